@@ -1,0 +1,103 @@
+//! The benchmark problems, written as a user would write them.
+#![allow(dead_code, reason = "each bench uses some of these")]
+
+use gear_dynamics::{Contact, Model, Piece, Side, State};
+use std::f64::consts::{PI, TAU};
+
+/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
+pub struct Pair {
+    pub we: f64,
+    pub wc: f64,
+}
+
+impl Pair {
+    pub const HALF_WIDTH: f64 = 6.2e-4;
+
+    pub fn new() -> Self {
+        Pair { we: 0.2329, wc: 0.2329 / 63.0 }
+    }
+    pub fn start() -> State {
+        State::new(0.0, &[-6.4e-4], &[0.0])
+    }
+    pub fn end(&self) -> f64 {
+        20.0 * TAU / self.wc
+    }
+    /// 64 steps per mesh period.
+    pub fn step(&self) -> f64 {
+        TAU / self.we / 64.0
+    }
+    /// F and the right-hand side.
+    #[inline(always)]
+    pub fn drives(&self, t: f64) -> [f64; 2] {
+        let (se, ce) = libm::sincos(self.we * t);
+        let (s, c) = libm::sincos(self.wc * t);
+        let r = 1.0 + 0.3846 * c;
+        let stiffness = (1.0 + 0.29 * ce) * r * r / (1.0 + 0.3846 * 0.3846 / 2.0);
+        [stiffness, -1.4e-5 - 5.5e-6 * s + 2.2e-6 * (2.0 * s * c) + 6.8e-6 * se]
+    }
+}
+
+impl Model for Pair {
+    fn dof(&self) -> usize {
+        1
+    }
+    #[inline(always)]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let b = Pair::HALF_WIDTH;
+        let f = if q[0] > b { q[0] - b } else { 0.0 } - if q[0] < -b { -q[0] - b } else { 0.0 };
+        a[0] = u[1] - 0.02 * v[0] - u[0] * f;
+    }
+    fn drives(&self) -> usize {
+        2
+    }
+    #[inline(always)]
+    fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+        u[..2].copy_from_slice(&self.drives(t));
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    #[inline(always)]
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let b = Pair::HALF_WIDTH;
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
+    }
+    #[inline(always)]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let f = match pieces[0] {
+            Piece::Lower => q[0] + Pair::HALF_WIDTH,
+            Piece::Gap => 0.0,
+            Piece::Upper => q[0] - Pair::HALF_WIDTH,
+        };
+        a[0] = u[1] - 0.02 * v[0] - u[0] * f;
+        true
+    }
+}
+
+/// The pair without pieces to hold: edges are found by re-stepping.
+pub struct Unheld(pub Pair);
+
+impl Model for Unheld {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        2
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.0.drive(t, side, u);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.0.contact(u, q, v, out);
+    }
+}
+
+/// B3 and B16: mesh frequency 500 Hz, 0.2 s.
+pub const RING_OMEGA: f64 = 2.0 * PI * 500.0;
+pub const RING_END: f64 = 0.2;

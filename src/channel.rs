@@ -1,0 +1,87 @@
+//! Named output channels, the same for every solver.
+
+use crate::error::ParameterError;
+use crate::model::{Channel, Contact, Model, Side};
+
+/// Reads every channel of a model at one instant.
+///
+/// Every model has its coordinates `q1`, `q2`, ... and velocities `v1`, ...; then `deflection`, `mesh force` and `contact` (1 touching, 0
+/// in the gap), numbered when there are several contacts; then [channels of its own](Model::channels).
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, Probe, Side};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let start = pair.static_start()?;
+/// let mut probe = Probe::new(&pair);
+/// let force = probe.index("mesh force")?;
+/// let values = probe.read(start.t, Side::After, &start.q, &start.v);
+/// assert!((values[force] + 270.4).abs() < 0.1); // T2/r_b2(0) = 30 N m/0.111 m
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Probe<'m, M: ?Sized> {
+    model: &'m M,
+    channels: Vec<Channel>,
+    drives: Vec<f64>,
+    contacts: Vec<Contact>,
+    values: Vec<f64>,
+}
+
+impl<'m, M: Model + ?Sized> Probe<'m, M> {
+    /// All channels of a model.
+    pub fn new(model: &'m M) -> Self {
+        let (n, contacts) = (model.dof(), model.contacts());
+        let mut channels: Vec<Channel> = (1..=n).map(|i| Channel::new(format!("q{i}"), "")).collect();
+        channels.extend((1..=n).map(|i| Channel::new(format!("v{i}"), "")));
+        for i in 1..=contacts {
+            for name in ["deflection", "mesh force", "contact"] {
+                channels.push(Channel::new(if contacts == 1 { name.to_owned() } else { format!("{name} {i}") }, ""));
+            }
+        }
+        channels.extend(model.channels());
+        Probe {
+            model,
+            drives: vec![0.0; model.drives()],
+            contacts: vec![Contact::default(); contacts],
+            values: vec![0.0; channels.len()],
+            channels,
+        }
+    }
+
+    /// The channels, in the order of the values.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// Where a channel stands.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchChannel`], which lists the names there are.
+    pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
+        self.channels.iter().position(|c| c.name == name).ok_or_else(|| ParameterError::NoSuchChannel {
+            name: name.into(),
+            known: self.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// The values of all channels.
+    pub fn read(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[f64] {
+        self.read_contacts(t, side, q, v);
+        let n = q.len();
+        let (coordinates, rest) = self.values.split_at_mut(2 * n);
+        coordinates[..n].copy_from_slice(q);
+        coordinates[n..].copy_from_slice(v);
+        let (of_contacts, own) = rest.split_at_mut(3 * self.contacts.len());
+        for (out, c) in of_contacts.chunks_exact_mut(3).zip(&self.contacts) {
+            out.copy_from_slice(&[c.deflection, c.force, if c.penetration() > 0.0 { 1.0 } else { 0.0 }]);
+        }
+        self.model.observe(&self.drives, q, v, &self.contacts, own);
+        &self.values
+    }
+
+    /// The contacts alone.
+    pub fn read_contacts(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[Contact] {
+        self.model.drive(t, side, &mut self.drives);
+        self.model.contact(&self.drives, q, v, &mut self.contacts);
+        &self.contacts
+    }
+}

@@ -1,0 +1,163 @@
+//! Errors of constructors: which value, what it was, what is allowed.
+
+use thiserror::Error;
+
+/// A parameter that cannot be used. Every variant names the place, the value found and what is allowed.
+///
+/// ```
+/// use gear_dynamics::{Backlash, ParameterError};
+/// let error = Backlash::new(-1e-5).unwrap_err();
+/// assert!(matches!(&error, ParameterError::Negative { name, value } if name == "half width b" && *value == -1e-5));
+/// assert_eq!(error.to_string(), "half width b is -0.00001: it must not be negative");
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// A NaN or an infinity.
+    #[error("{name} is {value}: it must be a finite number")]
+    NotFinite {
+        /// Where it stands.
+        name: String,
+        /// What it was.
+        value: f64,
+    },
+    /// Zero or less where more is needed.
+    #[error("{name} is {value}: it must be positive")]
+    NotPositive {
+        /// Where it stands.
+        name: String,
+        /// What it was.
+        value: f64,
+    },
+    /// Below zero.
+    #[error("{name} is {value}: it must not be negative")]
+    Negative {
+        /// Where it stands.
+        name: String,
+        /// What it was.
+        value: f64,
+    },
+    /// Outside its range.
+    #[error("{name} is {value}: it must lie in {allowed}")]
+    OutOfRange {
+        /// Where it stands.
+        name: String,
+        /// What it was.
+        value: f64,
+        /// The range, in words.
+        allowed: &'static str,
+    },
+    /// A list without entries.
+    #[error("{name} is empty: at least {least} entries are needed")]
+    Empty {
+        /// Which list.
+        name: String,
+        /// The smallest length that works.
+        least: usize,
+    },
+    /// A list of the wrong length.
+    #[error("{name} has {found} entries: {expected} are needed")]
+    Length {
+        /// Which list.
+        name: String,
+        /// The length that fits.
+        expected: usize,
+        /// The length given.
+        found: usize,
+    },
+    /// A count that is too small: teeth, gears, samples.
+    #[error("{name} is {value}: at least {least} are needed")]
+    TooFew {
+        /// What was counted.
+        name: String,
+        /// What it was.
+        value: usize,
+        /// The smallest count that works.
+        least: usize,
+    },
+    /// A ring of an odd number of ordinary external meshes.
+    #[error(
+        "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so an odd ring \
+         locks; use an even number of gears, or Ring::as_printed for the form of the paper, which stands for a ring \
+         with one mesh that does not reverse"
+    )]
+    OddRing {
+        /// Number of gears in the ring.
+        gears: usize,
+    },
+    /// Mesh phases, errors or torques that do not repeat with the mesh.
+    #[error("{name} does not repeat with the period {period} s of the model")]
+    NotPeriodic {
+        /// Which excitation.
+        name: String,
+        /// The model's period [s].
+        period: f64,
+    },
+    /// A state that breaks the closure of the ring.
+    #[error("{name} is {found}: the closure of the ring asks for {expected}")]
+    Inconsistent {
+        /// Which sum.
+        name: String,
+        /// What it was.
+        found: f64,
+        /// What it has to be.
+        expected: f64,
+    },
+    /// A drive slot that the model does not have.
+    #[error("drive slot {slot} does not exist: the model has {drives} drives")]
+    NoSuchSlot {
+        /// The slot asked for.
+        slot: usize,
+        /// How many the model has.
+        drives: usize,
+    },
+    /// An output channel that the model does not have.
+    #[error("there is no channel \"{name}\"; the model has: {known}")]
+    NoSuchChannel {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+}
+
+/// Checks at the door, shared by every constructor.
+pub(crate) mod check {
+    use super::ParameterError as E;
+
+    type Checked = Result<f64, E>;
+
+    pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
+        if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
+    }
+
+    pub(crate) fn positive(name: impl Into<String>, value: f64) -> Checked {
+        let name = name.into();
+        let value = finite(name.clone(), value)?;
+        if value > 0.0 { Ok(value) } else { Err(E::NotPositive { name, value }) }
+    }
+
+    pub(crate) fn not_negative(name: impl Into<String>, value: f64) -> Checked {
+        let name = name.into();
+        let value = finite(name.clone(), value)?;
+        if value >= 0.0 { Ok(value) } else { Err(E::Negative { name, value }) }
+    }
+
+    /// 0 <= value < 1, for ratios such as the eccentric ratio.
+    pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
+        let name = name.into();
+        let value = finite(name.clone(), value)?;
+        if (0.0..1.0).contains(&value) { Ok(value) } else { Err(E::OutOfRange { name, value, allowed: "[0, 1)" }) }
+    }
+
+    pub(crate) fn all_finite(name: &str, values: &[f64]) -> Result<(), E> {
+        for (i, &value) in values.iter().enumerate() {
+            finite(format!("{name}[{i}]"), value)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {
+        if found == expected { Ok(()) } else { Err(E::Length { name: name.into(), expected, found }) }
+    }
+}

@@ -1,0 +1,115 @@
+//! Fourier series.
+
+use super::{Excitation, Jet, Repeats};
+use crate::error::{ParameterError, check};
+use crate::model::Side;
+use std::f64::consts::TAU;
+
+/// f(t) = mean + Σ_n c_n cos(n ω t) + s_n sin(n ω t), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
+///
+/// ```
+/// use gear_dynamics::{Excitation, Fourier, Side};
+/// let stiffness = Fourier::new(3.1e8, &[[0.9e8, 0.0]], 2880.0)?; // k0 + k_r cos(ω_e t) [N/m]
+/// assert_eq!(stiffness.value(0.0, Side::After), 4.0e8);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fourier {
+    mean: f64,
+    pairs: Vec<[f64; 2]>,
+    omega: f64,
+}
+
+impl Fourier {
+    /// Mean, cosine and sine coefficients by order from 1, and base frequency ω [rad/s].
+    pub fn new(mean: f64, pairs: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
+        check::finite("mean", mean)?;
+        for (i, pair) in pairs.iter().enumerate() {
+            check::finite(format!("cosine coefficient of order {}", i + 1), pair[0])?;
+            check::finite(format!("sine coefficient of order {}", i + 1), pair[1])?;
+        }
+        Ok(Fourier { mean, pairs: pairs.to_vec(), omega: check::positive("frequency omega", omega)? })
+    }
+
+    /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n [rad]).
+    pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
+        for (i, pair) in amplitudes.iter().enumerate() {
+            check::finite(format!("amplitude of order {}", i + 1), pair[0])?;
+            check::finite(format!("phase of order {}", i + 1), pair[1])?;
+        }
+        let pairs: Vec<_> = amplitudes.iter().map(|&[a, phi]| [a * libm::cos(phi), -a * libm::sin(phi)]).collect();
+        Fourier::new(mean, &pairs, omega)
+    }
+
+    /// The series up to `order` through uniform samples of one period, the first at t = 0: how the mean stiffness and its
+    /// amplitudes are drawn from a computed stiffness curve (Liu 2021, under Eq. 19).
+    ///
+    /// # Errors
+    /// Fewer than `2 order + 1` samples cannot tell the orders apart.
+    pub fn fit(samples: &[f64], order: usize, omega: f64) -> Result<Self, ParameterError> {
+        if samples.len() < 2 * order + 1 {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 2 * order + 1 });
+        }
+        check::all_finite("samples", samples)?;
+        let m = samples.len();
+        let mean = samples.iter().sum::<f64>() / m as f64;
+        let pairs: Vec<_> = (1..=order)
+            .map(|n| {
+                let mut pair = [0.0; 2];
+                for (i, x) in samples.iter().enumerate() {
+                    // The angle is reduced in whole numbers, so that high orders keep their digits.
+                    let (s, c) = libm::sincos(TAU * ((n * i) % m) as f64 / m as f64);
+                    pair[0] += 2.0 / m as f64 * x * c;
+                    pair[1] += 2.0 / m as f64 * x * s;
+                }
+                pair
+            })
+            .collect();
+        Fourier::new(mean, &pairs, omega)
+    }
+
+    /// The same shape ahead by a phase φ [rad] of its base frequency: f(t + φ/ω).
+    pub fn with_phase(mut self, phase: f64) -> Result<Self, ParameterError> {
+        check::finite("phase", phase)?;
+        for (i, pair) in self.pairs.iter_mut().enumerate() {
+            let (s, c) = libm::sincos((i + 1) as f64 * phase);
+            *pair = [pair[0] * c + pair[1] * s, pair[1] * c - pair[0] * s];
+        }
+        Ok(self)
+    }
+
+    /// The mean.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+    /// Cosine and sine coefficients, by order from 1.
+    pub fn pairs(&self) -> &[[f64; 2]] {
+        &self.pairs
+    }
+    /// Base frequency ω [rad/s].
+    pub fn omega(&self) -> f64 {
+        self.omega
+    }
+}
+
+impl Excitation for Fourier {
+    #[inline]
+    fn jet(&self, t: f64, _: Side) -> Jet {
+        let (s1, c1) = libm::sincos(self.omega * t);
+        let (mut s, mut c) = (s1, c1);
+        let mut jet = Jet::constant(self.mean);
+        let mut w = 0.0;
+        for &[cos, sin] in &self.pairs {
+            w += self.omega;
+            let wave = cos * c + sin * s;
+            jet.value += wave;
+            jet.rate += w * (sin * c - cos * s);
+            jet.second -= w * w * wave;
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+        jet
+    }
+    fn repeats(&self) -> Repeats {
+        Repeats::Every(TAU / self.omega)
+    }
+}

@@ -1,0 +1,89 @@
+//! A sampled curve.
+
+use super::{Excitation, Jet, Repeats};
+use crate::error::{ParameterError, check};
+use crate::model::Side;
+
+/// Uniform samples of one period, the first at t = 0, joined by the periodic cubic spline (twice continuously differentiable).
+///
+/// ```
+/// use gear_dynamics::{Excitation, Side, Table};
+/// let samples: Vec<f64> = (0..64).map(|i| (i as f64 / 64.0 * std::f64::consts::TAU).cos()).collect();
+/// let table = Table::new(&samples, 2.0)?;
+/// assert!((table.value(0.3, Side::After) - (0.3 * std::f64::consts::PI).cos()).abs() < 1e-6);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    samples: Vec<f64>,
+    /// Second derivatives at the knots, times h².
+    moments: Vec<f64>,
+    period: f64,
+}
+
+impl Table {
+    /// At least 3 samples and the period [s] that they fill.
+    pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
+        if samples.len() < 3 {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
+        }
+        check::all_finite("samples", samples)?;
+        let period = check::positive("period", period)?;
+        Ok(Table { moments: periodic_moments(samples), samples: samples.to_vec(), period })
+    }
+}
+
+/// M_{i-1} + 4 M_i + M_{i+1} = 6 (y_{i-1} - 2 y_i + y_{i+1}), indices cyclic: Thomas with a Sherman-Morrison correction.
+/// Source: de Boor, A Practical Guide to Splines, ch. IV.
+fn periodic_moments(y: &[f64]) -> Vec<f64> {
+    let n = y.len();
+    let rhs: Vec<f64> = (0..n).map(|i| 6.0 * (y[(i + n - 1) % n] - 2.0 * y[i] + y[(i + 1) % n])).collect();
+    // The cyclic matrix is a tridiagonal one plus u uᵀ/4 with u = (4, 0, .., 0, 4): corners 1 need γ = 1.
+    let mut diagonal = vec![4.0; n];
+    diagonal[0] -= 1.0;
+    diagonal[n - 1] -= 1.0;
+    let mut corner = vec![0.0; n];
+    corner[0] = 1.0;
+    corner[n - 1] = 1.0;
+    let x = thomas(&diagonal, &rhs);
+    let z = thomas(&diagonal, &corner);
+    let factor = (x[0] + x[n - 1]) / (1.0 + z[0] + z[n - 1]);
+    x.iter().zip(&z).map(|(x, z)| x - factor * z).collect()
+}
+
+/// A tridiagonal system with ones beside the diagonal.
+fn thomas(diagonal: &[f64], rhs: &[f64]) -> Vec<f64> {
+    let n = rhs.len();
+    let (mut d, mut x) = (diagonal.to_vec(), rhs.to_vec());
+    for i in 1..n {
+        let w = 1.0 / d[i - 1];
+        d[i] -= w;
+        x[i] -= w * x[i - 1];
+    }
+    x[n - 1] /= d[n - 1];
+    for i in (0..n - 1).rev() {
+        x[i] = (x[i] - x[i + 1]) / d[i];
+    }
+    x
+}
+
+impl Excitation for Table {
+    fn jet(&self, t: f64, _: Side) -> Jet {
+        let n = self.samples.len();
+        let per = n as f64 / self.period;
+        let place = (t / self.period).rem_euclid(1.0) * n as f64;
+        let i = (place as usize).min(n - 1);
+        let s = place - i as f64;
+        let j = (i + 1) % n;
+        let (y0, y1, m0, m1) = (self.samples[i], self.samples[j], self.moments[i], self.moments[j]);
+        let r = 1.0 - s;
+        Jet::new(
+            r * y0 + s * y1 + ((r * r * r - r) * m0 + (s * s * s - s) * m1) / 6.0,
+            per * (y1 - y0 + ((3.0 * s * s - 1.0) * m1 - (3.0 * r * r - 1.0) * m0) / 6.0),
+            per * per * (r * m0 + s * m1),
+        )
+    }
+    fn repeats(&self) -> Repeats {
+        Repeats::Every(self.period)
+    }
+}

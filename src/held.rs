@@ -1,0 +1,287 @@
+//! Random processes that are drawn, held and drawn again.
+
+use crate::error::{ParameterError, check};
+use crate::excitation::earlier;
+use crate::model::{Channel, Contact, Jacobian, Model, Piece, Side};
+use rand::TryRng;
+use rand_distr::Distribution;
+use std::convert::Infallible;
+use std::fmt;
+use std::sync::Arc;
+
+/// Random numbers as a pure function of (seed, member, stream, index): the SplitMix64 sequence from a start mixed of the four.
+/// Source: Steele, Lea & Flood, OOPSLA 2014.
+///
+/// Any number can be asked for in any order, so results do not depend on step sizes, threads or partition.
+///
+/// ```
+/// use gear_dynamics::CounterRng;
+/// use rand::Rng;
+/// assert_eq!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 4).next_u64());
+/// assert_ne!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 5).next_u64());
+/// ```
+#[derive(Clone, Debug)]
+pub struct CounterRng(u64);
+
+impl CounterRng {
+    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+    /// The stream that belongs to these four numbers.
+    pub fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
+        let start = [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
+            mix(state.wrapping_add(Self::GOLDEN) ^ mix(word.wrapping_add(Self::GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
+        });
+        CounterRng(start)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(Self::GOLDEN);
+        mix(self.0)
+    }
+}
+
+/// The output function of SplitMix64.
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl TryRng for CounterRng {
+    type Error = Infallible;
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok((self.next() >> 32) as u32)
+    }
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.next())
+    }
+    fn try_fill_bytes(&mut self, out: &mut [u8]) -> Result<(), Infallible> {
+        for chunk in out.chunks_mut(8) {
+            chunk.copy_from_slice(&self.next().to_le_bytes()[..chunk.len()]);
+        }
+        Ok(())
+    }
+}
+
+type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
+
+/// A process that is constant between the instants k h: value k holds for k h <= t < (k+1) h.
+///
+/// Drawing a number inside the right-hand side has no limit as the step shrinks; held values do, and the hold time h is
+/// a physical parameter.   Source: docs/theory.md, "Random damping".
+///
+/// ```
+/// use gear_dynamics::{HeldProcess, Side};
+/// use rand_distr::Uniform;
+/// let process = HeldProcess::new(0.5, Uniform::new(0.0, 1.0)?)?.with_seed(7);
+/// assert_eq!(process.value(0.1, Side::After, 0), process.value(0.4, Side::After, 0));
+/// assert_ne!(process.value(0.5, Side::Before, 0), process.value(0.5, Side::After, 0));
+/// let given = HeldProcess::from_values(0.5, &[3.0, 5.0])?;
+/// assert_eq!(given.value(0.7, Side::After, 0), 5.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct HeldProcess {
+    hold: f64,
+    seed: u64,
+    member: u64,
+    source: Source,
+}
+
+#[derive(Clone)]
+enum Source {
+    Drawn(Draw),
+    Given(Arc<[f64]>),
+}
+
+impl HeldProcess {
+    /// A new value of `distribution` after every hold time h > 0.
+    pub fn new<D>(hold: f64, distribution: D) -> Result<Self, ParameterError>
+    where
+        D: Distribution<f64> + Send + Sync + 'static,
+    {
+        let draw = move |rng: &mut CounterRng| distribution.sample(rng);
+        Ok(HeldProcess { hold: check::positive("hold time", hold)?, seed: 0, member: 0, source: Source::Drawn(Arc::new(draw)) })
+    }
+
+    /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
+    pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
+        let hold = check::positive("hold time", hold)?;
+        if values.is_empty() {
+            return Err(ParameterError::Empty { name: "held values".into(), least: 1 });
+        }
+        check::all_finite("held values", values)?;
+        Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
+    }
+
+    /// Another seed: another experiment.
+    pub fn with_seed(self, seed: u64) -> Self {
+        HeldProcess { seed, ..self }
+    }
+    /// Another member of the ensemble of one seed.
+    pub fn with_member(self, member: u64) -> Self {
+        HeldProcess { member, ..self }
+    }
+    /// The hold time h.
+    pub fn hold(&self) -> f64 {
+        self.hold
+    }
+
+    /// The k-th value of a stream (a mesh, or one stream shared by all). Before t = 0 the first one holds.
+    pub fn held(&self, stream: u64, k: u64) -> f64 {
+        match &self.source {
+            Source::Drawn(draw) => draw(&mut CounterRng::new(self.seed, self.member, stream, k)),
+            Source::Given(values) => values[(k as usize).min(values.len() - 1)],
+        }
+    }
+
+    /// The value at `t`, seen from one side.
+    pub fn value(&self, t: f64, side: Side, stream: u64) -> f64 {
+        let k = self.index(t);
+        let before = side == Side::Before && k > 0 && k as f64 * self.hold == t;
+        self.held(stream, if before { k - 1 } else { k })
+    }
+
+    /// The k with k h <= t < (k+1) h, exact in the rounded products.
+    fn index(&self, t: f64) -> u64 {
+        let mut k = (t / self.hold).max(0.0) as u64;
+        while k > 0 && k as f64 * self.hold > t {
+            k -= 1;
+        }
+        while (k + 1) as f64 * self.hold <= t {
+            k += 1;
+        }
+        k
+    }
+
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        Some(if t < 0.0 { self.hold } else { (self.index(t) + 1) as f64 * self.hold })
+    }
+}
+
+impl fmt::Debug for HeldProcess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("HeldProcess").field("hold", &self.hold).field("seed", &self.seed).finish_non_exhaustive()
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Fill {
+    slot: usize,
+    gain: f64,
+    process: usize,
+    stream: u64,
+}
+
+/// A model with random drives: held processes are added to chosen drive slots, u[slot] += gain value(t).
+///
+/// The bare model stays periodic; this one is not, so the compiler refuses to balance it.
+///
+/// ```
+/// use gear_dynamics::{Held, HeldProcess, Model, Ring, RingSet};
+/// use rand_distr::Uniform;
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// // The paper's C_gΔ: uniform on (0, 1) times 500 N s/m, one stream per mesh, held for a tenth of a millisecond.
+/// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
+/// let slots: Vec<usize> = (0..3).map(|mesh| ring.damping_slot(mesh)).collect();
+/// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;
+/// assert_eq!(noisy.next_edge(0.0), Some(1e-4));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Held<M> {
+    model: M,
+    processes: Vec<HeldProcess>,
+    fills: Vec<Fill>,
+}
+
+impl<M: Model> Held<M> {
+    /// No process yet.
+    pub fn new(model: M) -> Self {
+        Held { model, processes: Vec::new(), fills: Vec::new() }
+    }
+
+    fn fill(mut self, slots: &[usize], gains: &[f64], process: HeldProcess, streams: &[u64]) -> Result<Self, ParameterError> {
+        for ((&slot, &gain), &stream) in slots.iter().zip(gains).zip(streams) {
+            if slot >= self.model.drives() {
+                return Err(ParameterError::NoSuchSlot { slot, drives: self.model.drives() });
+            }
+            let gain = check::finite("gain", gain)?;
+            self.fills.push(Fill { slot, gain, process: self.processes.len(), stream });
+        }
+        self.processes.push(process);
+        Ok(self)
+    }
+
+    /// One stream for all slots: every mesh gets the same value.
+    pub fn shared(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+        self.fill(slots, &vec![gain; slots.len()], process, &vec![0; slots.len()])
+    }
+
+    /// A stream of its own for every slot.
+    pub fn per_slot(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+        let streams: Vec<u64> = (0..slots.len() as u64).collect();
+        self.fill(slots, &vec![gain; slots.len()], process, &streams)
+    }
+
+    /// A stream and a gain of its own for every slot: gains C_g make the process relative to the damping of each mesh.
+    pub fn per_slot_with_gains(self, slots: &[usize], gains: &[f64], process: HeldProcess) -> Result<Self, ParameterError> {
+        check::length("gains", gains.len(), slots.len())?;
+        let streams: Vec<u64> = (0..slots.len() as u64).collect();
+        self.fill(slots, gains, process, &streams)
+    }
+
+    /// A random half width b + gain value(t) of the meshes whose `(lower, upper)` slots are given, one stream per mesh.
+    pub fn clearance(self, slots: &[[usize; 2]], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+        let flat: Vec<usize> = slots.iter().flatten().copied().collect();
+        let gains: Vec<f64> = slots.iter().flat_map(|_| [-gain, gain]).collect();
+        let streams: Vec<u64> = (0..slots.len() as u64).flat_map(|s| [s, s]).collect();
+        self.fill(&flat, &gains, process, &streams)
+    }
+
+    /// The model without its random drives.
+    pub fn bare(&self) -> &M {
+        &self.model
+    }
+}
+
+impl<M: Model> Model for Held<M> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t, side, u);
+        for fill in &self.fills {
+            u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
+        }
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.processes.iter().fold(self.model.next_edge(t), |first, process| earlier(first, process.next_edge(t)))
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.model.accel_on_pieces(pieces, u, q, v, a)
+    }
+    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        self.model.jacobian(u, q, v, out)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        self.model.channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.model.observe(u, q, v, contacts, out);
+    }
+}

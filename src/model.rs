@@ -1,0 +1,357 @@
+//! The traits of a gear model: drives, algebra, contacts.
+
+use crate::error::{ParameterError, check};
+use crate::nonlinearity::Nonlinearity;
+use crate::scalar::{Dual, Scalar};
+use nalgebra::DMatrix;
+
+/// The side from which an instant is seen. Drives may jump at an edge (a hold of a random process, a step of the stiffness).
+///
+/// ```
+/// use gear_dynamics::{Excitation, RectangularWave, Side};
+/// let wave = RectangularWave::new(1.0, 3.0, 0.5, 1.0)?; // high for the quarter period on either side of t = 0
+/// assert_eq!(wave.value(0.25, Side::Before), 3.0);
+/// assert_eq!(wave.value(0.25, Side::After), 1.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The limit from earlier times: the end of a step.
+    Before,
+    /// The limit from later times: the start of a step.
+    After,
+}
+
+/// The piece of a backlash law on which a contact stands.
+///
+/// ```
+/// use gear_dynamics::{Contact, Piece};
+/// let contact = Contact { deflection: -3.0, lower: -1.0, upper: 1.0, ..Contact::default() };
+/// assert_eq!(contact.piece(), Piece::Lower);
+/// assert_eq!(Piece::Lower as usize, 0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Piece {
+    /// Deflection below the lower edge: that flank carries.
+    Lower,
+    /// Between the edges: the teeth are apart.
+    Gap,
+    /// Deflection above the upper edge.
+    Upper,
+}
+
+/// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
+///
+/// ```
+/// use gear_dynamics::Contact;
+/// let contact = Contact { deflection: 2e-5, lower: -1e-5, upper: 1e-5, force: 300.0, ..Contact::default() };
+/// assert_eq!(contact.penetration(), 1e-5);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Deflection d, in the unit of the edges.
+    pub deflection: f64,
+    /// d'.
+    pub rate: f64,
+    /// Lower edge of the gap: -b for a backlash of half width b.
+    pub lower: f64,
+    /// Upper edge of the gap.
+    pub upper: f64,
+    /// Rate of the lower edge.
+    pub lower_rate: f64,
+    /// Rate of the upper edge.
+    pub upper_rate: f64,
+    /// Mesh force, damping included.
+    pub force: f64,
+}
+
+impl Default for Contact {
+    /// Nothing touches: no edges, no force.
+    fn default() -> Self {
+        Contact {
+            deflection: 0.0,
+            rate: 0.0,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            lower_rate: 0.0,
+            upper_rate: 0.0,
+            force: 0.0,
+        }
+    }
+}
+
+impl Contact {
+    /// The piece that the deflection alone says; an edge itself counts as gap.
+    #[inline]
+    pub fn piece(&self) -> Piece {
+        if self.deflection < self.lower {
+            Piece::Lower
+        } else if self.deflection > self.upper {
+            Piece::Upper
+        } else {
+            Piece::Gap
+        }
+    }
+
+    /// max(d - upper, lower - d): how deep the teeth press into each other, negative in the gap.
+    #[inline]
+    pub fn penetration(&self) -> f64 {
+        (self.deflection - self.upper).max(self.lower - self.deflection)
+    }
+}
+
+/// ∂a/∂q and ∂a/∂v, each `dof` x `dof`, row = acceleration.
+///
+/// ```
+/// let jacobian = gear_dynamics::Jacobian::new(2);
+/// assert_eq!(jacobian.q.shape(), (2, 2));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Jacobian {
+    /// ∂a_i/∂q_j.
+    pub q: DMatrix<f64>,
+    /// ∂a_i/∂v_j.
+    pub v: DMatrix<f64>,
+}
+
+impl Jacobian {
+    /// Zeros of the right shape.
+    pub fn new(dof: usize) -> Self {
+        Jacobian { q: DMatrix::zeros(dof, dof), v: DMatrix::zeros(dof, dof) }
+    }
+}
+
+/// q'' = a(u(t), q, q'): drives that depend on time alone, algebra without a clock, and the contacts at which it changes.
+///
+/// A beginner writes [`dof`](Model::dof) and [`accel`](Model::accel); time is then the only drive, `u[0] == t`:
+///
+/// ```
+/// use gear_dynamics::{Dop853, Integrator, Model, State};
+/// struct Pendulum;
+/// impl Model for Pendulum {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+/// }
+/// let end = Dop853::new().end(&Pendulum, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// assert!((end.q[0] - 1f64.cos()).abs() < 1e-8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// An expert adds the rest and gains located tooth edges, exact Jacobians and rattle analysis; [`check_model`](crate::check_model)
+/// says where they disagree. `accel`, `drive` and `contact` are pure functions.
+pub trait Model {
+    /// Degrees of freedom.
+    fn dof(&self) -> usize;
+    /// q'' from the drives, coordinates and velocities.
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]);
+
+    /// Number of drives.
+    fn drives(&self) -> usize {
+        1
+    }
+    /// The drives at `t`, seen from one side. By default the only drive is time.
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let _ = side;
+        u[0] = t;
+    }
+    /// The first instant after `t` at which a drive jumps or kinks.
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let _ = t;
+        None
+    }
+
+    /// Number of tooth contacts.
+    fn contacts(&self) -> usize {
+        0
+    }
+    /// Deflection, rate, edges and force of every contact.
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let _ = (u, q, v, out);
+    }
+
+    /// q'' with every contact held on a given piece. `false`: not offered, and edges are found by re-stepping.
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let _ = (pieces, u, q, v, a);
+        false
+    }
+    /// ∂a/∂q and ∂a/∂v. `false`: not offered, differences are used.
+    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        let _ = (u, q, v, out);
+        false
+    }
+
+    /// Output channels of the model's own, beside those that every model has (see [`Probe`](crate::Probe)).
+    fn channels(&self) -> Vec<Channel> {
+        Vec::new()
+    }
+    /// The values of [`channels`](Model::channels).
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        let _ = (u, q, v, contacts, out);
+    }
+}
+
+/// A named output with its unit, `1` when dimensionless.
+///
+/// ```
+/// let channel = gear_dynamics::Channel::new("mesh force", "N");
+/// assert_eq!(channel.to_string(), "mesh force [N]");
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// What it is called.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+impl Channel {
+    /// A channel of that name and unit.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Channel { name: name.into(), unit: unit.into() }
+    }
+}
+
+impl std::fmt::Display for Channel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} [{}]", self.name, self.unit)
+    }
+}
+
+/// Drives repeat: what Poincaré sections, harmonic balance and drive tables ask for. A model with random drives
+/// ([`Held`](crate::Held)) is not periodic, and the compiler says so.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no period",
+    note = "a model whose drives repeat says so with `impl Periodic`; held random drives never repeat: use the bare model, or integrate in time"
+)]
+pub trait Periodic: Model {
+    /// The period of the drives, in the model's time unit.
+    fn period(&self) -> f64;
+}
+
+/// The same algebra on other numbers: dual numbers give exact Jacobians, lanes run many trajectories at once.
+///
+/// A generic model forwards the plain methods in one line each:
+/// `accel` to `self.accel_on(&AsIs, ..)`, `accel_on_pieces` to `self.accel_on(&OnPieces(pieces), ..)`, `jacobian` to
+/// [`dual_jacobian`].
+pub trait Generic: Model {
+    /// q'' on any [`Scalar`]; contact forces come from `law`.
+    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]);
+
+    /// How many leading drives are shapes of phase, shared by all lanes; the rest are constants of each lane.
+    fn phases(&self) -> usize;
+    /// The shapes at a phase [rad] of the period: the first [`phases`](Generic::phases) drives.
+    fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]);
+    /// The constants of this lane: the remaining drives.
+    fn constants(&self, u: &mut [f64]);
+    /// Whether everything outside the constants is equal, so that both may run in lanes of one table.
+    fn shares_lanes_with(&self, other: &Self) -> bool;
+}
+
+/// How contact forces are evaluated: by the law itself, or on a frozen piece of it.
+pub trait Law<S: Scalar> {
+    /// The force of contact `i` under `nonlinearity`, per unit stiffness.
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
+    /// 1 where contact `i` touches and 0 in its gap.
+    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
+}
+
+/// The contact laws as they are.
+///
+/// ```
+/// use gear_dynamics::{AsIs, Backlash, Law};
+/// assert_eq!(AsIs.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct AsIs;
+
+impl<S: Scalar> Law<S> for AsIs {
+    #[inline(always)]
+    fn force<N: Nonlinearity>(&self, _: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        nonlinearity.force(x, rate, lower, upper)
+    }
+    #[inline(always)]
+    fn touch(&self, _: usize, x: S, lower: S, upper: S) -> S {
+        (x - upper).step() + (lower - x).step()
+    }
+}
+
+/// Every contact held on a given piece, smoothly continued past its edge.
+///
+/// ```
+/// use gear_dynamics::{Backlash, Law, OnPieces, Piece};
+/// let law = OnPieces(&[Piece::Upper]);
+/// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct OnPieces<'a>(pub &'a [Piece]);
+
+impl<S: Scalar> Law<S> for OnPieces<'_> {
+    #[inline(always)]
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        nonlinearity.force_on(self.0[i], x, rate, lower, upper)
+    }
+    #[inline(always)]
+    fn touch(&self, i: usize, _: S, _: S, _: S) -> S {
+        S::from(if self.0[i] == Piece::Gap { 0.0 } else { 1.0 })
+    }
+}
+
+/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`].
+pub fn dual_jacobian<M: Generic>(model: &M, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    let n = model.dof();
+    let u: Vec<Dual> = u.iter().map(|&x| x.into()).collect();
+    let mut y: Vec<Dual> = q.iter().chain(v).map(|&x| x.into()).collect();
+    let mut a = vec![Dual::from(0.0); n];
+    for j in 0..2 * n {
+        y[j].slope = 1.0;
+        model.accel_on(&AsIs, &u, &y[..n], &y[n..], &mut a);
+        y[j].slope = 0.0;
+        for i in 0..n {
+            if j < n {
+                out.q[(i, j)] = a[i].slope;
+            } else {
+                out.v[(i, j - n)] = a[i].slope;
+            }
+        }
+    }
+    true
+}
+
+/// A time with coordinates and velocities.
+///
+/// ```
+/// let state = gear_dynamics::State::new(0.0, &[1e-3], &[0.2]);
+/// assert_eq!(state.v[0], 0.2);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Time, in the model's unit.
+    pub t: f64,
+    /// Coordinates.
+    pub q: Vec<f64>,
+    /// Velocities.
+    pub v: Vec<f64>,
+}
+
+impl State {
+    /// A state from slices.
+    pub fn new(t: f64, q: &[f64], v: &[f64]) -> Self {
+        State { t, q: q.to_vec(), v: v.to_vec() }
+    }
+
+    /// All coordinates and velocities zero.
+    pub fn at_rest(dof: usize) -> Self {
+        State { t: 0.0, q: vec![0.0; dof], v: vec![0.0; dof] }
+    }
+
+    /// Whether it fits a model of `dof` degrees of freedom and holds numbers only.
+    pub(crate) fn check(&self, dof: usize) -> Result<(), ParameterError> {
+        check::length("start.q", self.q.len(), dof)?;
+        check::length("start.v", self.v.len(), dof)?;
+        check::finite("start.t", self.t)?;
+        check::all_finite("start.q", &self.q)?;
+        check::all_finite("start.v", &self.v)
+    }
+}

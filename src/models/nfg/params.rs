@@ -1,0 +1,246 @@
+//! Parameters and readings of the noncircular face gear pair.
+
+use crate::error::{ParameterError, check};
+
+/// SI parameters of the noncircular face gear pair.   Source: Liu 2021, Table 1 and Eqs. (6), (7), (19).
+///
+/// ```
+/// use gear_dynamics::NfgParams;
+/// let params = NfgParams { speed: 140.0, ..NfgParams::table1() };
+/// assert_eq!(params.face_gear_teeth(), 63.0);
+/// assert!((params.mean_base_radius() - 0.080_167_526_71).abs() < 1e-11);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct NfgParams {
+    /// Module of the pinion m [m].
+    pub module: f64,
+    /// Teeth of the pinion Z1 [1].
+    pub pinion_teeth: u32,
+    /// Reduction ratio i_j = Z2/Z1 [1]; Z1 i_j must be a whole number of teeth.
+    pub ratio: f64,
+    /// Eccentric ratio ε [1], in [0, 1).
+    pub eccentric_ratio: f64,
+    /// Pressure angle α [rad].
+    pub pressure_angle: f64,
+    /// Load torque T2 [N m].
+    pub load_torque: f64,
+    /// Moment of inertia of the face gear I2 [kg m²].
+    pub inertia: f64,
+    /// Mean mesh stiffness k0 [N/m].
+    pub stiffness: f64,
+    /// Cosine and sine amplitudes of the mesh stiffness [N/m], by order of the mesh frequency from 1.
+    pub stiffness_harmonics: Vec<[f64; 2]>,
+    /// Damping ratio ζ [1].
+    pub damping_ratio: f64,
+    /// Mean static transmission error e0 [m].
+    pub error: f64,
+    /// Cosine and sine amplitudes of the static transmission error [m], by order of the mesh frequency from 1.
+    pub error_harmonics: Vec<[f64; 2]>,
+    /// Half of the tooth backlash b [m].
+    pub half_backlash: f64,
+    /// Rotational velocity of the pinion ω1 [rad/s].
+    pub speed: f64,
+}
+
+impl NfgParams {
+    /// Table 1 of the paper.
+    pub fn table1() -> Self {
+        NfgParams {
+            module: 2.5e-3,
+            pinion_teeth: 18,
+            ratio: 3.5,
+            eccentric_ratio: 0.2,
+            pressure_angle: 20f64.to_radians(),
+            load_torque: 30.0,
+            inertia: 0.014,
+            stiffness: 3.1e8,
+            stiffness_harmonics: vec![[0.9e8, 0.0]],
+            damping_ratio: 0.01,
+            error: 0.0,
+            error_harmonics: vec![[0.0, 1e-5]],
+            half_backlash: 5e-5,
+            speed: 160.0,
+        }
+    }
+
+    /// Every value in its range.
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        check::positive("module", self.module)?;
+        if self.pinion_teeth < 1 {
+            return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
+        }
+        check::positive("ratio", self.ratio)?;
+        let teeth = self.face_gear_teeth();
+        if (teeth - teeth.round()).abs() > 1e-9 * teeth || teeth.round() < 1.0 {
+            let allowed = "whole numbers of teeth Z2 = ratio Z1";
+            return Err(ParameterError::OutOfRange { name: "face gear teeth".into(), value: teeth, allowed });
+        }
+        check::fraction("eccentric_ratio", self.eccentric_ratio)?;
+        check::finite("pressure_angle", self.pressure_angle)?;
+        if !(0.0..std::f64::consts::FRAC_PI_2).contains(&self.pressure_angle) {
+            let (name, value) = ("pressure_angle".into(), self.pressure_angle);
+            return Err(ParameterError::OutOfRange { name, value, allowed: "[0, π/2)" });
+        }
+        check::not_negative("load_torque", self.load_torque)?;
+        check::positive("inertia", self.inertia)?;
+        check::positive("stiffness", self.stiffness)?;
+        for (i, pair) in self.stiffness_harmonics.iter().enumerate() {
+            check::all_finite(&format!("stiffness_harmonics[{i}]"), pair)?;
+        }
+        check::not_negative("damping_ratio", self.damping_ratio)?;
+        check::finite("error", self.error)?;
+        for (i, pair) in self.error_harmonics.iter().enumerate() {
+            check::all_finite(&format!("error_harmonics[{i}]"), pair)?;
+        }
+        check::not_negative("half_backlash", self.half_backlash)?;
+        check::positive("speed", self.speed)?;
+        Ok(())
+    }
+
+    /// Teeth of the face gear Z2 = i_j Z1 [1]: the mesh frequency over the frequency of the centre.
+    pub fn face_gear_teeth(&self) -> f64 {
+        self.ratio * f64::from(self.pinion_teeth)
+    }
+    /// Pitch radius of the pinion r1 = m Z1/2 [m].
+    pub fn pinion_pitch_radius(&self) -> f64 {
+        0.5 * self.module * f64::from(self.pinion_teeth)
+    }
+    /// β = 2 ε/(1 + ε²) [1].
+    pub fn beta(&self) -> f64 {
+        2.0 * self.eccentric_ratio / (1.0 + self.eccentric_ratio * self.eccentric_ratio)
+    }
+    /// L = r1 i_j cos α (1 + ε²)/(1 - ε²) [m].   Liu 2021, Eq. (8).
+    pub fn mean_base_radius(&self) -> f64 {
+        self.mean_pitch_radius() * libm::cos(self.pressure_angle)
+    }
+    /// L without cos α [m]: what the paper's own figures used.
+    pub fn mean_pitch_radius(&self) -> f64 {
+        let eps2 = self.eccentric_ratio * self.eccentric_ratio;
+        self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)
+    }
+    /// Frequency of the instantaneous centre ω_c = ω1/i_j [rad/s].
+    pub fn centre_frequency(&self) -> f64 {
+        self.speed / self.ratio
+    }
+    /// Mesh frequency ω_e = Z1 ω1 [rad/s].
+    pub fn mesh_frequency(&self) -> f64 {
+        self.speed * f64::from(self.pinion_teeth)
+    }
+}
+
+/// Which radius stands in L.
+///
+/// ```
+/// assert_eq!(gear_dynamics::Radius::default(), gear_dynamics::Radius::Base);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Radius {
+    /// Pitch radius: no cos α.
+    Pitch,
+    /// Base radius, as Eq. (2) asks.
+    #[default]
+    Base,
+}
+
+/// Half width of the dead zone of q.
+///
+/// ```
+/// assert_eq!(gear_dynamics::HalfWidth::default(), gear_dynamics::HalfWidth::Instant);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HalfWidth {
+    /// b/L.
+    Mean,
+    /// b/r_b2(t): what Eq. (12) says with its missing bar.
+    #[default]
+    Instant,
+}
+
+/// ē'' on the right-hand side of Eq. (9), ē = e/r_b2.
+///
+/// ```
+/// assert_eq!(gear_dynamics::ErrorForcing::default(), gear_dynamics::ErrorForcing::Exact);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ErrorForcing {
+    /// e''/L.
+    MeanRadius,
+    /// e''/r_b2(t), the radius frozen while differentiating: Eq. (21).
+    Frozen,
+    /// (e/r_b2)''.
+    #[default]
+    Exact,
+}
+
+/// θ2'' on the right-hand side of Eq. (9).
+///
+/// ```
+/// assert_eq!(gear_dynamics::CentreForcing::default(), gear_dynamics::CentreForcing::Exact);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CentreForcing {
+    /// The Fourier series to an order; `Series(2)` is Eq. (22).
+    Series(u32),
+    /// Eq. (20) with its squares.
+    #[default]
+    Exact,
+}
+
+/// The damping term of Eq. (9).
+///
+/// ```
+/// assert_eq!(gear_dynamics::Damping::default(), gear_dynamics::Damping::ConstantCoefficient);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Damping {
+    /// 2 ζ q', as printed.
+    ConstantRatio,
+    /// c_m constant, with the rate term: 2 ζ (1 + β cos x)²/(1 + β²/2) (q' + (r_b2'/r_b2) q).
+    #[default]
+    ConstantCoefficient,
+}
+
+/// How Eq. (9) is read. The default is [`exact`](NfgReading::exact).   Source: docs/models.md, "Readings".
+///
+/// The error forcing has the sign of a consistent derivation; the sign printed in Eqs. (21), (22) is that of an error half a
+/// mesh period later: give `error_harmonics` the other sign to have it.
+///
+/// ```
+/// use gear_dynamics::{NfgReading, Radius};
+/// let base = NfgReading { radius: Radius::Base, ..NfgReading::published() };
+/// assert_eq!(base, NfgReading::published_on_base_radius());
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NfgReading {
+    /// Radius in L.
+    pub radius: Radius,
+    /// Half width of the dead zone.
+    pub half_width: HalfWidth,
+    /// Forcing by the transmission error.
+    pub error_forcing: ErrorForcing,
+    /// Forcing by the instantaneous centre.
+    pub centre_forcing: CentreForcing,
+    /// Damping term.
+    pub damping: Damping,
+}
+
+impl NfgReading {
+    /// The equations as the paper's own figures used them.
+    pub fn published() -> Self {
+        NfgReading {
+            radius: Radius::Pitch,
+            half_width: HalfWidth::Mean,
+            error_forcing: ErrorForcing::Frozen,
+            centre_forcing: CentreForcing::Series(2),
+            damping: Damping::ConstantRatio,
+        }
+    }
+    /// The same on the base radius: reading A.
+    pub fn published_on_base_radius() -> Self {
+        NfgReading { radius: Radius::Base, ..NfgReading::published() }
+    }
+    /// Nothing approximated: the reading that follows from Newton's law.
+    pub fn exact() -> Self {
+        NfgReading::default()
+    }
+}

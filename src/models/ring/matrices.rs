@@ -1,0 +1,148 @@
+//! M, C, K, the mesh matrix and the modes of the ring.
+
+use super::system::Ring;
+use crate::error::{ParameterError, check};
+use crate::excitation::Excitation;
+use crate::model::Side;
+use crate::nonlinearity::Nonlinearity;
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Undamped natural frequencies with modes, and damped eigenvalues.
+///
+/// ```
+/// use gear_dynamics::{Ring, RingSet};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let modes = ring.modes(&ring.mean_mesh_stiffness())?;
+/// assert!((modes.hertz()[1] - 43.173_249_56).abs() < 1e-7);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Modes {
+    frequencies: Vec<f64>,
+    shapes: DMatrix<f64>,
+    eigenvalues: Vec<Complex64>,
+}
+
+impl Modes {
+    /// Natural frequencies [rad/s], increasing; the rigid mode is the first, at zero.
+    pub fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+    /// Natural frequencies [Hz].
+    pub fn hertz(&self) -> Vec<f64> {
+        self.frequencies.iter().map(|w| w / TAU).collect()
+    }
+    /// Modes as columns, normalised to φᵀ M φ = 1.
+    pub fn shapes(&self) -> &DMatrix<f64> {
+        &self.shapes
+    }
+    /// Eigenvalues λ of the damped ring with positive imaginary part, by |λ|: frequency |λ|, damping ratio -Re λ/|λ|.
+    pub fn eigenvalues(&self) -> &[Complex64] {
+        &self.eigenvalues
+    }
+}
+
+impl<N: Nonlinearity> Ring<N> {
+    /// M: diagonal, [J_M, J_1, J_L1, ..., J_n, J_Ln] [kg m²].
+    pub fn mass_matrix(&self) -> DMatrix<f64> {
+        DMatrix::from_diagonal(&DVector::from_vec(self.inertias()))
+    }
+
+    /// B: one row per link, motor shaft, n meshes, n output shafts; link deflections are B θ (meshes less their error).
+    pub fn mesh_matrix(&self) -> DMatrix<f64> {
+        let n = self.gears();
+        let mut b = DMatrix::zeros(2 * n + 1, 2 * n + 1);
+        b[(0, 0)] = 1.0;
+        b[(0, 1)] = -1.0;
+        for i in 0..n {
+            let j = (i + 1) % n;
+            b[(1 + i, 1 + 2 * i)] = self.params().gears[i].base_radius;
+            b[(1 + i, 1 + 2 * j)] = -self.params().gears[j].base_radius;
+            b[(1 + n + i, 1 + 2 * i)] = 1.0;
+            b[(1 + n + i, 2 + 2 * i)] = -1.0;
+        }
+        b
+    }
+
+    /// Stiffness of every link: motor shaft, meshes as given, output shafts.
+    pub(super) fn link_stiffnesses(&self, mesh_stiffness: &[f64]) -> Result<Vec<f64>, ParameterError> {
+        check::length("mesh stiffnesses", mesh_stiffness.len(), self.gears())?;
+        for (i, &k) in mesh_stiffness.iter().enumerate() {
+            check::not_negative(format!("mesh stiffness [{i}]"), k)?;
+        }
+        let outputs = self.params().gears.iter().map(|gear| gear.load.shaft.stiffness);
+        Ok(std::iter::once(self.params().motor.shaft.stiffness).chain(mesh_stiffness.iter().copied()).chain(outputs).collect())
+    }
+
+    pub(super) fn link_dampings(&self) -> Vec<f64> {
+        let outputs = self.params().gears.iter().map(|gear| gear.load.shaft.damping);
+        let meshes = self.params().meshes.iter().map(|mesh| mesh.damping());
+        std::iter::once(self.params().motor.shaft.damping).chain(meshes).chain(outputs).collect()
+    }
+
+    fn assemble(&self, links: Vec<f64>) -> DMatrix<f64> {
+        let b = self.mesh_matrix();
+        b.transpose() * DMatrix::from_diagonal(&DVector::from_vec(links)) * b
+    }
+
+    /// K = Bᵀ k B [N m/rad] with all teeth in contact, for given mesh stiffnesses [N/m].
+    pub fn stiffness_matrix(&self, mesh_stiffness: &[f64]) -> Result<DMatrix<f64>, ParameterError> {
+        Ok(self.assemble(self.link_stiffnesses(mesh_stiffness)?))
+    }
+
+    /// C = Bᵀ c B [N m s/rad].
+    pub fn damping_matrix(&self) -> DMatrix<f64> {
+        self.assemble(self.link_dampings())
+    }
+
+    /// The mean of each K_i(t) over a mesh period [N/m].
+    pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
+        let period = TAU / self.params().omega;
+        self.params().meshes.iter().map(|mesh| mean(mesh.stiffness(), period)).collect()
+    }
+
+    /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
+    pub fn modes(&self, mesh_stiffness: &[f64]) -> Result<Modes, ParameterError> {
+        let k = self.stiffness_matrix(mesh_stiffness)?;
+        let c = self.damping_matrix();
+        let j = self.inertias();
+        let size = j.len();
+        // M^(-1/2) K M^(-1/2) is symmetric.
+        let root: Vec<f64> = j.iter().map(|j| j.sqrt()).collect();
+        let scaled = faer::Mat::from_fn(size, size, |a, b| k[(a, b)] / (root[a] * root[b]));
+        let failed = || ParameterError::NotFinite { name: "an eigenvalue of the ring".into(), value: f64::NAN };
+        let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| failed())?;
+        let frequencies = (0..size).map(|i| eigen.S().column_vector()[i].max(0.0).sqrt()).collect();
+        let shapes = DMatrix::from_fn(size, size, |a, i| eigen.U()[(a, i)] / root[a]);
+        // (q, v)' = (v, -M⁻¹ K q - M⁻¹ C v).
+        let first_order = faer::Mat::from_fn(2 * size, 2 * size, |a, b| match (a < size, b < size) {
+            (true, true) => 0.0,
+            (true, false) => f64::from(u8::from(a == b - size)),
+            (false, true) => -k[(a - size, b)] / j[a - size],
+            (false, false) => -c[(a - size, b - size)] / j[a - size],
+        });
+        let all = first_order.eigenvalues().map_err(|_| failed())?;
+        let mut eigenvalues: Vec<Complex64> =
+            all.iter().filter(|l| l.im > 0.0 && l.im > 1e-6 * l.re.abs()).map(|l| Complex64::new(l.re, l.im)).collect();
+        eigenvalues.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        Ok(Modes { frequencies, shapes, eigenvalues })
+    }
+}
+
+/// The mean of an excitation over its period, between its edges by Gauss panels.
+fn mean(excitation: &dyn Excitation, period: f64) -> f64 {
+    const PANELS: usize = 64;
+    let (mut sum, mut t) = (0.0, 0.0);
+    while t < period {
+        let end = excitation.next_edge(t).map_or(period, |edge| edge.min(period));
+        for i in 0..PANELS {
+            let h = (end - t) / PANELS as f64;
+            let middle = t + (i as f64 + 0.5) * h;
+            sum += crate::analysis::gauss(middle - 0.5 * h, middle + 0.5 * h, |s| excitation.value(s, Side::After));
+        }
+        t = end;
+    }
+    sum / period
+}

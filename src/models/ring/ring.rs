@@ -1,0 +1,336 @@
+//! The ring as a model, in angles.
+
+use super::params::RingParams;
+use crate::error::ParameterError;
+use crate::excitation::{Shared, earlier};
+use crate::mesh::MeshDrives;
+use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, dual_jacobian};
+use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::scalar::Scalar;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The frame in which the angles are counted.
+///
+/// ```
+/// assert_eq!(gear_dynamics::Frame::default(), gear_dynamics::Frame::Inertial);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Frame {
+    /// At rest: with unbalanced torques the angles run away.
+    #[default]
+    Inertial,
+    /// Moving with the rigid motion r_j (Ω0 t + α t²/2): exactly equivalent for all relative motion.
+    Rigid,
+}
+
+/// The closed-loop ring of n gears over time [s], in the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] [rad].
+///
+/// d_i = R_i θ_i - R_{i+1} θ_{i+1} - e_i(t),   W_i = C_i d_i' + K_i(t) g(d_i),   indices cyclic
+/// J_i θ_i'' + (motor shaft at i = 1) + R_i (W_i - W_{i-1}) + C_si (θ_i' - θ_Li') + K_si (θ_i - θ_Li) = 0
+/// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
+/// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
+///
+/// Contacts: mesh i, deflection d_i [m], mesh force W_i [N].   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
+///
+/// ```
+/// use gear_dynamics::{Frame, Integrator, Dop853, Model, Ring, RingSet, State};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
+/// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
+/// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Ring<N = Backlash> {
+    params: RingParams<N>,
+    frame: Frame,
+    /// r_j: the rigid motion, per coordinate.
+    rigid: Vec<f64>,
+    /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
+    same: Vec<[usize; 2]>,
+}
+
+// Drives of a mesh: shapes of phase.
+const STRIDE: usize = 7;
+const STIFFNESS: usize = 0; // K [N/m]
+const ERROR: usize = 1; // e [m]
+const ERROR_RATE: usize = 2; // de/d(ωt) [m]
+const LOWER: usize = 3;
+const UPPER: usize = 4;
+const LOWER_RATE: usize = 5;
+const UPPER_RATE: usize = 6;
+
+impl<N: Nonlinearity> Ring<N> {
+    /// A ring of ordinary external meshes: an even number of gears.
+    ///
+    /// # Errors
+    /// [`ParameterError::OddRing`] for an odd number, since such a ring locks; and every parameter out of its range.
+    pub fn new(params: &RingParams<N>) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        let ring = Ring::as_printed(params)?;
+        if ring.gears() % 2 == 1 {
+            return Err(ParameterError::OddRing { gears: ring.gears() });
+        }
+        Ok(ring)
+    }
+
+    /// The equations as printed, for any n: with odd n they stand for a ring with one mesh that does not reverse. The paper's n = 3
+    /// is such a ring.
+    pub fn as_printed(params: &RingParams<N>) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        params.check()?;
+        let r1 = params.gears[0].base_radius;
+        let mut rigid = vec![1.0];
+        rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
+        let first = |i: usize, of: &dyn Fn(usize) -> Shared| (0..=i).find(|&j| Arc::ptr_eq(&of(i), &of(j))).unwrap_or(i);
+        let meshes = &params.meshes;
+        let same = (0..meshes.len())
+            .map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())])
+            .collect();
+        Ok(Ring { params: params.clone(), frame: Frame::Inertial, rigid, same })
+    }
+
+    /// The same ring in another frame.
+    pub fn in_frame(self, frame: Frame) -> Self {
+        Ring { frame, ..self }
+    }
+
+    /// The parameters.
+    pub fn params(&self) -> &RingParams<N> {
+        &self.params
+    }
+    /// Number of gears n.
+    pub fn gears(&self) -> usize {
+        self.params.gears.len()
+    }
+    /// The frame.
+    pub fn frame(&self) -> Frame {
+        self.frame
+    }
+    /// r_j: how the coordinates move when the ring turns rigidly, r_M = 1, r_i = r_Li = R_1/R_i.
+    pub fn rigid_motion(&self) -> &[f64] {
+        &self.rigid
+    }
+    /// Moments of inertia by coordinate [kg m²].
+    pub(super) fn inertias(&self) -> Vec<f64> {
+        let gears = self.params.gears.iter().flat_map(|gear| [gear.inertia, gear.load.inertia]);
+        std::iter::once(self.params.motor.inertia).chain(gears).collect()
+    }
+    /// Σ r_j T_j [N m]: zero for steady running.
+    pub fn torque_imbalance(&self) -> f64 {
+        let loads: f64 = self.params.gears.iter().enumerate().map(|(i, gear)| self.rigid[2 + 2 * i] * gear.load.torque).sum();
+        self.params.motor.torque - loads
+    }
+    /// α = Σ r_j T_j/Σ r_j² J_j [rad/s²]: what the imbalance does to the whole ring.
+    pub fn rigid_acceleration(&self) -> f64 {
+        let inertia: f64 = self.rigid.iter().zip(self.inertias()).map(|(r, j)| r * r * j).sum();
+        self.torque_imbalance() / inertia
+    }
+
+    /// Drive slot of the damping of a mesh [N s/m], for [`Held`](crate::Held).
+    pub fn damping_slot(&self, mesh: usize) -> usize {
+        self.phases() + 2 + mesh
+    }
+    /// Drive slots of the lower and upper edge of a mesh [m].
+    pub fn clearance_slots(&self, mesh: usize) -> [usize; 2] {
+        [STRIDE * mesh + LOWER, STRIDE * mesh + UPPER]
+    }
+    /// Drive slot of the motor torque [N m].
+    pub fn motor_torque_slot(&self) -> usize {
+        self.phases() + 1
+    }
+    /// Drive slot of the load torque of a gear [N m].
+    pub fn load_torque_slot(&self, gear: usize) -> usize {
+        self.phases() + 2 + self.gears() + gear
+    }
+
+    /// d_i, d_i' and what acts on them.
+    #[inline(always)]
+    fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
+        let n = self.params.gears.len();
+        let j = if i + 1 == n { 0 } else { i + 1 };
+        let (ri, rj) = (self.params.gears[i].base_radius, self.params.gears[j].base_radius);
+        let mesh = &u[STRIDE * i..][..STRIDE];
+        let omega = u[STRIDE * n];
+        let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
+        (q[gi] * ri - q[gj] * rj - mesh[ERROR], v[gi] * ri - v[gj] * rj - omega * mesh[ERROR_RATE])
+    }
+
+    #[inline(always)]
+    fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: &[S], x: S, rate: S) -> S {
+        let mesh = &u[STRIDE * i..][..STRIDE];
+        let damping = u[STRIDE * self.params.gears.len() + 2 + i];
+        let at = MeshDrives { stiffness: mesh[STIFFNESS], damping, lower: mesh[LOWER], upper: mesh[UPPER] };
+        self.params.meshes[i].force(law, i, x, rate, at)
+    }
+}
+
+impl<N: Nonlinearity> Generic for Ring<N> {
+    #[inline(always)]
+    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        let n = self.params.gears.len();
+        let (q, v, a) = (&q[..2 * n + 1], &v[..2 * n + 1], &mut a[..2 * n + 1]);
+        let motor = &self.params.motor;
+        let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
+        a[0] = (u[STRIDE * n + 1] - shaft) * (1.0 / motor.inertia);
+        // Torques on the gears first, divided by their inertia last.
+        a[1] = shaft;
+        for i in 1..n {
+            a[1 + 2 * i] = S::from(0.0);
+        }
+        for i in 0..n {
+            let j = if i + 1 == n { 0 } else { i + 1 };
+            let (x, rate) = self.deflection(i, u, q, v);
+            let w = self.force(law, i, u, x, rate);
+            a[1 + 2 * i] = a[1 + 2 * i] - w * self.params.gears[i].base_radius;
+            a[1 + 2 * j] = a[1 + 2 * j] + w * self.params.gears[j].base_radius;
+        }
+        for i in 0..n {
+            let gear = &self.params.gears[i];
+            let (g, l) = (1 + 2 * i, 2 + 2 * i);
+            let shaft = (q[g] - q[l]) * gear.load.shaft.stiffness + (v[g] - v[l]) * gear.load.shaft.damping;
+            a[g] = (a[g] - shaft) * (1.0 / gear.inertia);
+            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * (1.0 / gear.load.inertia);
+        }
+        if self.frame == Frame::Rigid {
+            let alpha = self.rigid_acceleration_of(u);
+            for (a, r) in a.iter_mut().zip(&self.rigid) {
+                *a = *a - alpha * *r;
+            }
+        }
+    }
+
+    fn phases(&self) -> usize {
+        STRIDE * self.params.gears.len()
+    }
+    fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
+        self.shapes(phase / self.params.omega, side, u);
+    }
+    fn constants(&self, u: &mut [f64]) {
+        let n = self.gears();
+        let u = &mut u[STRIDE * n..];
+        u[0] = self.params.omega;
+        u[1] = self.params.motor.torque;
+        for i in 0..n {
+            u[2 + i] = self.params.meshes[i].damping;
+            u[2 + n + i] = self.params.gears[i].load.torque;
+        }
+    }
+    /// Rings that are copies of one another up to torques, damping and speed: the same shared excitations would be needed to tell more.
+    fn shares_lanes_with(&self, other: &Self) -> bool {
+        let same_mesh = |(a, b): (&crate::mesh::Mesh<N>, &crate::mesh::Mesh<N>)| {
+            Arc::ptr_eq(&a.stiffness, &b.stiffness) && Arc::ptr_eq(&a.error, &b.error) && a.contact_damping == b.contact_damping
+        };
+        self.frame == other.frame
+            && self.rigid == other.rigid
+            && self.inertias() == other.inertias()
+            && self.params.omega == other.params.omega
+            && self.params.motor.shaft == other.params.motor.shaft
+            && self.params.gears.iter().zip(&other.params.gears).all(|(a, b)| a.load.shaft == b.load.shaft && a.base_radius == b.base_radius)
+            && self.params.meshes.iter().zip(&other.params.meshes).all(same_mesh)
+    }
+}
+
+impl<N: Nonlinearity> Ring<N> {
+    /// α from the torques in the drives, which may be random.
+    #[inline(always)]
+    fn rigid_acceleration_of<S: Scalar>(&self, u: &[S]) -> S {
+        let n = self.params.gears.len();
+        let mut torque = u[STRIDE * n + 1];
+        let mut inertia = self.params.motor.inertia;
+        for i in 0..n {
+            let (r, gear) = (self.rigid[1 + 2 * i], &self.params.gears[i]);
+            torque = torque - u[STRIDE * n + 2 + n + i] * r;
+            inertia += r * r * (gear.inertia + gear.load.inertia);
+        }
+        torque * (1.0 / inertia)
+    }
+
+    /// The drives that repeat, at time t.
+    fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
+        let per_phase = 1.0 / self.params.omega;
+        for (i, mesh) in self.params.meshes.iter().enumerate() {
+            let [k, e] = self.same[i];
+            u[STRIDE * i + STIFFNESS] = if k < i { u[STRIDE * k + STIFFNESS] } else { mesh.stiffness.value(t, side) };
+            if e < i {
+                u.copy_within(STRIDE * e + ERROR..=STRIDE * e + ERROR_RATE, STRIDE * i + ERROR);
+            } else {
+                let error = mesh.error.jet(t, side);
+                u[STRIDE * i + ERROR] = error.value;
+                u[STRIDE * i + ERROR_RATE] = error.rate * per_phase;
+            }
+            let edges = mesh.law.edges(t, side);
+            u[STRIDE * i + LOWER] = edges.lower;
+            u[STRIDE * i + UPPER] = edges.upper;
+            u[STRIDE * i + LOWER_RATE] = edges.lower_rate * per_phase;
+            u[STRIDE * i + UPPER_RATE] = edges.upper_rate * per_phase;
+        }
+    }
+}
+
+impl<N: Nonlinearity> Model for Ring<N> {
+    fn dof(&self) -> usize {
+        2 * self.gears() + 1
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.accel_on(&AsIs, u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        (STRIDE + 2) * self.gears() + 2
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.shapes(t, side, u);
+        self.constants(u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.params.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(t)))
+    }
+    fn contacts(&self) -> usize {
+        self.gears()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let omega = u[STRIDE * self.gears()];
+        for (i, out) in out.iter_mut().enumerate() {
+            let (deflection, rate) = self.deflection(i, u, q, v);
+            let mesh = &u[STRIDE * i..][..STRIDE];
+            *out = Contact {
+                deflection,
+                rate,
+                lower: mesh[LOWER],
+                upper: mesh[UPPER],
+                lower_rate: omega * mesh[LOWER_RATE],
+                upper_rate: omega * mesh[UPPER_RATE],
+                force: self.force(&AsIs, i, u, deflection, rate),
+            };
+        }
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.accel_on(&OnPieces(pieces), u, q, v, a);
+        true
+    }
+    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        dual_jacobian(self, u, q, v, out)
+    }
+    /// Mesh forces by another name of the paper: K_i d_i without the dead zone, whose 5.9 and 5.5 kN it prints.
+    fn channels(&self) -> Vec<Channel> {
+        (1..=self.gears()).map(|i| Channel::new(format!("stiffness times deflection {i}"), "N")).collect()
+    }
+    fn observe(&self, u: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = u[STRIDE * i + STIFFNESS] * contacts[i].deflection;
+        }
+    }
+}
+
+impl<N: Nonlinearity> Periodic for Ring<N> {
+    /// One mesh period 2π/ω [s].
+    fn period(&self) -> f64 {
+        TAU / self.params.omega
+    }
+}

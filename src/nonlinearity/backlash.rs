@@ -1,0 +1,156 @@
+//! Dead zones.
+
+use super::{Edges, Nonlinearity};
+use crate::error::{ParameterError, check};
+use crate::excitation::{Excitation, Repeats, Shared};
+use crate::model::{Piece, Side};
+use crate::scalar::Scalar;
+
+/// max(x - upper, 0) - max(lower - x, 0).
+#[inline(always)]
+fn dead_zone<S: Scalar>(x: S, lower: S, upper: S) -> S {
+    let zero = S::from(0.0);
+    (x - upper).max(zero) - (lower - x).max(zero)
+}
+
+#[inline(always)]
+fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
+    match piece {
+        Piece::Lower => x - lower,
+        Piece::Gap => S::from(0.0),
+        Piece::Upper => x - upper,
+    }
+}
+
+/// f(x) = max(x - b, 0) - max(-x - b, 0), b the half width of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
+///
+/// ```
+/// use gear_dynamics::{Backlash, Nonlinearity};
+/// let law = Backlash::new(2.65e-5)?; // half of the backlash [m]
+/// assert_eq!(law.at(1e-5), 0.0);
+/// assert!((law.at(-4e-5) + 1.35e-5).abs() < 1e-20);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backlash {
+    half_width: f64,
+}
+
+impl Backlash {
+    /// Half width b, not negative.
+    pub fn new(half_width: f64) -> Result<Self, ParameterError> {
+        Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
+    }
+
+    /// b: half of the backlash.
+    pub fn half_width(&self) -> f64 {
+        self.half_width
+    }
+}
+
+impl Nonlinearity for Backlash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone(x, lower, upper)
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone_on(piece, x, lower, upper)
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges::symmetric(self.half_width, 0.0)
+    }
+}
+
+/// Edges at `lower` and `upper`, and flanks of different stiffness:
+/// f(x) = s_u max(x - upper, 0) - s_l max(lower - x, 0).
+///
+/// ```
+/// use gear_dynamics::{AsymmetricBacklash, Nonlinearity};
+/// let law = AsymmetricBacklash::new(-1.0, 2.0)?.with_slopes(0.5, 1.0)?;
+/// assert_eq!((law.at(-3.0), law.at(0.0), law.at(3.0)), (-1.0, 0.0, 1.0));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AsymmetricBacklash {
+    lower: f64,
+    upper: f64,
+    slopes: [f64; 2],
+}
+
+impl AsymmetricBacklash {
+    /// lower <= upper, both flanks of relative stiffness 1.
+    pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        check::finite("lower edge", lower)?;
+        check::finite("upper edge", upper)?;
+        check::not_negative("gap between lower and upper edge", upper - lower)?;
+        Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
+    }
+
+    /// Relative stiffness of the lower and the upper flank, both positive.
+    pub fn with_slopes(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        let slopes = [check::positive("slope of the lower flank", lower)?, check::positive("slope of the upper flank", upper)?];
+        Ok(AsymmetricBacklash { slopes, ..self })
+    }
+}
+
+impl Nonlinearity for AsymmetricBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        let zero = S::from(0.0);
+        (x - upper).max(zero) * self.slopes[1] - (lower - x).max(zero) * self.slopes[0]
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        let unit = dead_zone_on(piece, x, lower, upper);
+        match piece {
+            Piece::Lower => unit * self.slopes[0],
+            Piece::Gap => unit,
+            Piece::Upper => unit * self.slopes[1],
+        }
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
+    }
+}
+
+/// A dead zone whose half width b(t) moves: the same force with edges ∓b(t).
+///
+/// ```
+/// use gear_dynamics::{Fourier, Nonlinearity, Side, VaryingBacklash, shared};
+/// let law = VaryingBacklash::new(shared(Fourier::new(1.0, &[[0.25, 0.0]], 2.0)?));
+/// assert_eq!(law.edges(0.0, Side::After).upper, 1.25);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct VaryingBacklash {
+    half_width: Shared,
+}
+
+impl VaryingBacklash {
+    /// The half width as an excitation; it should stay positive.
+    pub fn new(half_width: Shared) -> Self {
+        VaryingBacklash { half_width }
+    }
+}
+
+impl Nonlinearity for VaryingBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone(x, lower, upper)
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone_on(piece, x, lower, upper)
+    }
+    fn edges(&self, t: f64, side: Side) -> Edges {
+        let b = self.half_width.jet(t, side);
+        Edges::symmetric(b.value, b.rate)
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.half_width.next_edge(t)
+    }
+    fn repeats(&self) -> Repeats {
+        self.half_width.repeats()
+    }
+}

@@ -1,0 +1,128 @@
+//! Step sizes: what the caller asked for, the PI controller, the starting step.
+
+use super::IntegrateError;
+use super::engine::{Engine, Tableau};
+use crate::model::Model;
+
+/// What every solver has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) locate: bool,
+    pub(crate) max_steps: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { locate: true, max_steps: 100_000_000 }
+    }
+}
+
+/// What the adaptive ones have besides.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tolerances {
+    pub(crate) rtol: f64,
+    pub(crate) atol: Vec<f64>,
+    pub(crate) first: Option<f64>,
+    pub(crate) max: f64,
+    pub(crate) beta: f64,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) enum StepRule<'a> {
+    Fixed(f64),
+    Adaptive(&'a Tolerances),
+}
+
+impl StepRule<'_> {
+    /// The absolute tolerances in full length, or why they cannot be used.
+    pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, IntegrateError> {
+        let positive = |name: &'static str, value: f64| {
+            if value > 0.0 { Ok(()) } else { Err(IntegrateError::Setting { name, value, allowed: "positive" }) }
+        };
+        match self {
+            StepRule::Fixed(step) => {
+                positive("step", *step)?;
+                if step.is_infinite() {
+                    return Err(IntegrateError::Setting { name: "step", value: *step, allowed: "finite" });
+                }
+                Ok(Vec::new())
+            }
+            StepRule::Adaptive(tolerances) => {
+                positive("rtol", tolerances.rtol)?;
+                positive("max_step", tolerances.max)?;
+                tolerances.first.map_or(Ok(()), |step| positive("first_step", step))?;
+                tolerances.atol.iter().try_for_each(|&atol| positive("atol", atol))?;
+                if !(0.0..0.2).contains(&tolerances.beta) {
+                    return Err(IntegrateError::Setting { name: "pi_beta", value: tolerances.beta, allowed: "[0, 0.2)" });
+                }
+                match tolerances.atol[..] {
+                    [one] => Ok(vec![one; components]),
+                    _ if tolerances.atol.len() == components => Ok(tolerances.atol.clone()),
+                    _ => Err(IntegrateError::ToleranceLength { expected: components, found: tolerances.atol.len() }),
+                }
+            }
+        }
+    }
+}
+
+/// h_new = h safe err^(-α) err_old^β, within bounds, not growing after a rejection.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13),
+/// and II, Sect. IV.2.
+pub(crate) struct Controller {
+    exponent: f64,
+    beta: f64,
+    factors: [f64; 2],
+    old_error: f64,
+    rejected: bool,
+}
+
+impl Controller {
+    const SAFETY: f64 = 0.9;
+
+    pub(crate) fn new<T: Tableau>(beta: f64) -> Self {
+        Controller { exponent: T::EXPONENT - 0.75 * beta, beta, factors: T::FACTORS, old_error: 1e-4, rejected: false }
+    }
+
+    /// The next step after an error estimate, and whether the one just made stands.
+    #[inline]
+    pub(crate) fn next(&mut self, h: f64, error: f64) -> (f64, bool) {
+        let [least, most] = self.factors;
+        let raw = error.powf(self.exponent) / Self::SAFETY;
+        if error <= 1.0 {
+            let shrink = if self.beta > 0.0 { raw / self.old_error.powf(self.beta) } else { raw };
+            let limit = if self.rejected { 1.0 } else { most };
+            self.old_error = error.max(1e-4);
+            self.rejected = false;
+            (h / shrink.clamp(1.0 / limit, 1.0 / least), true)
+        } else {
+            self.rejected = true;
+            (h / raw.min(1.0 / least), false)
+        }
+    }
+
+    /// A step that gave no numbers is tried again ten times shorter.
+    pub(crate) fn retreat(&mut self, h: f64) -> f64 {
+        self.rejected = true;
+        0.1 * h
+    }
+}
+
+/// A first step from the size of the solution, its slope and its curvature.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>, longest: f64) -> f64 {
+    let rms = |v: &mut dyn Iterator<Item = f64>| {
+        let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
+        f64::sqrt(sum / f64::max(count, 1.0))
+    };
+    let size: Vec<f64> = e.y.iter().zip(&e.atol).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+    let slope: Vec<f64> = e.slot(0).to_vec();
+    let d0 = rms(&mut e.y.iter().zip(&size).map(|(y, s)| y / s));
+    let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));
+    let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
+    let h0 = h0.min(longest);
+    e.aim(e.t + h0);
+    e.euler();
+    let d2 = rms(&mut e.slot(1).iter().zip(&slope).zip(&size).map(|((f1, f0), s)| (f1 - f0) / s)) / h0;
+    let d = d1.max(d2);
+    let h1 = if d <= 1e-15 { (h0 * 1e-3).max(1e-6) } else { (0.01 / d).powf(T::EXPONENT) };
+    let h = (100.0 * h0).min(h1).min(longest);
+    if h.is_finite() && h > 0.0 { h } else { h0 }
+}

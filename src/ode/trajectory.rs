@@ -1,0 +1,159 @@
+//! Recorded runs.
+
+use super::{Finish, IntegrateError, Stats};
+use crate::channel::Probe;
+use crate::error::ParameterError;
+use crate::model::{Model, Side, State};
+use thiserror::Error;
+
+/// States in the order of time.
+///
+/// ```
+/// use gear_dynamics::{Integrator, Model, Rk4, State};
+/// struct Fall;
+/// impl Model for Fall {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -2.0; }
+/// }
+/// let run = Rk4::new(0.5).trajectory(&Fall, &State::at_rest(1), 1.0)?;
+/// assert_eq!(run.times(), [0.0, 0.5, 1.0]);
+/// assert_eq!(run.channel(&Fall, "q1")?, [0.0, -0.25, -1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    dof: usize,
+    times: Vec<f64>,
+    states: Vec<f64>,
+    stats: Stats,
+}
+
+impl Trajectory {
+    pub(super) fn empty(dof: usize) -> Self {
+        Trajectory { dof, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
+    }
+    pub(super) fn starting_at(start: &State) -> Self {
+        let mut trajectory = Trajectory::empty(start.q.len());
+        trajectory.push_state(start);
+        trajectory
+    }
+    pub(super) fn push_state(&mut self, state: &State) {
+        self.times.push(state.t);
+        self.states.extend_from_slice(&state.q);
+        self.states.extend_from_slice(&state.v);
+    }
+    pub(super) fn push(&mut self, t: f64, y: &[f64]) {
+        self.times.push(t);
+        self.states.extend_from_slice(y);
+    }
+    pub(super) fn or_failed(mut self, run: Result<Finish, IntegrateError>) -> Result<Self, Failed> {
+        match run {
+            Ok(finish) => {
+                self.stats = finish.stats;
+                Ok(self)
+            }
+            Err(error) => Err(Failed { error, trajectory: Box::new(self) }),
+        }
+    }
+
+    /// Number of states.
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+    /// All times.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+    /// Coordinates at index `i`.
+    ///
+    /// # Panics
+    /// If `i` is not below [`len`](Trajectory::len).
+    pub fn q(&self, i: usize) -> &[f64] {
+        &self.states[2 * self.dof * i..][..self.dof]
+    }
+    /// Velocities at index `i`.
+    ///
+    /// # Panics
+    /// If `i` is not below [`len`](Trajectory::len).
+    pub fn v(&self, i: usize) -> &[f64] {
+        &self.states[2 * self.dof * i + self.dof..][..self.dof]
+    }
+    /// The state at index `i`.
+    ///
+    /// # Panics
+    /// If `i` is not below [`len`](Trajectory::len).
+    pub fn state(&self, i: usize) -> State {
+        State::new(self.times[i], self.q(i), self.v(i))
+    }
+    /// The last state, if there is one.
+    pub fn last(&self) -> Option<State> {
+        self.len().checked_sub(1).map(|i| self.state(i))
+    }
+    /// Phase portrait of coordinate `j`: pairs (q_j, v_j).
+    ///
+    /// # Panics
+    /// If the model has no coordinate `j`.
+    pub fn phase_portrait(&self, j: usize) -> Vec<(f64, f64)> {
+        (0..self.len()).map(|i| (self.q(i)[j], self.v(i)[j])).collect()
+    }
+    /// A named channel of the model over the whole run (see [`Probe`]). Where a drive jumps, the value just before holds.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchChannel`], which lists the names there are.
+    pub fn channel<M: Model + ?Sized>(&self, model: &M, name: &str) -> Result<Vec<f64>, ParameterError> {
+        let mut probe = Probe::new(model);
+        let index = probe.index(name)?;
+        Ok((0..self.len())
+            .map(|i| {
+                let side = if i == 0 { Side::After } else { Side::Before };
+                probe.read(self.times[i], side, self.q(i), self.v(i))[index]
+            })
+            .collect())
+    }
+    /// What the run took.
+    pub fn stats(&self) -> Stats {
+        self.stats
+    }
+}
+
+/// A run that ended early, with all that came before.
+///
+/// ```
+/// use gear_dynamics::{IntegrateError, Integrator, Model, Rk4, State};
+/// struct Breaks;
+/// impl Model for Breaks {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = if u[0] < 0.6 { 1.0 } else { f64::NAN }; }
+/// }
+/// let failed = Rk4::new(0.25).trajectory(&Breaks, &State::at_rest(1), 1.0).unwrap_err();
+/// assert!(matches!(failed.error, IntegrateError::NotFinite { t: 0.5, .. }));
+/// assert_eq!(failed.trajectory.times(), [0.0, 0.25, 0.5]);
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{error} ({} states before it are kept)", trajectory.len())]
+pub struct Failed {
+    /// Why.
+    pub error: IntegrateError,
+    /// What had been computed.
+    pub trajectory: Box<Trajectory>,
+}
+
+/// `count` equal steps from `t0` to `t1`, both included: `count + 1` times.
+pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Vec<f64> {
+    (0..=count).map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) }).collect()
+}
+
+pub(super) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {
+    let mut last = start;
+    for (index, &value) in times.iter().enumerate() {
+        if !(value.is_finite() && value >= last) {
+            return Err(IntegrateError::OutputTime { index, value, start });
+        }
+        last = value;
+    }
+    Ok(())
+}
