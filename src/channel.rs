@@ -78,6 +78,15 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         &self.values
     }
 
+    /// The values last read.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+    /// The contacts last read.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
     /// The contacts alone.
     pub fn read_contacts(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[Contact] {
         self.model.drive(t, side, &mut self.drives);

@@ -13,6 +13,7 @@ pub mod nonlinearity;
 pub mod ode;
 mod scalar;
 
+pub use analysis::*;
 pub use channel::Probe;
 pub use error::ParameterError;
 pub use excitation::*;

@@ -101,3 +101,23 @@ impl Model for Unheld {
 /// B3 and B16: mesh frequency 500 Hz, 0.2 s.
 pub const RING_OMEGA: f64 = 2.0 * PI * 500.0;
 pub const RING_END: f64 = 0.2;
+
+/// The ring of workloads B3 and B16, `torque` on every output, balanced.
+pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
+    use gear_dynamics::*;
+    let set = RingSet {
+        gear_inertia: 1.5e-3,
+        load_inertia: 1.5e-3,
+        base_radius: 0.0564,
+        motor_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
+        output_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
+        mesh_stiffness: 1e8,
+        stiffness_harmonics: vec![0.2],
+        mesh_damping: 2000.0,
+        error: 1e-5,
+        motor_torque: torque * gears as f64,
+        load_torque: torque,
+        ..RingSet::a(gears, 1000.0)
+    };
+    Ring::as_printed(&set.params().expect("the parameters are in range")).expect("the parameters are in range")
+}

@@ -2,7 +2,7 @@
 
 use super::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, Repeats, Shared};
+use crate::excitation::{Repeats, Shared};
 use crate::model::{Piece, Side};
 use crate::scalar::Scalar;
 

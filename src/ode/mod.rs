@@ -77,7 +77,7 @@ pub trait Integrator {
     /// # Errors
     /// [`Failed`], which holds the states up to the failure.
     fn sample<M: Model + ?Sized>(&self, model: &M, start: &State, times: &[f64]) -> Result<Trajectory, Failed> {
-        let mut trajectory = Trajectory::empty(model.dof());
+        let mut trajectory = Trajectory::empty(model.dof(), start.t);
         if let Err(error) = trajectory::check_times(start.t, times) {
             return trajectory.or_failed(Err(error));
         }

@@ -23,17 +23,19 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     dof: usize,
+    /// Where the run started: only there the drives are seen from after.
+    start: f64,
     times: Vec<f64>,
     states: Vec<f64>,
     stats: Stats,
 }
 
 impl Trajectory {
-    pub(super) fn empty(dof: usize) -> Self {
-        Trajectory { dof, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
+    pub(super) fn empty(dof: usize, start: f64) -> Self {
+        Trajectory { dof, start, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
     }
     pub(super) fn starting_at(start: &State) -> Self {
-        let mut trajectory = Trajectory::empty(start.q.len());
+        let mut trajectory = Trajectory::empty(start.q.len(), start.t);
         trajectory.push_state(start);
         trajectory
     }
@@ -109,7 +111,7 @@ impl Trajectory {
         let index = probe.index(name)?;
         Ok((0..self.len())
             .map(|i| {
-                let side = if i == 0 { Side::After } else { Side::Before };
+                let side = if self.times[i] == self.start { Side::After } else { Side::Before };
                 probe.read(self.times[i], side, self.q(i), self.v(i))[index]
             })
             .collect())

@@ -44,6 +44,9 @@ impl Modes {
     }
 }
 
+/// Below this share of the highest frequency a mode is the rigid one.
+const RIGID: f64 = 1e-7;
+
 impl<N: Nonlinearity> Ring<N> {
     /// M: diagonal, [J_M, J_1, J_L1, ..., J_n, J_Ln] [kg m²].
     pub fn mass_matrix(&self) -> DMatrix<f64> {
@@ -114,18 +117,24 @@ impl<N: Nonlinearity> Ring<N> {
         let scaled = faer::Mat::from_fn(size, size, |a, b| k[(a, b)] / (root[a] * root[b]));
         let failed = || ParameterError::NotFinite { name: "an eigenvalue of the ring".into(), value: f64::NAN };
         let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| failed())?;
-        let frequencies = (0..size).map(|i| eigen.S().column_vector()[i].max(0.0).sqrt()).collect();
+        let frequencies: Vec<f64> = (0..size).map(|i| eigen.S().column_vector()[i].max(0.0).sqrt()).collect();
         let shapes = DMatrix::from_fn(size, size, |a, i| eigen.U()[(a, i)] / root[a]);
-        // (q, v)' = (v, -M⁻¹ K q - M⁻¹ C v).
-        let first_order = faer::Mat::from_fn(2 * size, 2 * size, |a, b| match (a < size, b < size) {
-            (true, true) => 0.0,
-            (true, false) => f64::from(u8::from(a == b - size)),
-            (false, true) => -k[(a - size, b)] / j[a - size],
-            (false, false) => -c[(a - size, b - size)] / j[a - size],
+        // In the elastic modes p, as (Ω p, p')' = (Ω p', -Ω (Ω p) - D p'): evenly scaled, and without the rigid motion.
+        let largest = frequencies.iter().copied().fold(0.0, f64::max);
+        let elastic: Vec<usize> = (0..size).filter(|&i| frequencies[i] > RIGID * largest).collect();
+        let damping = shapes.transpose() * c * &shapes;
+        let m = elastic.len();
+        let first_order = faer::Mat::from_fn(2 * m, 2 * m, |a, b| {
+            let (i, j) = (elastic[a % m], elastic[b % m]);
+            match (a < m, b < m) {
+                (true, false) if i == j => frequencies[i],
+                (false, true) if i == j => -frequencies[i],
+                (false, false) => -damping[(i, j)],
+                _ => 0.0,
+            }
         });
         let all = first_order.eigenvalues().map_err(|_| failed())?;
-        let mut eigenvalues: Vec<Complex64> =
-            all.iter().filter(|l| l.im > 0.0 && l.im > 1e-6 * l.re.abs()).map(|l| Complex64::new(l.re, l.im)).collect();
+        let mut eigenvalues: Vec<Complex64> = all.iter().filter(|l| l.im > 0.0).map(|l| Complex64::new(l.re, l.im)).collect();
         eigenvalues.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         Ok(Modes { frequencies, shapes, eigenvalues })
     }

@@ -317,13 +317,17 @@ impl<N: Nonlinearity> Model for Ring<N> {
     fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
         dual_jacobian(self, u, q, v, out)
     }
-    /// Mesh forces by another name of the paper: K_i d_i without the dead zone, whose 5.9 and 5.5 kN it prints.
+    /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
+    /// where the 5.9 and 5.5 kN of the paper come from.
     fn channels(&self) -> Vec<Channel> {
-        (1..=self.gears()).map(|i| Channel::new(format!("stiffness times deflection {i}"), "N")).collect()
+        let of_mesh = |i| [Channel::new(format!("transmission error {i}"), "m"), Channel::new(format!("stiffness times deflection {i}"), "N")];
+        (1..=self.gears()).flat_map(of_mesh).collect()
     }
     fn observe(&self, u: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = u[STRIDE * i + STIFFNESS] * contacts[i].deflection;
+        for (i, out) in out.chunks_exact_mut(2).enumerate() {
+            let mesh = &u[STRIDE * i..][..STRIDE];
+            out[0] = contacts[i].deflection + mesh[ERROR];
+            out[1] = mesh[STIFFNESS] * contacts[i].deflection;
         }
     }
 }

@@ -1,0 +1,103 @@
+//! Amplitude spectra.
+
+use crate::error::{ParameterError, check};
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// A window, by its usual name; all are periodic (for spectra), not symmetric (for filters).   Source: Harris, Proc. IEEE 66 (1978) 51.
+///
+/// ```
+/// assert_eq!(gear_dynamics::Window::Hann.coefficients(4), [0.0, 0.5, 1.0, 0.5]);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Window {
+    /// None: exact when the samples fill whole periods.
+    #[default]
+    Rectangular,
+    /// Hann.
+    Hann,
+    /// Hamming.
+    Hamming,
+    /// Blackman.
+    Blackman,
+    /// Flat top: amplitudes right to 0.1 % between the lines.
+    FlatTop,
+}
+
+impl Window {
+    /// w_i = Σ_k (-1)^k a_k cos(2π k i/n).
+    pub fn coefficients(self, n: usize) -> Vec<f64> {
+        let a: &[f64] = match self {
+            Window::Rectangular => &[1.0],
+            Window::Hann => &[0.5, 0.5],
+            Window::Hamming => &[0.54, 0.46],
+            Window::Blackman => &[0.42, 0.5, 0.08],
+            Window::FlatTop => &[0.215_578_95, 0.416_631_58, 0.277_263_158, 0.083_578_947, 0.006_947_368],
+        };
+        let at = |i: usize| {
+            let x = TAU * i as f64 / n as f64;
+            a.iter().enumerate().map(|(k, a)| if k % 2 == 0 { *a } else { -a } * libm::cos(k as f64 * x)).sum()
+        };
+        (0..n).map(at).collect()
+    }
+}
+
+/// A one-sided amplitude spectrum: a sine of amplitude 1 reads 1 at its line, whatever the window; a constant reads itself at 0.
+///
+/// ```
+/// use gear_dynamics::{Spectrum, Window};
+/// let sine: Vec<f64> = (0..64).map(|i| (i as f64 * std::f64::consts::TAU * 5.0 / 64.0).sin()).collect();
+/// let spectrum = Spectrum::of(&sine, 1.0 / 64.0, Window::Hann)?;
+/// assert!((spectrum.amplitudes()[5] - 1.0).abs() < 1e-14);
+/// assert_eq!(spectrum.frequencies()[5], 5.0);
+/// assert_eq!(spectrum.orders(2.5)?[5], 2.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    frequencies: Vec<f64>,
+    amplitudes: Vec<f64>,
+    phases: Vec<f64>,
+}
+
+impl Spectrum {
+    /// Of uniform samples `spacing` apart [s]; lines at k/(n spacing) up to half the sampling rate.
+    pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
+        let n = samples.len();
+        if n < 2 {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: n, least: 2 });
+        }
+        check::all_finite("samples", samples)?;
+        check::positive("spacing", spacing)?;
+        let w = window.coefficients(n);
+        let gain: f64 = w.iter().sum();
+        let mut line: Vec<Complex64> = samples.iter().zip(&w).map(|(x, w)| Complex64::new(x * w, 0.0)).collect();
+        FftPlanner::new().plan_fft_forward(n).process(&mut line);
+        line.truncate(n / 2 + 1);
+        let sided = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
+        Ok(Spectrum {
+            frequencies: (0..line.len()).map(|k| k as f64 / (n as f64 * spacing)).collect(),
+            amplitudes: line.iter().enumerate().map(|(k, x)| sided(k) * x.norm() / gain).collect(),
+            phases: line.iter().map(|x| x.arg()).collect(),
+        })
+    }
+
+    /// Frequencies [Hz].
+    pub fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+    /// Amplitudes, in the unit of the samples.
+    pub fn amplitudes(&self) -> &[f64] {
+        &self.amplitudes
+    }
+    /// Phases φ of A cos(2π f t + φ) [rad].
+    pub fn phases(&self) -> &[f64] {
+        &self.phases
+    }
+    /// The frequencies as orders of a base frequency [Hz]: of the shaft, of the mesh.
+    pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
+        let base = check::positive("base frequency", base)?;
+        Ok(self.frequencies.iter().map(|f| f / base).collect())
+    }
+}
