@@ -143,6 +143,13 @@ pub(crate) mod check {
         if value >= 0.0 { Ok(value) } else { Err(E::Negative { name, value }) }
     }
 
+    /// A period or a frequency: positive, and far from where its inverse overflows.
+    pub(crate) fn scale(name: impl Into<String>, value: f64) -> Checked {
+        let name = name.into();
+        let value = positive(name.clone(), value)?;
+        if (1e-100..=1e100).contains(&value) { Ok(value) } else { Err(E::OutOfRange { name, value, allowed: "[1e-100, 1e100]" }) }
+    }
+
     /// 0 <= value < 1, for ratios such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
         let name = name.into();

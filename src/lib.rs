@@ -2,6 +2,7 @@
 /// x
 pub mod analysis;
 mod channel;
+mod check;
 mod error;
 pub mod excitation;
 mod held;
@@ -15,6 +16,7 @@ mod scalar;
 
 pub use analysis::*;
 pub use channel::Probe;
+pub use check::{Finding, check_generic, check_model, check_periodic};
 pub use error::ParameterError;
 pub use excitation::*;
 pub use held::*;

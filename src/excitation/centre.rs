@@ -27,7 +27,7 @@ impl InstantCentre {
     pub fn new(eccentric: f64, omega: f64) -> Result<Self, ParameterError> {
         Ok(InstantCentre {
             eccentric: check::fraction("eccentric ratio", eccentric)?,
-            omega: check::positive("frequency of the centre", omega)?,
+            omega: check::scale("frequency of the centre", omega)?,
         })
     }
 

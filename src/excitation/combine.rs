@@ -117,7 +117,7 @@ impl<F: Fn(Jet) -> Jet + Send + Sync> Function<F> {
 
     /// The same, known to repeat with a period [s].
     pub fn with_period(self, period: f64) -> Result<Self, ParameterError> {
-        Ok(Function { repeats: Repeats::Every(check::positive("period", period)?), ..self })
+        Ok(Function { repeats: Repeats::Every(check::scale("period", period)?), ..self })
     }
 }
 

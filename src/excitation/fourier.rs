@@ -28,7 +28,7 @@ impl Fourier {
             check::finite(format!("cosine coefficient of order {}", i + 1), pair[0])?;
             check::finite(format!("sine coefficient of order {}", i + 1), pair[1])?;
         }
-        Ok(Fourier { mean, pairs: pairs.to_vec(), omega: check::positive("frequency omega", omega)? })
+        Ok(Fourier { mean, pairs: pairs.to_vec(), omega: check::scale("frequency omega", omega)? })
     }
 
     /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n [rad]).
@@ -70,7 +70,7 @@ impl Fourier {
 
     /// The same shape ahead by a phase φ [rad] of its base frequency: f(t + φ/ω).
     pub fn with_phase(mut self, phase: f64) -> Result<Self, ParameterError> {
-        check::finite("phase", phase)?;
+        let phase = check::finite("phase", phase)? % TAU;
         for (i, pair) in self.pairs.iter_mut().enumerate() {
             let (s, c) = libm::sincos((i + 1) as f64 * phase);
             *pair = [pair[0] * c + pair[1] * s, pair[1] * c - pair[0] * s];

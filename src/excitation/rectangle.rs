@@ -36,7 +36,7 @@ impl RectangularWave {
             low: check::finite("low level", low)?,
             high: check::finite("high level", high)?,
             duty: check::fraction("duty", duty)?,
-            period: check::positive("period", period)?,
+            period: check::scale("period", period)?,
             centre: 0.0,
         })
     }
@@ -52,7 +52,7 @@ impl RectangularWave {
 
     /// The same wave ahead by a phase [rad].
     pub fn with_phase(self, phase: f64) -> Result<Self, ParameterError> {
-        Ok(RectangularWave { centre: self.centre - check::finite("phase", phase)? / TAU, ..self })
+        Ok(RectangularWave { centre: self.centre - (check::finite("phase", phase)? / TAU).fract(), ..self })
     }
 
     /// low + duty (high - low).

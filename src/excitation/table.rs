@@ -28,7 +28,7 @@ impl Table {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
         }
         check::all_finite("samples", samples)?;
-        let period = check::positive("period", period)?;
+        let period = check::scale("period", period)?;
         Ok(Table { moments: periodic_moments(samples), samples: samples.to_vec(), period })
     }
 }

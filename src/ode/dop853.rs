@@ -32,7 +32,7 @@ impl Tableau for Order8 {
     const DENSE: usize = 7;
     const EXPONENT: f64 = 1.0 / 8.0;
     const FACTORS: [f64; 2] = [0.333, 6.0];
-    const BETA: f64 = 0.0;
+    const BETA: f64 = 0.03;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {

@@ -96,7 +96,8 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
             aim = e.t + 0.5 * (stop - e.t); // two even steps rather than one and a crumb
         }
         if aim - e.t <= RESOLUTION * e.t.abs() && aim < stop {
-            return Err(IntegrateError::StepUnderflow { t: e.t, h: aim - e.t });
+            // Steps that shrink towards something that is not a number blame the model, not the tolerance.
+            return Err(if retreats > 0 { not_finite(&e) } else { IntegrateError::StepUnderflow { t: e.t, h: aim - e.t } });
         }
 
         e.aim(aim);
@@ -136,7 +137,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
                         return Err(IntegrateError::EdgeStall { t: e.t, contact: exit.contact });
                     }
                     crossings.push(Crossing { contact: exit.contact, from: e.pieces[exit.contact], to: exit.to });
-                    let others = locator.leaving(&e.pieces, &e.contacts).filter(|other| other.contact != exit.contact);
+                    let others = locator.together(&e.pieces, &e.contacts, exit);
                     crossings.extend(others.map(|o| Crossing { contact: o.contact, from: e.pieces[o.contact], to: o.to }));
                 }
                 Found::At(_, exit) | Found::AtOnce(exit) => {

@@ -126,12 +126,16 @@ impl Locator {
         self.still[exit.contact] <= Self::STILL
     }
 
-    /// Every contact that stands on its edge and is about to leave: those that cross together with the one located.
-    pub(crate) fn leaving<'a>(&'a self, pieces: &'a [Piece], contacts: &'a [Contact]) -> impl Iterator<Item = Exit> + 'a {
-        contacts.iter().enumerate().flat_map(move |(i, c)| {
+    /// Every other contact that reaches its edge together with the located one: within the slack, or within the time by which that
+    /// one's edge was missed.
+    pub(crate) fn together<'a>(&'a self, pieces: &'a [Piece], contacts: &'a [Contact], located: Exit) -> impl Iterator<Item = Exit> + 'a {
+        let (value, rate, _) = self.miss(pieces, contacts, located);
+        let time = 2.0 * (value / rate).abs();
+        let others = (0..contacts.len()).filter(move |&i| i != located.contact);
+        others.flat_map(move |i| {
             Exit::of(i, pieces[i]).into_iter().flatten().filter(move |exit| {
-                let d = exit.distance(pieces[i], c, 1.0);
-                d.value.abs() <= SLACK * scale(c) && d.rate < 0.0
+                let d = exit.distance(pieces[i], &contacts[i], 1.0);
+                d.rate < 0.0 && d.value <= (SLACK * scale(&contacts[i])).max(time * d.rate.abs())
             })
         })
     }

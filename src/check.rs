@@ -1,0 +1,371 @@
+//! What is inconsistent in a model.
+
+use crate::channel::Probe;
+use crate::model::{AsIs, Contact, Generic, Jacobian, Model, OnPieces, Periodic, Piece, Side, State};
+
+/// Something that does not fit together in a model.
+///
+/// ```
+/// use gear_dynamics::{Finding, Model, State, check_model};
+/// struct Wrong;
+/// impl Model for Wrong {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+///     fn jacobian(&self, _: &[f64], _: &[f64], _: &[f64], out: &mut gear_dynamics::Jacobian) -> bool {
+///         out.q[(0, 0)] = 1.0; // the sign is wrong
+///         true
+///     }
+/// }
+/// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
+/// assert_eq!(findings.len(), 1);
+/// assert!(matches!(findings[0], Finding::Jacobian { row: 0, column: 0, .. }));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// A drive or an acceleration that is not a number.
+    NotFinite {
+        /// What it is.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// When.
+        t: f64,
+    },
+    /// An entry of the Jacobian that differences contradict; columns are coordinates, then velocities.
+    Jacobian {
+        /// Row.
+        row: usize,
+        /// Column.
+        column: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// The acceleration on the pieces where the contacts stand differs from the acceleration itself.
+    Pieces {
+        /// Component.
+        component: usize,
+        /// With pieces held.
+        held: f64,
+        /// Without.
+        free: f64,
+    },
+    /// The rate of a contact is not the derivative of its deflection along the motion.
+    ContactRate {
+        /// Which contact.
+        contact: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// An edge of a contact moves otherwise than its rate says.
+    EdgeRate {
+        /// Which contact.
+        contact: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// The acceleration bends at a deflection where the contact has no edge, or not where it has one.
+    Kink {
+        /// Which contact.
+        contact: usize,
+        /// The deflection at the edge that was looked at.
+        edge: f64,
+    },
+    /// An edge of the drives that does not lie ahead.
+    EdgeBehind {
+        /// Asked at.
+        t: f64,
+        /// The answer.
+        edge: f64,
+    },
+    /// A drive jumps where no edge is announced.
+    UnannouncedJump {
+        /// Which drive.
+        drive: usize,
+        /// Close to.
+        t: f64,
+    },
+    /// A drive does not repeat with the period.
+    Period {
+        /// Which drive.
+        drive: usize,
+        /// At this time.
+        t: f64,
+        /// Its value there.
+        first: f64,
+        /// A period later.
+        second: f64,
+    },
+    /// The generic acceleration differs from the plain one.
+    Generic {
+        /// Component.
+        component: usize,
+        /// On f64 through the generic form.
+        generic: f64,
+        /// Plain.
+        plain: f64,
+    },
+    /// The drives split for tables differ from the plain ones.
+    Split {
+        /// Which drive.
+        drive: usize,
+        /// From phase and constants.
+        split: f64,
+        /// Plain.
+        plain: f64,
+    },
+}
+
+/// Relative agreement asked of differences, and of two ways to one number.
+const ROUGH: f64 = 1e-4;
+const FINE: f64 = 1e-9;
+
+fn differ(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
+    !((a - b).abs() <= tolerance * (scale.abs() + a.abs().max(b.abs())))
+}
+
+/// Looks for contradictions near a typical state, whose size sets the scale of the differences.
+///
+/// Drives against their edges, Jacobian against differences, pieces and contacts against the acceleration. An empty list is good news.
+pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut at = Point::new(model, typical);
+    at.finite(&mut findings);
+    if findings.is_empty() {
+        at.jacobian(&mut findings);
+        at.pieces(&mut findings);
+        at.contact_rates(&mut findings);
+        at.kinks(&mut findings);
+        edges(model, typical.t, &mut findings);
+    }
+    findings
+}
+
+/// The same, and the drives against the period.
+pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
+    let mut findings = check_model(model, typical);
+    let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
+    // The golden section visits the period evenly and avoids its edges.
+    for i in 1..=16 {
+        let t = typical.t + (f64::from(i) * 0.618_033_988_749_894_9).fract() * model.period();
+        model.drive(t, Side::After, &mut u);
+        model.drive(t + model.period(), Side::After, &mut w);
+        for drive in 0..u.len() {
+            if differ(u[drive], w[drive], 0.0, 1e-6) && (u[drive] - w[drive]).abs() > 1e-9 {
+                findings.push(Finding::Period { drive, t, first: u[drive], second: w[drive] });
+            }
+        }
+    }
+    findings
+}
+
+/// The same, and the generic form against the plain one.
+pub fn check_generic<M: Generic + Periodic>(model: &M, typical: &State) -> Vec<Finding> {
+    let mut findings = check_periodic(model, typical);
+    let n = model.dof();
+    let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
+    let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+    model.drive(typical.t, Side::After, &mut u);
+    model.accel_on(&AsIs, &u, &typical.q, &typical.v, &mut a);
+    model.accel(&u, &typical.q, &typical.v, &mut b);
+    for component in 0..n {
+        if differ(a[component], b[component], 0.0, FINE) {
+            findings.push(Finding::Generic { component, generic: a[component], plain: b[component] });
+        }
+    }
+    let pieces = vec![Piece::Gap; model.contacts()];
+    model.accel_on(&OnPieces(&pieces), &u, &typical.q, &typical.v, &mut a);
+    if model.accel_on_pieces(&pieces, &u, &typical.q, &typical.v, &mut b) {
+        for component in 0..n {
+            if differ(a[component], b[component], 0.0, FINE) {
+                findings.push(Finding::Generic { component, generic: a[component], plain: b[component] });
+            }
+        }
+    }
+    model.phase_drives(std::f64::consts::TAU * typical.t / model.period(), Side::After, &mut w);
+    model.constants(&mut w);
+    let size = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    for drive in 0..u.len() {
+        if differ(w[drive], u[drive], 1e-6 * size, FINE) {
+            findings.push(Finding::Split { drive, split: w[drive], plain: u[drive] });
+        }
+    }
+    findings
+}
+
+/// A model at one state.
+struct Point<'m, M: ?Sized> {
+    model: &'m M,
+    state: State,
+    u: Vec<f64>,
+    /// Size of coordinates and of velocities, for differences.
+    size: [f64; 2],
+}
+
+impl<'m, M: Model + ?Sized> Point<'m, M> {
+    fn new(model: &'m M, state: &State) -> Self {
+        let mut u = vec![0.0; model.drives()];
+        model.drive(state.t, Side::After, &mut u);
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (q, v) = (largest(&state.q), largest(&state.v));
+        let size = [if q > 0.0 { q } else { 1.0 }, if v > 0.0 { v } else { 1.0 }];
+        Point { model, state: state.clone(), u, size }
+    }
+
+    fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut a = vec![0.0; self.model.dof()];
+        self.model.accel(&self.u, q, v, &mut a);
+        a
+    }
+
+    fn finite(&mut self, findings: &mut Vec<Finding>) {
+        let a = self.accel(&self.state.q, &self.state.v);
+        for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
+            let bad = values.iter().enumerate().filter(|(_, x)| !x.is_finite());
+            findings.extend(bad.map(|(index, _)| Finding::NotFinite { what, index, t: self.state.t }));
+        }
+    }
+
+    /// Central differences, unless the step meets an edge.
+    fn jacobian(&mut self, findings: &mut Vec<Finding>) {
+        let n = self.model.dof();
+        let mut given = Jacobian::new(n);
+        if !self.model.jacobian(&self.u, &self.state.q, &self.state.v, &mut given) {
+            return;
+        }
+        for column in 0..2 * n {
+            let (half, j) = (column / n, column % n);
+            let h = 1e-6 * self.size[half];
+            let moved = |sign: f64| {
+                let (mut q, mut v) = (self.state.q.clone(), self.state.v.clone());
+                if half == 0 { q[j] += sign * h } else { v[j] += sign * h }
+                self.accel(&q, &v)
+            };
+            let (plus, minus) = (moved(1.0), moved(-1.0));
+            let entries = if half == 0 { given.q.column(j) } else { given.v.column(j) };
+            for row in 0..n {
+                let differences = (plus[row] - minus[row]) / (2.0 * h);
+                let rounding = 1e-9 * plus[row].abs() / h;
+                if differ(entries[row], differences, rounding, ROUGH) {
+                    findings.push(Finding::Jacobian { row, column, given: entries[row], differences });
+                }
+            }
+        }
+    }
+
+    fn pieces(&mut self, findings: &mut Vec<Finding>) {
+        let pieces: Vec<Piece> = Probe::new(self.model)
+            .read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v)
+            .iter()
+            .map(Contact::piece)
+            .collect();
+        let mut held = vec![0.0; self.model.dof()];
+        if self.model.accel_on_pieces(&pieces, &self.u, &self.state.q, &self.state.v, &mut held) {
+            let free = self.accel(&self.state.q, &self.state.v);
+            for component in 0..held.len() {
+                if differ(held[component], free[component], 0.0, FINE) {
+                    findings.push(Finding::Pieces { component, held: held[component], free: free[component] });
+                }
+            }
+        }
+    }
+
+    /// d(deflection)/dt and d(edge)/dt along q' = v by central differences in time.
+    fn contact_rates(&mut self, findings: &mut Vec<Finding>) {
+        let mut probe = Probe::new(self.model);
+        let here: Vec<Contact> = probe.read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v).to_vec();
+        let h = 1e-6 * if self.state.v.iter().any(|v| *v != 0.0) { self.size[0] / self.size[1] } else { 1.0 };
+        let mut moved = |h: f64| {
+            let q: Vec<f64> = self.state.q.iter().zip(&self.state.v).map(|(q, v)| q + h * v).collect();
+            probe.read_contacts(self.state.t + h, Side::After, &q, &self.state.v).to_vec()
+        };
+        let (plus, minus) = (moved(h), moved(-h));
+        for (contact, c) in here.iter().enumerate() {
+            let (p, m) = (&plus[contact], &minus[contact]);
+            let rate = |a: f64, b: f64| (a - b) / (2.0 * h);
+            let rounding = 1e-9 * c.deflection.abs() / h;
+            let differences = rate(p.deflection, m.deflection);
+            if differ(c.rate, differences, rounding, ROUGH) {
+                findings.push(Finding::ContactRate { contact, given: c.rate, differences });
+            }
+            for (given, a, b) in [(c.lower_rate, p.lower, m.lower), (c.upper_rate, p.upper, m.upper)] {
+                if a.is_finite() && differ(given, rate(a, b), rounding + 1e-9 * a.abs() / h, ROUGH) {
+                    findings.push(Finding::EdgeRate { contact, given, differences: rate(a, b) });
+                }
+            }
+        }
+    }
+
+    /// At each finite edge the force must bend or jump: otherwise the edge is not where the kink is.
+    fn kinks(&mut self, findings: &mut Vec<Finding>) {
+        let n = self.model.dof();
+        let mut probe = Probe::new(self.model);
+        for contact in 0..self.model.contacts() {
+            let mut deflection = |q: &[f64]| probe.read_contacts(self.state.t, Side::After, q, &self.state.v)[contact];
+            // The direction in which this deflection grows fastest.
+            let base = deflection(&self.state.q);
+            let gradient: Vec<f64> = (0..n)
+                .map(|j| {
+                    let mut q = self.state.q.clone();
+                    q[j] += 1e-4 * self.size[0];
+                    (deflection(&q).deflection - base.deflection) / (1e-4 * self.size[0])
+                })
+                .collect();
+            let square: f64 = gradient.iter().map(|g| g * g).sum();
+            if square == 0.0 || !square.is_finite() {
+                continue;
+            }
+            let to = |d: f64| -> Vec<f64> {
+                self.state.q.iter().zip(&gradient).map(|(q, g)| q + (d - base.deflection) * g / square).collect()
+            };
+            for edge in [base.lower, base.upper] {
+                let gap = base.upper - base.lower;
+                if !edge.is_finite() || gap <= 0.0 || !gap.is_finite() {
+                    continue;
+                }
+                // Second difference across the edge against the second difference beside it.
+                let h = 1e-3 * gap;
+                let bend = |middle: f64| {
+                    let [a, b, c] = [middle - h, middle, middle + h].map(|d| self.accel(&to(d), &self.state.v));
+                    (0..n).map(|i| (a[i] - 2.0 * b[i] + c[i]).abs()).fold(0.0, f64::max)
+                };
+                let beside = bend(edge - 0.1 * gap).max(bend(edge + 0.1 * gap));
+                if bend(edge) <= 3.0 * beside {
+                    findings.push(Finding::Kink { contact, edge });
+                }
+            }
+        }
+    }
+}
+
+/// Edges lie ahead, and between them the drives do not jump.
+fn edges<M: Model + ?Sized>(model: &M, start: f64, findings: &mut Vec<Finding>) {
+    let mut t = start;
+    for _ in 0..8 {
+        let Some(edge) = model.next_edge(t) else { break };
+        if edge <= t {
+            findings.push(Finding::EdgeBehind { t, edge });
+            break;
+        }
+        t = edge;
+    }
+    // Both sides of instants that are not edges must agree.
+    let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
+    let span = if t > start { t - start } else { 1.0 };
+    for i in 0..64 {
+        let t = start + span * (f64::from(i) * 0.618_033_988_749_894_9).fract();
+        model.drive(t, Side::Before, &mut u);
+        model.drive(t, Side::After, &mut w);
+        if let Some(drive) = (0..u.len()).find(|&d| u[d] != w[d])
+            && model.next_edge(t - 1e-9 * span) != Some(t)
+        {
+            findings.push(Finding::UnannouncedJump { drive, t });
+            break;
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Spectra, rattle, settling: against closed forms and known orbits.
+
+use gear_dynamics::*;
+use proptest::prelude::*;
+use serde_json::Value;
+use std::f64::consts::TAU;
+
+fn classics() -> Value {
+    serde_json::from_str(&std::fs::read_to_string("tests/data/classics.json").unwrap()).unwrap()
+}
+
+const WINDOWS: [Window; 5] = [Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop];
+
+/// A sine of amplitude 1 reads 1, a constant reads itself, under every window, for even and odd lengths.
+#[test]
+fn amplitudes_are_scaled() {
+    for n in [64, 63, 1000] {
+        for window in WINDOWS {
+            let x: Vec<f64> = (0..n).map(|i| 0.7 + (TAU * 9.0 * i as f64 / n as f64 + 0.4).sin()).collect();
+            let s = Spectrum::of(&x, 0.01, window).unwrap();
+            assert!((s.amplitudes()[9] - 1.0).abs() < 1e-12, "{window:?}");
+            assert!((s.amplitudes()[0] - 0.7).abs() < 1e-12, "{window:?}");
+            assert!((s.phases()[9] - (0.4 - TAU / 4.0)).abs() < 1e-12, "{window:?}");
+            assert!((s.frequencies()[9] - 9.0 / (n as f64 * 0.01)).abs() < 1e-12);
+            assert!((s.orders(s.frequencies()[3]).unwrap()[9] - 3.0).abs() < 1e-12);
+        }
+    }
+    let nyquist: Vec<f64> = (0..16).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    assert!((Spectrum::of(&nyquist, 1.0, Window::Rectangular).unwrap().amplitudes()[8] - 1.0).abs() < 1e-14);
+}
+
+/// Between two lines the flat top still reads the amplitude; the others lose what their scalloping says.
+#[test]
+fn windows_between_lines() {
+    let x: Vec<f64> = (0..512).map(|i| (TAU * 40.5 * f64::from(i) / 512.0).sin()).collect();
+    let peak = |window| Spectrum::of(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
+    assert!((peak(Window::FlatTop) - 1.0).abs() < 2e-3);
+    assert!((peak(Window::Hann) - 0.8488).abs() < 1e-3); // Harris 1978, Table I: 1.42 dB
+    assert!((peak(Window::Rectangular) - 0.6366).abs() < 5e-3); // 3.92 dB
+}
+
+proptest! {
+    /// The transform against the naive sum.
+    #[test]
+    fn against_the_naive_sum(x in prop::collection::vec(-10.0..10.0f64, 2..40)) {
+        let n = x.len();
+        let s = Spectrum::of(&x, 1.0, Window::Rectangular).unwrap();
+        for k in 0..=n / 2 {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (i, x) in x.iter().enumerate() {
+                let angle = TAU * (k * i) as f64 / n as f64;
+                re += x * angle.cos();
+                im -= x * angle.sin();
+            }
+            let sided = if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
+            prop_assert!((s.amplitudes()[k] - sided * re.hypot(im) / n as f64).abs() < 1e-12);
+        }
+    }
+}
+
+/// x'' + 2 ζ x' + g(x) = Fm + Fah W² cos W t, b = 1: the paper class of Kahraman & Singh 1990.
+struct Spur {
+    w: f64,
+}
+
+impl Model for Spur {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = 0.1 + 0.05 * self.w * self.w * (self.w * u[0]).cos() - 0.1 * v[0] - (q[0] - 1.0).max(0.0) + (-1.0 - q[0]).max(0.0);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
+    }
+}
+
+impl Periodic for Spur {
+    fn period(&self) -> f64 {
+        TAU / self.w
+    }
+}
+
+/// Both stable orbits that coexist at W = 0.75 and 0.8: extremes, mean, share of lost contact, crossings.
+#[test]
+fn coexisting_orbits_of_a_spur_pair() {
+    let data = classics();
+    let mut orbits = 0;
+    for (w, list) in data["sdof_A"]["solutions_at_W"].as_object().unwrap() {
+        for known in list.as_array().unwrap().iter().filter(|k| k["stable"] == true) {
+            orbits += 1;
+            let number = |key: &str| known[key].as_f64().unwrap();
+            let model = Spur { w: w.parse().unwrap() };
+            let solver = Dop853::new().rtol(1e-11).atol(1e-13);
+            let start = State::new(0.0, &[number("x0")], &[number("v0")]);
+            let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
+            assert_eq!(steady.period_multiple, 1);
+            assert!((steady.state.q[0] - number("x0")).abs() < 1e-8 && (steady.state.v[0] - number("v0")).abs() < 1e-8);
+            let (mut statistics, mut rattle) = (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
+            let end = steady.state.t + model.period();
+            let mut both = |step: &mut Step<'_>| {
+                let _ = statistics.step(step);
+                rattle.step(step)
+            };
+            let finish = solver.run(&model, &steady.state, end, &mut both).unwrap();
+            let q = statistics.summary("q1").unwrap();
+            for (ours, key) in [(q.mean, "mean"), (q.standard_deviation(), "rms_about_mean")] {
+                assert!((ours - number(key)).abs() < 1e-8, "W = {w}: {key} {ours}");
+            }
+            // The reference sampled 4000 points, so the true extremes lie outside by up to h²/8 times the acceleration.
+            let outside = [q.max - number("max"), number("min") - q.min];
+            assert!(outside.iter().all(|d| (-1e-10..1e-7).contains(d)), "W = {w}: {outside:?}");
+            let contact = rattle.contact(0);
+            assert!((contact.loss_fraction() - number("gap_fraction")).abs() < 1e-8);
+            assert_eq!(finish.stats.crossings as f64, number("crossings"));
+            let expected = if number("crossings") > 0.0 { RattleState::Unilateral } else { RattleState::None };
+            assert_eq!(contact.state(), expected);
+            assert_eq!(2 * contact.impact_count(), finish.stats.crossings);
+        }
+    }
+    assert!(orbits >= 4);
+}
+
+/// Sampled without located edges the rattle is the same to the resolution of a step.
+#[test]
+fn rattle_without_located_edges() {
+    let model = Spur { w: 0.75 };
+    let start = State::new(0.0, &[0.833_843_012_540_731_5], &[0.164_078_751_799_494_74]);
+    let mut rattle = Rattle::new(&model);
+    Rk4::new(model.period() / 1000.0).plain().run(&model, &start, 10.0 * model.period(), &mut rattle).unwrap();
+    let contact = rattle.contact(0);
+    assert_eq!((contact.state(), contact.impact_count()), (RattleState::Unilateral, 10));
+    assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
+}
+
+/// Preloaded free motion with loss of contact: its closed-form period, T = 2 (π - arccos(F/A)) + 2 √(A² - F²)/F.
+#[test]
+fn contact_loss_backbone() {
+    struct Preloaded {
+        force: f64,
+    }
+    impl Model for Preloaded {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = self.force - (q[0] - 1.0).max(0.0) + (-1.0 - q[0]).max(0.0);
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
+        }
+    }
+    for value in classics()["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"].as_array().unwrap() {
+        let number = |key: &str| value[key].as_f64().unwrap();
+        if value["valid"] != true {
+            continue;
+        }
+        let model = Preloaded { force: number("Fm") };
+        let start = State::new(0.0, &[number("xmax")], &[0.0]);
+        let mut section = Section::new(&model, "v1", 0.0, Direction::Falling).unwrap();
+        let mut statistics = Statistics::new(&model, &["q1"]).unwrap();
+        let mut both = |step: &mut Step<'_>| {
+            let _ = statistics.step(step);
+            section.step(step)
+        };
+        let period = TAU / number("omega");
+        Dop853::new().rtol(1e-12).atol(1e-14).run(&model, &start, 3.2 * period, &mut both).unwrap();
+        let times: Vec<f64> = section.states().iter().map(|s| s.t).collect();
+        assert!((times[times.len() - 1] - times[times.len() - 2] - period).abs() < 1e-8 * period);
+        assert!((statistics.summary("q1").unwrap().min - number("xmin")).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn settling_finds_the_period_multiple() {
+    /// A Duffing oscillator in a period-two window, and one that decays to rest.
+    struct Duffing {
+        force: f64,
+    }
+    impl Model for Duffing {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = self.force * (1.2 * u[0]).cos() - 0.3 * v[0] + q[0] - q[0] * q[0] * q[0];
+        }
+    }
+    impl Periodic for Duffing {
+        fn period(&self) -> f64 {
+            TAU / 1.2
+        }
+    }
+    let solver = Dop853::new();
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    let multiple = |force: f64| Settle::new().tolerance(1e-7).most_periods(500).run(&solver, &Duffing { force }, &start).map(|s| s.period_multiple);
+    // The textbook cascade: 0.20 period 1, 0.28 period 2, 0.29 period 4, 0.50 chaos, 0.65 period 2.   Source: Jordan & Smith, Sect. 13.3.
+    assert_eq!(multiple(0.20), Ok(1));
+    assert_eq!(multiple(0.28), Ok(2));
+    assert_eq!(multiple(0.29), Ok(4));
+    assert!(matches!(multiple(0.50), Err(Unsettled::Aperiodic { periods: 500, .. })));
+    assert_eq!(multiple(0.65), Ok(2));
+    assert!(matches!(Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start), Err(Unsettled::Failed { .. })));
+}

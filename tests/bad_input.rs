@@ -1,0 +1,309 @@
+//! Every kind of bad input gives its own typed error, with the value and the place in it.
+
+use gear_dynamics::ParameterError as P;
+use gear_dynamics::*;
+use proptest::prelude::*;
+
+fn set() -> RingSet {
+    RingSet::a(4, 1000.0)
+}
+
+fn ring(change: impl FnOnce(&mut RingParams)) -> P {
+    let mut params = set().params().unwrap();
+    change(&mut params);
+    Ring::new(&params).unwrap_err()
+}
+
+fn pair(change: impl FnOnce(&mut NfgParams)) -> P {
+    let mut params = NfgParams::table1();
+    change(&mut params);
+    let one = NfgPair::new(&params).unwrap_err();
+    assert_eq!(one.to_string(), NfgPair2::new(&params, 0.01).unwrap_err().to_string());
+    one
+}
+
+fn not_positive(name: &str, value: f64) -> P {
+    P::NotPositive { name: name.into(), value }
+}
+
+#[test]
+fn non_positive_inertia_stiffness_radius() {
+    assert_eq!(ring(|p| p.motor.inertia = 0.0), not_positive("motor.inertia", 0.0));
+    assert_eq!(ring(|p| p.gears[2].inertia = -1.0), not_positive("gears[2].inertia", -1.0));
+    assert_eq!(ring(|p| p.gears[1].load.inertia = 0.0), not_positive("gears[1].load.inertia", 0.0));
+    assert_eq!(ring(|p| p.gears[3].base_radius = -0.05), not_positive("gears[3].base_radius", -0.05));
+    assert_eq!(RingSet { mesh_stiffness: 0.0, ..set() }.params().unwrap_err(), not_positive("mesh_stiffness", 0.0));
+    assert_eq!(pair(|p| p.inertia = -0.014), not_positive("inertia", -0.014));
+    assert_eq!(pair(|p| p.stiffness = 0.0), not_positive("stiffness", 0.0));
+    assert_eq!(pair(|p| p.module = 0.0), not_positive("module", 0.0));
+    assert_eq!(InstantCentre::new(0.2, 1.0).unwrap().radius(-1.0).unwrap_err(), not_positive("mean radius", -1.0));
+    assert_eq!(NfgPair2::new(&NfgParams::table1(), 0.0).unwrap_err(), not_positive("pinion inertia", 0.0));
+}
+
+#[test]
+fn negative_backlash_damping_hold_time() {
+    let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
+    assert_eq!(Backlash::new(-1e-6).unwrap_err(), negative("half width b", -1e-6));
+    assert_eq!(SmoothedBacklash::new(-1.0, 0.1).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(AsymmetricBacklash::new(1.0, 0.5).unwrap_err(), negative("gap between lower and upper edge", -0.5));
+    assert_eq!(RingSet { mesh_damping: -1.0, ..set() }.params().unwrap_err(), negative("mesh damping", -1.0));
+    assert_eq!(ring(|p| p.gears[0].load.shaft.damping = -0.1), negative("gears[0].load.shaft.damping", -0.1));
+    assert_eq!(ring(|p| p.motor.shaft.stiffness = -1.0), negative("motor.shaft.stiffness", -1.0));
+    assert_eq!(pair(|p| p.half_backlash = -5e-5), negative("half_backlash", -5e-5));
+    assert_eq!(pair(|p| p.damping_ratio = -0.01), negative("damping_ratio", -0.01));
+    assert_eq!(pair(|p| p.load_torque = -30.0), negative("load_torque", -30.0));
+    assert_eq!(HeldProcess::from_values(-0.1, &[1.0]).unwrap_err(), not_positive("hold time", -0.1));
+    assert_eq!(HeldProcess::from_values(0.0, &[1.0]).unwrap_err(), not_positive("hold time", 0.0));
+}
+
+#[test]
+fn nan_and_infinity_anywhere() {
+    let not_finite = |error: P, place: &str| assert!(matches!(&error, P::NotFinite { name, .. } if name == place), "{error}");
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        not_finite(ring(|p| p.motor.torque = bad), "motor.torque");
+        not_finite(ring(|p| p.gears[3].load.torque = bad), "gears[3].load.torque");
+        not_finite(ring(|p| p.gears[0].inertia = bad), "gears[0].inertia");
+        not_finite(ring(|p| p.omega = bad), "omega");
+        not_finite(RingSet { error: bad, ..set() }.params().unwrap_err(), "sine coefficient of order 1");
+        not_finite(RingSet { phases: vec![0.0, bad, 0.0, 0.0], ..set() }.params().unwrap_err(), "phase");
+        not_finite(pair(|p| p.speed = bad), "speed");
+        not_finite(pair(|p| p.error = bad), "error");
+        not_finite(pair(|p| p.pressure_angle = bad), "pressure_angle");
+        not_finite(pair(|p| p.stiffness_harmonics.push([0.0, bad])), "stiffness_harmonics[1][1]");
+        not_finite(pair(|p| p.error_harmonics = vec![[bad, 0.0]]), "error_harmonics[0][0]");
+        not_finite(Constant::new(bad).unwrap_err(), "constant excitation");
+        not_finite(Fourier::new(bad, &[], 1.0).unwrap_err(), "mean");
+        not_finite(Fourier::from_amplitudes(0.0, &[[1.0, bad]], 1.0).unwrap_err(), "phase of order 1");
+        not_finite(Table::new(&[0.0, bad, 1.0], 1.0).unwrap_err(), "samples[1]");
+        not_finite(RectangularWave::new(bad, 1.0, 0.5, 1.0).unwrap_err(), "low level");
+        not_finite(Scaled::new(bad, shared(Constant::new(1.0).unwrap())).unwrap_err(), "factor");
+        not_finite(Cubic::new(1.0, bad).unwrap_err(), "cubic coefficient");
+        not_finite(HeldProcess::from_values(1.0, &[0.0, bad]).unwrap_err(), "held values[1]");
+        not_finite(Spectrum::of(&[0.0, bad], 1.0, Window::Hann).unwrap_err(), "samples[1]");
+    }
+}
+
+#[test]
+fn empty_and_mismatched_lists() {
+    assert_eq!(HeldProcess::from_values(1.0, &[]).unwrap_err(), P::Empty { name: "held values".into(), least: 1 });
+    assert_eq!(Summary::of(&[]).unwrap_err(), P::Empty { name: "samples".into(), least: 1 });
+    assert_eq!(ring(|p| drop(p.meshes.pop())), P::Length { name: "meshes".into(), expected: 4, found: 3 });
+    assert_eq!(RingSet { phases: vec![0.0], ..set() }.params().unwrap_err(), P::Length { name: "phases".into(), expected: 4, found: 1 });
+    assert_eq!(Table::new(&[1.0], 1.0).unwrap_err(), P::TooFew { name: "samples".into(), value: 1, least: 3 });
+    assert_eq!(Fourier::fit(&[1.0; 4], 2, 1.0).unwrap_err(), P::TooFew { name: "samples".into(), value: 4, least: 5 });
+    let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
+    let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
+    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 10 });
+    let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
+    assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
+}
+
+#[test]
+fn ratios_and_teeth() {
+    let outside = |error: P, place: &str, x: f64| assert!(matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x), "{error}");
+    outside(pair(|p| p.eccentric_ratio = 1.0), "eccentric_ratio", 1.0);
+    outside(pair(|p| p.eccentric_ratio = -0.1), "eccentric_ratio", -0.1);
+    outside(InstantCentre::new(1.5, 1.0).unwrap_err(), "eccentric ratio", 1.5);
+    outside(pair(|p| p.ratio = 3.51), "face gear teeth", 3.51 * 18.0);
+    outside(RectangularWave::from_contact_ratio(0.9, 1.0, 2.0, 1.0).unwrap_err(), "contact ratio", 0.9);
+    outside(RectangularWave::new(1.0, 2.0, 1.0, 1.0).unwrap_err(), "duty", 1.0);
+    assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
+    assert_eq!(RingSet { teeth: 0, ..set() }.params().unwrap_err(), P::TooFew { name: "teeth".into(), value: 0, least: 1 });
+    let two = ring(|p| (p.gears.truncate(2), p.meshes.truncate(2)).0);
+    assert_eq!(two, P::TooFew { name: "gears of a closed ring".into(), value: 2, least: 3 });
+}
+
+#[test]
+fn an_odd_ring_is_refused_with_the_reason() {
+    let params = RingSet::a(3, 1000.0).params().unwrap();
+    let error = Ring::new(&params).unwrap_err();
+    assert_eq!(error, P::OddRing { gears: 3 });
+    assert!(error.to_string().contains("locks") && error.to_string().contains("as_printed"));
+    assert_eq!(Ring::as_printed(&params).unwrap().gears(), 3);
+}
+
+#[test]
+fn excitations_that_do_not_repeat_with_the_mesh() {
+    let error = ring(|p| {
+        let other = shared(Fourier::new(1e8, &[[1e7, 0.0]], 1.5 * p.omega).unwrap());
+        p.meshes[1] = Mesh::new(other, shared(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
+    });
+    assert!(matches!(&error, P::NotPeriodic { name, .. } if name == "meshes[1]"), "{error}");
+}
+
+#[test]
+fn unknown_channels_are_listed() {
+    let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+    let error = Statistics::new(&pair, &["q2"]).err().unwrap();
+    assert!(error.to_string().contains("q1, v1, deflection, mesh force, contact, base radius"), "{error}");
+}
+
+struct Broken(f64);
+
+impl Model for Broken {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = if u[0] < self.0 { -q[0] } else { f64::NAN };
+    }
+}
+
+fn start() -> State {
+    State::new(0.0, &[1.0], &[0.0])
+}
+
+/// The same through every solver; the trajectory up to the failure is kept.
+fn failing(model: &impl Model, end: f64) -> Vec<Failed> {
+    vec![
+        Rk4::new(0.01).trajectory(model, &start(), end).unwrap_err(),
+        Rk45::new().trajectory(model, &start(), end).unwrap_err(),
+        Dop853::new().trajectory(model, &start(), end).unwrap_err(),
+    ]
+}
+
+#[test]
+fn a_model_that_returns_nan_midway() {
+    for failed in failing(&Broken(0.5), 1.0) {
+        let last = failed.trajectory.last().unwrap();
+        assert!(matches!(failed.error, IntegrateError::NotFinite { t, .. } if t == last.t), "{}", failed.error);
+        assert!(last.t > 0.48 && last.t < 0.5 && failed.trajectory.len() > 2, "{}", last.t);
+        assert!((last.q[0] - last.t.cos()).abs() < 1e-8);
+    }
+    for failed in failing(&Broken(-1.0), 1.0) {
+        assert_eq!(failed.error, IntegrateError::NotFinite { t: 0.0, component: 1 });
+    }
+}
+
+#[test]
+fn step_underflow() {
+    /// q'' = 1/(1 - t)²: no step is short enough at the pole.
+    struct Pole;
+    impl Model for Pole {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], _: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = v[0] * v[0] + 1.0 + 0.0 * u[0];
+        }
+    }
+    for failed in [Rk45::new().trajectory(&Pole, &start(), 2.0).unwrap_err(), Dop853::new().trajectory(&Pole, &start(), 2.0).unwrap_err()] {
+        // v = tan t has its pole at π/2.
+        let place = std::f64::consts::FRAC_PI_2;
+        assert!(matches!(failed.error, IntegrateError::StepUnderflow { t, .. } if (t - place).abs() < 1e-6), "{}", failed.error);
+        assert!(failed.trajectory.len() > 10);
+    }
+}
+
+#[test]
+fn too_many_steps() {
+    let failed = Rk4::new(0.1).max_steps(5).trajectory(&Broken(9.0), &start(), 1.0).unwrap_err();
+    assert!(matches!(failed.error, IntegrateError::TooManySteps { limit: 5, t } if (t - 0.5).abs() < 1e-12));
+    assert_eq!(failed.trajectory.len(), 6);
+    let failed = Dop853::new().max_step(0.1).max_steps(5).trajectory(&Broken(9.0), &start(), 1.0).unwrap_err();
+    assert!(matches!(failed.error, IntegrateError::TooManySteps { limit: 5, .. }));
+}
+
+#[test]
+fn time_spans_tolerances_and_starts() {
+    let model = Broken(9.0);
+    for end in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = Dop853::new().end(&model, &start(), end).unwrap_err();
+        assert!(matches!(error, IntegrateError::TimeSpan { start: 0.0, end: e } if e.to_bits() == end.to_bits()), "{error}");
+    }
+    let setting = |error: IntegrateError, place: &str| assert!(matches!(error, IntegrateError::Setting { name, .. } if name == place), "{error}");
+    for bad in [0.0, -1e-9, f64::NAN] {
+        setting(Dop853::new().rtol(bad).end(&model, &start(), 1.0).unwrap_err(), "rtol");
+        setting(Dop853::new().atol(bad).end(&model, &start(), 1.0).unwrap_err(), "atol");
+        setting(Rk45::new().atol_each(&[1e-9, bad]).end(&model, &start(), 1.0).unwrap_err(), "atol");
+        setting(Rk45::new().max_step(bad).end(&model, &start(), 1.0).unwrap_err(), "max_step");
+        setting(Rk45::new().first_step(bad).end(&model, &start(), 1.0).unwrap_err(), "first_step");
+        setting(Rk4::new(bad).end(&model, &start(), 1.0).unwrap_err(), "step");
+    }
+    setting(Rk4::new(f64::INFINITY).end(&model, &start(), 1.0).unwrap_err(), "step");
+    setting(Rk45::new().pi_beta(0.5).end(&model, &start(), 1.0).unwrap_err(), "pi_beta");
+    let error = Rk45::new().atol_each(&[1e-9; 3]).end(&model, &start(), 1.0).unwrap_err();
+    assert_eq!(error, IntegrateError::ToleranceLength { expected: 2, found: 3 });
+    let error = Rk45::new().end(&model, &State::at_rest(3), 1.0).unwrap_err();
+    assert_eq!(error, IntegrateError::Start(P::Length { name: "start.q".into(), expected: 1, found: 3 }));
+    let error = Rk45::new().end(&model, &State::new(0.0, &[0.0], &[f64::NAN]), 1.0).unwrap_err();
+    assert!(matches!(error, IntegrateError::Start(P::NotFinite { name, .. }) if name == "start.v[0]"));
+    for times in [&[0.5, 0.4][..], &[-0.1], &[f64::NAN]] {
+        let failed = Rk45::new().sample(&model, &start(), times).unwrap_err();
+        assert!(matches!(failed.error, IntegrateError::OutputTime { .. }), "{}", failed.error);
+    }
+}
+
+/// The relative coordinates of a state that does not close the ring.
+#[test]
+fn inconsistent_relative_state() {
+    let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
+    let view = ring.relative(2.65e-5, 1000.0).unwrap();
+    let error = view.to_angles(0.0, &[0.0; 7], &[0.0; 7]).unwrap_err();
+    assert!(matches!(&error, P::Inconsistent { name, .. } if name == "sum of the mesh rates"), "{error}");
+}
+
+/// Awkward numbers of every kind.
+fn any() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => -1e3..1e3f64,
+        2 => 0.0..1.0f64,
+        1 => prop::num::f64::ANY,
+        1 => Just(0.0),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn pairs_never_panic(x in prop::collection::vec(any(), 12), teeth in 0u32..100) {
+        let params = NfgParams {
+            module: x[0], pinion_teeth: teeth, ratio: x[1].round(), eccentric_ratio: x[2], pressure_angle: x[3], load_torque: x[4],
+            inertia: x[5], stiffness: x[6], stiffness_harmonics: vec![[x[7], x[8]]], damping_ratio: x[9], error: x[10],
+            error_harmonics: vec![[x[11], x[0]]], half_backlash: x[1].abs(), speed: x[2].abs(),
+        };
+        if let Ok(pair) = NfgPair::new(&params) {
+            let mut a = [0.0];
+            let mut u = vec![0.0; pair.drives()];
+            pair.drive(1.0, Side::After, &mut u);
+            pair.accel(&u, &[1e-4], &[0.0], &mut a);
+            let _ = pair.static_start();
+        }
+        if let Ok(pair) = NfgPair2::new(&params, x[3]) {
+            let _ = pair.static_start();
+        }
+    }
+
+    #[test]
+    fn rings_never_panic(x in prop::collection::vec(any(), 14), gears in 0usize..6) {
+        let set = RingSet {
+            gears, rpm: x[0], motor_inertia: x[1], gear_inertia: x[2], load_inertia: x[3], base_radius: x[4],
+            motor_shaft: Shaft { stiffness: x[5], damping: x[6] }, output_shaft: Shaft { stiffness: x[7].abs(), damping: x[8].abs() },
+            mesh_stiffness: x[9], mesh_damping: x[10], half_backlash: x[11], error: x[12], motor_torque: x[13],
+            ..RingSet::a(gears, 1000.0)
+        };
+        if let Ok(ring) = set.params().and_then(|params| Ring::as_printed(&params)) {
+            let n = ring.dof();
+            prop_assert!(ring.rigid_acceleration().is_finite());
+            prop_assert!(ring.modes(&ring.mean_mesh_stiffness()).is_ok());
+            // A short run ends in an answer or in a typed error, never in a panic or a hang.
+            let _ = Dop853::new().max_steps(300).end(&ring, &State::at_rest(n), 1e-3);
+        }
+    }
+
+    #[test]
+    fn excitations_never_panic(x in prop::collection::vec(any(), 5), t in any()) {
+        let mut all: Vec<Shared> = Vec::new();
+        all.extend(Fourier::new(x[0], &[[x[1], x[2]]], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| shared(f)));
+        all.extend(RectangularWave::new(x[0], x[1], x[2], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| shared(f)));
+        all.extend(Table::new(&x[..4], x[4]).ok().map(|f| shared(f)));
+        all.extend(InstantCentre::new(x[0], x[1]).ok().map(|c| shared(c.forcing())));
+        prop_assume!(t.is_finite() && t.abs() < 1e6);
+        for f in all {
+            let jet = f.jet(t, Side::Before);
+            prop_assert!(jet.value.is_finite(), "{:?} at {}", f, t);
+            if let Some(edge) = f.next_edge(t) {
+                prop_assert!(edge > t, "{:?} at {}: {}", f, t, edge);
+            }
+        }
+    }
+}

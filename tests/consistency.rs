@@ -1,0 +1,141 @@
+//! The crate's own models pass the checks that it offers to others, and the checks catch what they should.
+
+use gear_dynamics::*;
+
+fn on_flank(pair: &NfgPair, t: f64) -> State {
+    let start = pair.static_start().unwrap();
+    State::new(t, &[1.3 * start.q[0]], &[1e-6])
+}
+
+#[test]
+fn every_reading_of_the_pair() {
+    for radius in [Radius::Pitch, Radius::Base] {
+        for half_width in [HalfWidth::Mean, HalfWidth::Instant] {
+            for error_forcing in [ErrorForcing::MeanRadius, ErrorForcing::Frozen, ErrorForcing::Exact] {
+                for centre_forcing in [CentreForcing::Series(2), CentreForcing::Series(5), CentreForcing::Exact] {
+                    for damping in [Damping::ConstantRatio, Damping::ConstantCoefficient] {
+                        let reading = NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
+                        let pair = NfgPair::with_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading).unwrap();
+                        for t in [3.0, 700.0, 1500.0] {
+                            assert_eq!(check_generic(&pair, &on_flank(&pair, t)), [], "{reading:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_other_models() {
+    let two = NfgPair2::new(&NfgParams::table1(), 0.01).unwrap();
+    let mut state = two.static_start().unwrap();
+    state.q[1] *= 1.4;
+    state.v[0] = 0.3;
+    assert_eq!(check_generic(&two, &state), []);
+    for frame in [Frame::Inertial, Frame::Rigid] {
+        let set = RingSet { phases: vec![0.0, 0.4, 1.1, 2.2], ..RingSet::a(4, 1000.0) };
+        let ring = Ring::new(&set.params().unwrap()).unwrap().in_frame(frame);
+        let q: Vec<f64> = (0..9).map(|i| 2e-3 * (1.3 * f64::from(i)).sin()).collect();
+        let v: Vec<f64> = (0..9).map(|i| 0.5 * (0.7 * f64::from(i)).cos()).collect();
+        assert_eq!(check_generic(&ring, &State::new(1.234e-4, &q, &v)), []);
+    }
+}
+
+/// The general series and the two terms written out agree.
+#[test]
+fn two_terms_are_the_series_of_order_two() {
+    let params = NfgParams::table1();
+    let force = |pair: &NfgPair, t: f64| {
+        let (mut u, mut a) = (vec![0.0; pair.drives()], [0.0]);
+        pair.drive(t, Side::After, &mut u);
+        pair.accel(&u, &[0.0], &[0.0], &mut a);
+        a[0]
+    };
+    let with = |order| {
+        let reading = NfgReading { centre_forcing: CentreForcing::Series(order), ..NfgReading::exact() };
+        NfgPair::with_reading(&params, reading).unwrap()
+    };
+    let exact = NfgPair::new(&params).unwrap();
+    for t in [10.0, 500.0, 1234.0] {
+        assert!((force(&with(60), t) - force(&exact, t)).abs() < 1e-18);
+        let third = force(&with(3), t) - force(&with(2), t);
+        let x = exact.centre_frequency() * t;
+        let expected = 2.0 * exact.centre_frequency().powi(2) * 3.0 * (-0.2f64).powi(3) * (3.0 * x).sin();
+        assert!((third - expected).abs() < 1e-18);
+    }
+}
+
+/// A model with one thing wrong at a time.
+#[derive(Clone, Copy, PartialEq)]
+enum Wrong {
+    Nothing,
+    Period,
+    Rate,
+    EdgeRate,
+    Edge,
+    Pieces,
+    Jump,
+    Nan,
+}
+
+struct Flawed(Wrong);
+
+impl Model for Flawed {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - 0.1 * v[0] - (q[0] - u[1]).max(0.0) + (-u[1] - q[0]).max(0.0);
+        if self.0 == Wrong::Nan {
+            a[0] = f64::NAN;
+        }
+    }
+    fn drives(&self) -> usize {
+        3
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let w = if self.0 == Wrong::Period { 1.1 } else { 1.0 };
+        u[0] = (w * t).cos() + if self.0 == Wrong::Jump && side == Side::Before { 1.0 } else { 0.0 };
+        u[1] = 1.0 + 0.2 * t.sin();
+        u[2] = 0.2 * t.cos();
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let b = if self.0 == Wrong::Edge { 0.7 * u[1] } else { u[1] };
+        let scale = if self.0 == Wrong::Edge { 0.7 } else { 1.0 };
+        let edge_rate = if self.0 == Wrong::EdgeRate { 0.0 } else { scale * u[2] };
+        let rate = if self.0 == Wrong::Rate { -v[0] } else { v[0] };
+        out[0] = Contact { deflection: q[0], rate, lower: -b, upper: b, lower_rate: -edge_rate, upper_rate: edge_rate, force: 0.0 };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let f = match pieces[0] {
+            Piece::Lower => q[0] + u[1],
+            Piece::Gap => 0.0,
+            Piece::Upper => q[0] - u[1],
+        };
+        a[0] = u[0] - 0.1 * v[0] - if self.0 == Wrong::Pieces { 1.1 * f } else { f };
+        true
+    }
+}
+
+impl Periodic for Flawed {
+    fn period(&self) -> f64 {
+        std::f64::consts::TAU
+    }
+}
+
+#[test]
+fn each_flaw_is_named() {
+    let findings = |wrong| check_periodic(&Flawed(wrong), &State::new(0.4, &[1.7], &[0.5]));
+    assert_eq!(findings(Wrong::Nothing), []);
+    assert!(matches!(findings(Wrong::Period)[0], Finding::Period { drive: 0, .. }));
+    assert!(matches!(findings(Wrong::Rate)[..], [Finding::ContactRate { contact: 0, .. }]));
+    assert!(matches!(findings(Wrong::EdgeRate)[0], Finding::EdgeRate { contact: 0, .. }));
+    assert!(matches!(findings(Wrong::Edge)[..], [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]));
+    assert!(matches!(findings(Wrong::Pieces)[..], [Finding::Pieces { component: 0, .. }]));
+    assert!(matches!(findings(Wrong::Jump)[0], Finding::UnannouncedJump { drive: 0, .. }));
+    assert!(matches!(findings(Wrong::Nan)[..], [Finding::NotFinite { what: "acceleration", index: 0, .. }]));
+}

@@ -1,0 +1,162 @@
+//! Held random processes: exact ensemble energies, any order of asking, torque and clearance.
+
+use gear_dynamics::*;
+use rand_distr::{Normal, Uniform};
+use serde_json::Value;
+use std::ops::ControlFlow;
+
+/// x'' + c x' + x = 0 with the damping c in its drive: a random one is filled in.
+struct Damped;
+
+impl Model for Damped {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = -u[0] * v[0] - q[0];
+    }
+    fn drive(&self, _: f64, _: Side, u: &mut [f64]) {
+        u[0] = 0.0;
+    }
+}
+
+fn energy(s: &State) -> f64 {
+    0.5 * (s.q[0] * s.q[0] + s.v[0] * s.v[0])
+}
+
+fn process(hold: f64, member: u64) -> HeldProcess {
+    HeldProcess::new(hold, Uniform::new(0.0, 1.0).unwrap()).unwrap().with_seed(2020).with_member(member)
+}
+
+fn member(hold: f64, member: u64) -> Held<Damped> {
+    Held::new(Damped).shared(&[0], 0.2, process(hold, member)).unwrap()
+}
+
+/// E[energy](40) from the exact second moments, within three standard errors.
+#[test]
+fn ensemble_energies() {
+    let data: Value = serde_json::from_str(&std::fs::read_to_string("tests/data/classics.json").unwrap()).unwrap();
+    let exact = data["exact_and_closed_form"]["held_random_damping"]["values"].as_array().unwrap();
+    let solver = Dop853::new().rtol(1e-9).atol(1e-12);
+    for hold in [0.5, 5.0, 40.0] {
+        let expected = exact.iter().find(|v| v["hold"] == hold).unwrap()["E_energy"].as_f64().unwrap();
+        let count = 6000;
+        let energies: Vec<f64> = (0..count)
+            .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
+            .collect();
+        let s = Summary::of(&energies).unwrap();
+        let error = s.standard_deviation() / (count as f64).sqrt();
+        println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);
+        assert!((s.mean - expected).abs() < 3.0 * error);
+    }
+}
+
+/// No step straddles a hold, so the answer does not depend on the step size.
+#[test]
+fn independent_of_the_solver() {
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    let truth = Dop853::new().rtol(1e-13).atol(1e-15).end(&member(0.37, 5), &start, 40.0).unwrap();
+    let rk4 = Rk4::new(0.01).end(&member(0.37, 5), &start, 40.0).unwrap();
+    let coarse = Rk4::new(0.02).end(&member(0.37, 5), &start, 40.0).unwrap();
+    let rk45 = Rk45::new().rtol(1e-11).atol(1e-13).end(&member(0.37, 5), &start, 40.0).unwrap();
+    assert!((rk45.q[0] - truth.q[0]).abs() < 1e-9);
+    assert!((rk4.q[0] - truth.q[0]).abs() < 1e-9);
+    assert!((coarse.q[0] - truth.q[0]) / (rk4.q[0] - truth.q[0]) > 12.0); // order 4
+    let mut edges = 0;
+    Dop853::new()
+        .run(&member(0.37, 5), &start, 40.0, &mut |step: &mut Step<'_>| {
+            edges += u64::from(step.at_drive_edge());
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    assert_eq!(edges, 108);
+}
+
+/// Same seed, same result, to the bit, in any order; streams and members differ; these bits are promised.
+#[test]
+fn counter_based() {
+    let p = process(0.1, 3);
+    let forward: Vec<u64> = (0..100).map(|k| p.held(7, k).to_bits()).collect();
+    let backward: Vec<u64> = (0..100).rev().map(|k| p.held(7, k).to_bits()).collect();
+    assert!(forward.iter().eq(backward.iter().rev()));
+    let others = [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).with_seed(1).held(7, 0)];
+    assert!(others.iter().all(|x| x.to_bits() != forward[0]));
+    // Value stability.
+    let first: Vec<f64> = (0..3).map(|k| p.held(7, k)).collect();
+    println!("{first:?}");
+    assert_eq!(first, VALUES);
+    let normal = HeldProcess::new(1.0, Normal::new(0.0, 1.0).unwrap()).unwrap().with_seed(2020);
+    println!("{:?}", normal.held(0, 0));
+    assert_eq!(normal.held(0, 0), NORMAL);
+}
+
+const VALUES: [f64; 3] = [0.103_795_216_577_002_19, 0.431_029_157_139_371_2, 0.608_054_536_635_636_7];
+const NORMAL: f64 = 0.152_717_869_330_872_47;
+
+/// Moments of the values, and none of the pairs of neighbouring counters correlate.
+#[test]
+fn uniform_and_uncorrelated() {
+    let p = process(1.0, 0);
+    let n = 200_000u64;
+    let x: Vec<f64> = (0..n).map(|k| p.held(0, k) - 0.5).collect();
+    let y: Vec<f64> = (0..n).map(|k| p.held(1, k) - 0.5).collect();
+    let z: Vec<f64> = (0..n).map(|m| process(1.0, m).held(0, 0) - 0.5).collect();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
+    let one = vec![1.0; n as usize];
+    let bound = 4.0 / (n as f64).sqrt();
+    for a in [&x, &y, &z] {
+        assert!(product(a, &one).abs() < bound * (1f64 / 12.0).sqrt());
+        assert!((product(a, a) - 1.0 / 12.0).abs() < bound / 12.0);
+        assert!(product(&a[1..], a).abs() < bound / 12.0);
+    }
+    assert!(product(&x, &y).abs() < bound / 12.0 && product(&x, &z).abs() < bound / 12.0);
+}
+
+fn ring() -> Ring {
+    Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid)
+}
+
+/// Shared, per mesh, absolute and relative to C_g: the drives say what they should.
+#[test]
+fn shared_and_per_mesh() {
+    let ring = ring();
+    let slots: Vec<usize> = (0..4).map(|i| ring.damping_slot(i)).collect();
+    let mut u = vec![0.0; ring.drives()];
+    let mut damping = |model: &dyn Model, t: f64| {
+        model.drive(t, Side::After, &mut u);
+        slots.iter().map(|s| u[*s]).collect::<Vec<f64>>()
+    };
+    let c = damping(&ring, 0.0);
+    let p = process(1e-3, 0);
+    let together = Held::new(ring.clone()).shared(&slots, 500.0, p.clone()).unwrap();
+    assert!(damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9));
+    let relative = Held::new(ring).per_slot_with_gains(&slots, &c, p.clone()).unwrap();
+    for (i, d) in damping(&relative, 0.5e-3).iter().enumerate() {
+        assert!((d / (c[i] * (1.0 + p.held(i as u64, 0))) - 1.0).abs() < 1e-14);
+    }
+}
+
+/// The random torque and the random clearance that the paper names: the same process in other slots.
+#[test]
+fn random_torque_and_clearance() {
+    let ring = ring();
+    let torque = Held::new(ring.clone()).shared(&[ring.motor_torque_slot()], 4.0, process(5e-3, 0)).unwrap();
+    let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i)).collect();
+    let clearance = Held::new(ring.clone()).clearance(&gaps, 1e-5, process(5e-3, 0)).unwrap();
+    let mut u = vec![0.0; ring.drives()];
+    clearance.drive(0.0, Side::After, &mut u);
+    for (mesh, [lower, upper]) in gaps.iter().enumerate() {
+        let b = 2.65e-5 + 1e-5 * process(5e-3, 0).held(mesh as u64, 0);
+        assert_eq!((u[*lower], u[*upper]), (-b, b));
+    }
+    let start = State::at_rest(9);
+    let ends = [
+        Dop853::new().rtol(1e-10).end(&ring, &start, 0.03).unwrap(),
+        Dop853::new().rtol(1e-10).end(&torque, &start, 0.03).unwrap(),
+        Dop853::new().rtol(1e-10).end(&clearance, &start, 0.03).unwrap(),
+    ];
+    assert!((ends[1].q[0] - ends[0].q[0]).abs() > 1e-6 && (ends[2].q[0] - ends[0].q[0]).abs() > 1e-9);
+    // A clearance that jumps below the deflection puts a mesh on its flank at once: the run still agrees with a finer one.
+    let fine = Dop853::new().rtol(1e-12).atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat()).end(&clearance, &start, 0.03).unwrap();
+    assert!((fine.q[0] - ends[2].q[0]).abs() < 1e-8 * fine.q[0].abs());
+}

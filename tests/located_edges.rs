@@ -1,0 +1,223 @@
+//! Contacts: grazing, several at once, in-contact damping, edges without pieces, stalls.
+
+mod common;
+
+use common::{FreeDeadZone, Impact};
+use gear_dynamics::*;
+use std::ops::ControlFlow;
+
+/// Hides the pieces of a model, so that edges are found by re-stepping.
+struct Unheld<M>(M);
+
+impl<M: Model> Model for Unheld<M> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.0.contact(u, q, v, out);
+    }
+}
+
+#[test]
+fn without_pieces_edges_are_found_by_re_stepping() {
+    let truth = Dop853::new().rtol(1e-13).atol(1e-15).end(&Impact, &Impact::start(), 60.0).unwrap();
+    let solver = Dop853::new().rtol(1e-9).atol(1e-11);
+    let error = |state: &State| (state.q[0] - truth.q[0]).abs();
+    let held = solver.trajectory(&Impact, &Impact::start(), 60.0).unwrap();
+    let unheld = solver.trajectory(&Unheld(Impact), &Impact::start(), 60.0).unwrap();
+    let plain = solver.clone().plain().trajectory(&Impact, &Impact::start(), 60.0).unwrap();
+    let [a, b, c] = [&held, &unheld, &plain].map(|run| (error(&run.last().unwrap()), run.stats().evaluations));
+    println!("held {a:?}, re-stepped {b:?}, plain {c:?}");
+    assert_eq!(held.stats().crossings, unheld.stats().crossings);
+    assert!(a.0 < 1e-8 && b.0 < 1e-8);
+    assert!(a.1 < c.1);
+}
+
+/// A ball thrown up that just does, or just does not, reach a ceiling: q'' = -1 from q = 0 with v, apex v²/2, spring above 1.
+struct Thrown;
+
+impl Model for Thrown {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = -1.0 - 1e4 * (q[0] - 1.0).max(0.0);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1e3, upper: 1.0, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+        a[0] = if pieces[0] == Piece::Upper { -1.0 - 1e4 * (q[0] - 1.0) } else { -1.0 };
+        true
+    }
+}
+
+/// The whole flight fits in one step of a method that is exact for parabolas: only a look inside finds the touch.
+#[test]
+fn grazing_inside_a_step_is_seen() {
+    let crossings = |apex: f64| {
+        let start = State::new(0.0, &[0.0], &[(2.0 * apex).sqrt()]);
+        let run = Dop853::new().first_step(2.5).trajectory(&Thrown, &start, 2.5).unwrap();
+        run.stats().crossings
+    };
+    assert_eq!(crossings(1.0 - 1e-6), 0);
+    assert_eq!(crossings(1.0 + 1e-6), 2);
+    assert_eq!(crossings(1.0 + 1e-3), 2);
+}
+
+/// Bounce in closed form: contact lasts half a period of the spring with gravity, speed is kept.
+#[test]
+fn a_short_contact_inside_a_long_step() {
+    let (v0, k) = (1.6f64, 1e4f64);
+    let start = State::new(0.0, &[0.0], &[v0]);
+    // Reaches the ceiling with speed v at t1; in contact x'' = -1 - k x from x = 0.
+    let v = (v0 * v0 - 2.0).sqrt();
+    let t1 = v0 - v;
+    let w = k.sqrt();
+    let phase = (v * w).atan2(1.0); // x = -(1/k) + A cos(wt - φ), symmetric about its peak
+    let contact = 2.0 * phase / w;
+    let mut times = Vec::new();
+    Dop853::new()
+        .rtol(1e-12)
+        .atol(1e-14)
+        .first_step(2.0)
+        .run(&Thrown, &start, 2.0, &mut |step: &mut Step<'_>| {
+            times.extend(step.crossings().iter().map(|_| step.t1()));
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    assert_eq!(times.len(), 2);
+    assert!((times[0] - t1).abs() < 1e-11, "{} {t1}", times[0]);
+    // From the upper turning point of the shifted spring the contact lasts 2 (π - φ') with φ' on the far side.
+    let expected = [contact, 2.0 * (std::f64::consts::PI - phase) / w];
+    assert!(expected.iter().any(|e| (times[1] - times[0] - e).abs() < 1e-10), "{} {expected:?}", times[1] - times[0]);
+}
+
+/// Two equal oscillators cross at the same instant, exactly.
+#[test]
+fn contacts_that_cross_together() {
+    struct Twins;
+    impl Model for Twins {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            let (left, right) = a.split_at_mut(1);
+            FreeDeadZone { b: 1.0 }.accel(u, &q[..1], &v[..1], left);
+            FreeDeadZone { b: 1.0 }.accel(u, &q[1..], &v[1..], right);
+        }
+        fn contacts(&self) -> usize {
+            2
+        }
+        fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            for i in 0..2 {
+                FreeDeadZone { b: 1.0 }.contact(u, &q[i..=i], &v[i..=i], &mut out[i..=i]);
+            }
+        }
+        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+            for i in 0..2 {
+                FreeDeadZone { b: 1.0 }.accel_on_pieces(&pieces[i..=i], u, &q[i..=i], &v[i..=i], &mut a[i..=i]);
+            }
+            true
+        }
+    }
+    let start = State::new(0.0, &[3.0, -3.0], &[0.0, 0.0]);
+    let mut together = 0;
+    let finish = Dop853::new()
+        .run(&Twins, &start, 40.0, &mut |step: &mut Step<'_>| {
+            assert!(step.crossings().is_empty() || step.crossings().len() == 2);
+            together += step.crossings().len() / 2;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    assert_eq!(finish.stats.crossings, 2 * together as u64);
+    assert_eq!(together, 20);
+    assert_eq!(finish.state.q[0], -finish.state.q[1]);
+}
+
+/// Damping only in contact makes the force jump: energy is then lost only there, and the edge is met closely.
+#[test]
+fn damping_that_acts_only_in_contact() {
+    let mesh = |damping| {
+        let set = RingSet { half_backlash: 1e-5, motor_torque: 8.0, ..RingSet::a(4, 3000.0) };
+        let mut params = set.params().unwrap();
+        params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
+        Ring::new(&params).unwrap().in_frame(Frame::Rigid)
+    };
+    let in_contact = mesh(ContactDamping::InContact);
+    let loose = Dop853::new().rtol(1e-9).atol(1e-13).end(&in_contact, &State::at_rest(9), 0.005).unwrap();
+    let tight = Dop853::new().rtol(1e-12).atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat());
+    let truth = tight.end(&in_contact, &State::at_rest(9), 0.005).unwrap();
+    let largest = truth.v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let error = loose.v.iter().zip(&truth.v).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
+    let always = tight.end(&mesh(ContactDamping::Always), &State::at_rest(9), 0.005).unwrap();
+    let change = always.v.iter().zip(&truth.v).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
+    println!("error {error:.1e}, in contact against always {change:.1e}");
+    assert!(error < 1e-6 && change > 1e-3); // 27 crossings; later on the jumps make the motion sensitive
+}
+
+/// Without backlash the two flanks meet: b = 0 is an ordinary linear spring, and the gap is passed in no time.
+#[test]
+fn no_backlash_is_a_linear_spring() {
+    let run = Dop853::new().rtol(1e-12).atol(1e-14).trajectory(&FreeDeadZone { b: 0.0 }, &State::new(0.0, &[1.0], &[0.0]), 10.0).unwrap();
+    assert!((run.last().unwrap().q[0] - 10f64.cos()).abs() < 1e-11);
+}
+
+/// A contact whose two sides both push across the edge cannot go on: it is named, not looped over.
+#[test]
+fn a_stall_is_a_typed_error() {
+    struct Stuck;
+    impl Model for Stuck {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = if q[0] > 0.0 { -1.0 } else { 1.0 };
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        // The rate is wrong on purpose: it says that the deflection always leaves its piece.
+        fn contact(&self, _: &[f64], q: &[f64], _: &[f64], out: &mut [Contact]) {
+            let rate = if q[0] > 0.0 { -1.0 } else { 1.0 };
+            out[0] = Contact { deflection: q[0], rate, lower: 0.0, upper: 0.0, ..Contact::default() };
+        }
+        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+            a[0] = if pieces[0] == Piece::Upper { -1.0 } else { 1.0 };
+            true
+        }
+    }
+    let failed = Dop853::new().trajectory(&Stuck, &State::new(0.0, &[0.5], &[0.0]), 10.0).unwrap_err();
+    assert!(matches!(failed.error, IntegrateError::EdgeStall { contact: 0, .. }), "{}", failed.error);
+    assert!(failed.trajectory.len() > 1);
+}
+
+/// A ring without torque and all meshes identical stays at rest: the loop is only loaded, W_i = -C e' + K g(-e).
+#[test]
+fn a_symmetric_ring_stays_at_rest() {
+    for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {
+        let set = RingSet { motor_torque: 0.0, load_torque: 0.0, half_backlash, error, ..RingSet::a(n, 2000.0) };
+        let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
+        let times = uniform_times(0.0, 0.01, 200);
+        let run = Dop853::new().rtol(1e-10).atol(1e-16).sample(&ring, &State::at_rest(2 * n + 1), &times).unwrap();
+        let mesh = &ring.params().meshes[0];
+        for (i, &t) in times.iter().enumerate() {
+            assert!(run.q(i).iter().all(|q| q.abs() < 1e-15), "n = {n}, t = {t}: {:?}", run.q(i));
+            let e = mesh.error().jet(t, Side::Before);
+            let expected = -mesh.damping() * e.rate + mesh.stiffness().value(t, Side::Before) * mesh.law().at(-e.value);
+            for contact in 1..=n {
+                let w = run.channel(&ring, &format!("mesh force {contact}")).unwrap()[i];
+                assert!((w - expected).abs() < 1e-6, "n = {n}, t = {t}: {w} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Steps allocate nothing: a run of ten times the steps allocates exactly as often.
+
+use gear_dynamics::*;
+use std::ops::ControlFlow;
+
+fn allocations(run: impl FnOnce()) -> u64 {
+    allocation_counter::measure(run).count_total
+}
+
+fn steps_allocate_nothing<I: Integrator, M: Model>(name: &str, solver: &I, model: &M, start: &State, span: f64) {
+    let mut y = vec![0.0; 2 * model.dof()];
+    let mut run = |end: f64| {
+        let mut stats = Stats::default();
+        let count = allocations(|| {
+            let mut look = |step: &mut Step<'_>| {
+                step.at(0.5 * (step.t0() + step.t1()), &mut y);
+                ControlFlow::Continue(())
+            };
+            stats = solver.run(model, start, end, &mut look).unwrap().stats;
+        });
+        (count, stats)
+    };
+    let ((short, few), (long, many)) = (run(start.t + 0.1 * span), run(start.t + span));
+    println!("{name}: {short} allocations for {} steps, {long} for {} with {} crossings", few.steps, many.steps, many.crossings);
+    assert!(many.steps > 5 * few.steps && many.crossings > 2 * few.crossings.max(1));
+    assert_eq!(short, long, "{name}");
+}
+
+#[test]
+fn steps_do_not_allocate() {
+    let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
+    let start = pair.static_start().unwrap();
+    steps_allocate_nothing("pair, rk4", &Rk4::new(0.5), &pair, &start, pair.period());
+    steps_allocate_nothing("pair, rk45", &Rk45::new(), &pair, &start, pair.period());
+    steps_allocate_nothing("pair, dop853", &Dop853::new(), &pair, &start, pair.period());
+    let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
+    steps_allocate_nothing("pair of two", &Dop853::new().atol(1e-14), &two, &two.static_start().unwrap(), two.period());
+    let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
+    let slots: Vec<usize> = (0..6).map(|i| ring.damping_slot(i)).collect();
+    let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
+    let noisy = Held::new(ring).per_slot(&slots, 500.0, process).unwrap();
+    steps_allocate_nothing("noisy ring", &Dop853::new(), &noisy, &State::at_rest(13), 0.1);
+}
+
+/// Statistics and rattle over a run allocate nothing per step either.
+#[test]
+fn analysis_does_not_allocate() {
+    let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
+    let start = pair.static_start().unwrap();
+    let mut statistics = Statistics::new(&pair, &["q1", "deflection", "mesh force"]).unwrap();
+    let mut rattle = Rattle::new(&pair);
+    let mut run = |share: f64| {
+        allocations(|| {
+            let mut both = |step: &mut Step<'_>| {
+                let _ = statistics.step(step);
+                rattle.step(step)
+            };
+            Dop853::new().run(&pair, &start, share * pair.period(), &mut both).unwrap();
+        })
+    };
+    assert_eq!(run(0.1), run(1.0));
+}
