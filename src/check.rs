@@ -125,8 +125,10 @@ pub enum Finding {
 const ROUGH: f64 = 1e-4;
 const FINE: f64 = 1e-9;
 
+/// Whether two numbers part by more than a share of their size; a NaN always does.
 fn differ(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
-    !((a - b).abs() <= tolerance * (scale.abs() + a.abs().max(b.abs())))
+    let apart = (a - b).abs();
+    apart.is_nan() || apart > tolerance * (scale.abs() + a.abs().max(b.abs()))
 }
 
 /// Looks for contradictions near a typical state, whose size sets the scale of the differences.
@@ -243,7 +245,11 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
             let h = 1e-6 * self.size[half];
             let moved = |sign: f64| {
                 let (mut q, mut v) = (self.state.q.clone(), self.state.v.clone());
-                if half == 0 { q[j] += sign * h } else { v[j] += sign * h }
+                if half == 0 {
+                    q[j] += sign * h
+                } else {
+                    v[j] += sign * h
+                }
                 self.accel(&q, &v)
             };
             let (plus, minus) = (moved(1.0), moved(-1.0));
@@ -320,9 +326,8 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
             if square == 0.0 || !square.is_finite() {
                 continue;
             }
-            let to = |d: f64| -> Vec<f64> {
-                self.state.q.iter().zip(&gradient).map(|(q, g)| q + (d - base.deflection) * g / square).collect()
-            };
+            let to =
+                |d: f64| -> Vec<f64> { self.state.q.iter().zip(&gradient).map(|(q, g)| q + (d - base.deflection) * g / square).collect() };
             for edge in [base.lower, base.upper] {
                 let gap = base.upper - base.lower;
                 if !edge.is_finite() || gap <= 0.0 || !gap.is_finite() {
@@ -347,7 +352,9 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
 fn edges<M: Model + ?Sized>(model: &M, start: f64, findings: &mut Vec<Finding>) {
     let mut t = start;
     for _ in 0..8 {
-        let Some(edge) = model.next_edge(t) else { break };
+        let Some(edge) = model.next_edge(t) else {
+            break;
+        };
         if edge <= t {
             findings.push(Finding::EdgeBehind { t, edge });
             break;

@@ -68,15 +68,7 @@ pub struct Contact {
 impl Default for Contact {
     /// Nothing touches: no edges, no force.
     fn default() -> Self {
-        Contact {
-            deflection: 0.0,
-            rate: 0.0,
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            lower_rate: 0.0,
-            upper_rate: 0.0,
-            force: 0.0,
-        }
+        Contact { deflection: 0.0, rate: 0.0, lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0, force: 0.0 }
     }
 }
 
@@ -308,12 +300,9 @@ pub fn dual_jacobian<M: Generic>(model: &M, u: &[f64], q: &[f64], v: &[f64], out
         y[j].slope = 1.0;
         model.accel_on(&AsIs, &u, &y[..n], &y[n..], &mut a);
         y[j].slope = 0.0;
-        for i in 0..n {
-            if j < n {
-                out.q[(i, j)] = a[i].slope;
-            } else {
-                out.v[(i, j - n)] = a[i].slope;
-            }
+        let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
+        for (i, a) in a.iter().enumerate() {
+            half[(i, column)] = a.slope;
         }
     }
     true

@@ -31,8 +31,7 @@ pub struct Edges {
 
 impl Edges {
     /// A law without pieces.
-    pub const NONE: Edges =
-        Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
+    pub const NONE: Edges = Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
 
     /// ∓b with rates ∓b'.
     pub fn symmetric(half_width: f64, rate: f64) -> Self {

@@ -100,7 +100,9 @@ fn empty_and_mismatched_lists() {
 
 #[test]
 fn ratios_and_teeth() {
-    let outside = |error: P, place: &str, x: f64| assert!(matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x), "{error}");
+    let outside = |error: P, place: &str, x: f64| {
+        assert!(matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x), "{error}")
+    };
     outside(pair(|p| p.eccentric_ratio = 1.0), "eccentric_ratio", 1.0);
     outside(pair(|p| p.eccentric_ratio = -0.1), "eccentric_ratio", -0.1);
     outside(InstantCentre::new(1.5, 1.0).unwrap_err(), "eccentric ratio", 1.5);
@@ -211,7 +213,8 @@ fn time_spans_tolerances_and_starts() {
         let error = Dop853::new().end(&model, &start(), end).unwrap_err();
         assert!(matches!(error, IntegrateError::TimeSpan { start: 0.0, end: e } if e.to_bits() == end.to_bits()), "{error}");
     }
-    let setting = |error: IntegrateError, place: &str| assert!(matches!(error, IntegrateError::Setting { name, .. } if name == place), "{error}");
+    let setting =
+        |error: IntegrateError, place: &str| assert!(matches!(error, IntegrateError::Setting { name, .. } if name == place), "{error}");
     for bad in [0.0, -1e-9, f64::NAN] {
         setting(Dop853::new().rtol(bad).end(&model, &start(), 1.0).unwrap_err(), "rtol");
         setting(Dop853::new().atol(bad).end(&model, &start(), 1.0).unwrap_err(), "atol");

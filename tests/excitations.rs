@@ -19,7 +19,10 @@ fn all() -> Vec<(&'static str, Shared)> {
         ("forcing series", shared(centre.forcing_series(7))),
         ("table", shared(Table::new(&samples, TAU / 5.0).unwrap())),
         ("sum", shared(Sum::new(vec![shared(fourier.clone()), shared(centre.forcing())]))),
-        ("product", shared(Product::new(vec![shared(fourier.clone()), shared(centre.ratio(2.0).unwrap()), shared(Constant::new(3.0).unwrap())]))),
+        (
+            "product",
+            shared(Product::new(vec![shared(fourier.clone()), shared(centre.ratio(2.0).unwrap()), shared(Constant::new(3.0).unwrap())])),
+        ),
         ("scaled", shared(Scaled::new(-2.5, shared(fourier)).unwrap())),
         ("function", shared(Function::new(|t: Jet| (t * 0.3).exp() / ((t * t + 2.0).sqrt() + 1.0) - t.cos()))),
     ]
@@ -28,9 +31,9 @@ fn all() -> Vec<(&'static str, Shared)> {
 #[test]
 fn derivatives_against_differences() {
     for (name, f) in all() {
-        let scale = (0..50).map(|i| f.jet(0.1 * f64::from(i), Side::After)).fold([0.0f64; 3], |m, j| {
-            [m[0].max(j.value.abs()), m[1].max(j.rate.abs()), m[2].max(j.second.abs())]
-        });
+        let scale = (0..50)
+            .map(|i| f.jet(0.1 * f64::from(i), Side::After))
+            .fold([0.0f64; 3], |m, j| [m[0].max(j.value.abs()), m[1].max(j.rate.abs()), m[2].max(j.second.abs())]);
         for i in 0..40 {
             let t = 0.017 + 0.083 * f64::from(i);
             let jet = f.jet(t, Side::After);

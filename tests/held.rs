@@ -41,9 +41,8 @@ fn ensemble_energies() {
     for hold in [0.5, 5.0, 40.0] {
         let expected = exact.iter().find(|v| v["hold"] == hold).unwrap()["E_energy"].as_f64().unwrap();
         let count = 6000;
-        let energies: Vec<f64> = (0..count)
-            .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
-            .collect();
+        let energies: Vec<f64> =
+            (0..count).map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap())).collect();
         let s = Summary::of(&energies).unwrap();
         let error = s.standard_deviation() / (count as f64).sqrt();
         println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);

@@ -60,10 +60,7 @@ fn orbit(pair: &NfgPair) -> Orbit {
     let end = steady.state.t + span;
     let mut rattle = Rattle::new(pair);
     let mut statistics = Statistics::new(pair, &["q1", "deflection"]).unwrap();
-    let mut both = |step: &mut Step<'_>| {
-        let _ = rattle.step(step);
-        statistics.step(step)
-    };
+    let mut both = (&mut rattle, &mut statistics);
     let finish = solver.run(pair, &steady.state, end, &mut both).unwrap();
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple);
     let run = solver.sample(pair, &steady.state, &times[..times.len() - 1]).unwrap();

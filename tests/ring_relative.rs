@@ -7,7 +7,8 @@ use std::ops::ControlFlow;
 fn ring() -> Ring {
     let mut params = RingSet::a(3, 1000.0).params().unwrap();
     params.motor = Motor { inertia: 0.031, torque: 44.0, shaft: Shaft { stiffness: 970.0, damping: 0.026 } };
-    let numbers = [(1.7e-3, 0.056, 5.1e-3, 2.0, 24e3, 0.11), (1.9e-3, 0.051, 6.2e-3, 3.0, 21e3, 0.13), (2.3e-3, 0.061, 4.4e-3, 1.5, 27e3, 0.17)];
+    let numbers =
+        [(1.7e-3, 0.056, 5.1e-3, 2.0, 24e3, 0.11), (1.9e-3, 0.051, 6.2e-3, 3.0, 21e3, 0.13), (2.3e-3, 0.061, 4.4e-3, 1.5, 27e3, 0.17)];
     for (gear, (inertia, base_radius, load, torque, stiffness, damping)) in params.gears.iter_mut().zip(numbers) {
         *gear = Gear { inertia, base_radius, load: Load { inertia: load, torque, shaft: Shaft { stiffness, damping } } };
     }
@@ -47,7 +48,8 @@ fn coefficients_of_the_printed_table() {
     let c = [p.motor.shaft.damping, 900.0, 1000.0, 1100.0, 0.11, 0.13, 0.17];
     let stiff = [p.motor.shaft.stiffness, mesh_k[0], mesh_k[1], mesh_k[2], 24e3, 21e3, 27e3];
     // (row, [(sign, link, divisor)]), rows named as the equations (3a)-(3g).
-    let table: [(usize, Vec<(f64, usize, f64)>); 7] = [
+    type Entries = Vec<(f64, usize, f64)>;
+    let table: [(usize, Entries); 7] = [
         (0, vec![(1.0, motor, je1), (-1.0, g12, big_p(1)), (1.0, g31, big_p(1)), (-1.0, s1, j[0])]),
         (4, vec![(1.0, s1, je2), (-1.0, motor, j[0]), (1.0, g12, big_p(1)), (-1.0, g31, big_p(1))]),
         (5, vec![(1.0, s2, je3), (-1.0, g12, big_p(2)), (1.0, g23, big_p(2))]),

@@ -163,7 +163,6 @@ fn an_observer_stops_a_run() {
     assert!((finish.state.t - 0.7).abs() < 1e-12);
 }
 
-
 proptest! {
     /// Undamped free motion in a dead zone keeps its energy and its closed-form period T = 2 pi + 4 b/(A - b).
     #[test]

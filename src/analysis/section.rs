@@ -19,12 +19,7 @@ use std::ops::ControlFlow;
 ///
 /// # Errors
 /// [`Failed`], with the part that succeeded.
-pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
-    integrator: &I,
-    model: &M,
-    start: &State,
-    count: usize,
-) -> Result<Trajectory, Failed> {
+pub fn strobe<I: Integrator, M: Periodic + ?Sized>(integrator: &I, model: &M, start: &State, count: usize) -> Result<Trajectory, Failed> {
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
     integrator.sample(model, start, &times)
 }

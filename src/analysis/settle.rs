@@ -76,8 +76,10 @@ impl Settle {
                 }
                 ControlFlow::Continue(())
             };
-            let finish = integrator.run(model, last, start.t + k as f64 * period, &mut watch).map_err(|error| {
-                Unsettled::Failed { error, state: last.clone(), periods: k - 1 }
+            let finish = integrator.run(model, last, start.t + k as f64 * period, &mut watch).map_err(|error| Unsettled::Failed {
+                error,
+                state: last.clone(),
+                periods: k - 1,
             })?;
             section.push(finish.state);
             for p in 1..=self.largest_multiple.min(k) {

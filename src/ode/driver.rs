@@ -246,7 +246,11 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, const N: usize>(
             return true;
         }
         let here = (e.t1, Some(value));
-        if value > 0.0 { lo = here } else { hi = here }
+        if value > 0.0 {
+            lo = here
+        } else {
+            hi = here
+        }
         let newton = e.t1 - value / rate;
         let t1 = match (lo.1, hi.1) {
             _ if newton > lo.0 && newton < hi.0 => newton,

@@ -250,13 +250,13 @@ impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
     #[inline]
     pub(crate) fn interpolate<T: Tableau>(&self, theta: f64, out: &mut [f64]) {
         let m = 2 * self.n();
-        for j in 0..m {
+        for (j, out) in out.iter_mut().enumerate() {
             let mut sum = 0.0;
             for c in (1..=T::DENSE).rev() {
                 let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
                 sum = (sum + self.dense[c * m + j]) * factor;
             }
-            out[j] = self.dense[j] + sum;
+            *out = self.dense[j] + sum;
         }
     }
 

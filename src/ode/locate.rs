@@ -83,7 +83,12 @@ impl Locator {
     const STILL: u8 = 4;
 
     pub(crate) fn new(contacts: usize) -> Self {
-        Locator { start: vec![Contact::default(); contacts], end: vec![Contact::default(); contacts], jumps: vec![None; contacts], still: vec![0; contacts] }
+        Locator {
+            start: vec![Contact::default(); contacts],
+            end: vec![Contact::default(); contacts],
+            jumps: vec![None; contacts],
+            still: vec![0; contacts],
+        }
     }
 
     /// Reads off the pieces at the start: by the deflection, on an edge by the rate. A contact that still lies on its own
@@ -178,7 +183,6 @@ impl Locator {
 }
 
 /// The first θ in (0, limit] at which the distance changes sign, on the dense output. 0.0: it was past its edge from the start.
-#[expect(clippy::too_many_arguments, reason = "one search, its data on the stack")]
 fn first_root<T: Tableau, M: Model + ?Sized, const N: usize>(
     e: &mut Engine<'_, M, N>,
     exit: Exit,
@@ -219,7 +223,11 @@ fn first_root<T: Tableau, M: Model + ?Sized, const N: usize>(
             let (mut lo, mut hi) = (0.0, b);
             for _ in 0..MOST {
                 let mid = 0.5 * (lo + hi);
-                if f(mid, look(mid)) > 0.0 { lo = mid } else { hi = mid }
+                if f(mid, look(mid)) > 0.0 {
+                    lo = mid
+                } else {
+                    hi = mid
+                }
                 if hi - lo < 1e-14 {
                     break;
                 }
@@ -238,7 +246,11 @@ fn first_root<T: Tableau, M: Model + ?Sized, const N: usize>(
                 if dm.value < -slack {
                     return Some(root(&mut look, (a, da), (m, dm), slack / SLACK * CLOSE));
                 }
-                if dm.rate < 0.0 { lo = (m, dm) } else { hi = (m, dm) }
+                if dm.rate < 0.0 {
+                    lo = (m, dm)
+                } else {
+                    hi = (m, dm)
+                }
                 if (hi.0 - lo.0) * (dm.rate.abs()) < slack {
                     break;
                 }
@@ -257,7 +269,11 @@ fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Dis
         if d.value.abs() <= close {
             break;
         }
-        if d.value > 0.0 { lo = (theta, d) } else { hi = (theta, d) }
+        if d.value > 0.0 {
+            lo = (theta, d)
+        } else {
+            hi = (theta, d)
+        }
         if hi.0 - lo.0 <= 1e-15 {
             break;
         }
@@ -278,10 +294,7 @@ impl Hermite {
     #[inline]
     fn new(d0: Distance, d1: Distance) -> Self {
         let rise = d1.value - d0.value;
-        Hermite {
-            value: d0.value,
-            powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise],
-        }
+        Hermite { value: d0.value, powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise] }
     }
 
     fn at(&self, theta: f64) -> f64 {

@@ -43,13 +43,8 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`IntegrateError`]; what the observer has seen until then is still with the observer.
-    fn run<M: Model + ?Sized, O: Observer>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-        observer: &mut O,
-    ) -> Result<Finish, IntegrateError>;
+    fn run<M: Model + ?Sized, O: Observer>(&self, model: &M, start: &State, t_end: f64, observer: &mut O)
+    -> Result<Finish, IntegrateError>;
 
     /// The state at `t_end`.
     ///
@@ -88,7 +83,9 @@ pub trait Integrator {
             trajectory.push_state(start);
             left = rest;
         }
-        let Some(&last) = left.last() else { return Ok(trajectory) };
+        let Some(&last) = left.last() else {
+            return Ok(trajectory);
+        };
         let mut y = vec![0.0; 2 * model.dof()];
         let run = self.run(model, start, last, &mut |step: &mut Step<'_>| {
             while let [t, rest @ ..] = left

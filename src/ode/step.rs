@@ -138,3 +138,11 @@ impl<F: FnMut(&mut Step<'_>) -> ControlFlow<()>> Observer for F {
         self(step)
     }
 }
+
+/// Two observers on one run: both see every step, either may stop it.
+impl<A: Observer + ?Sized, B: Observer + ?Sized> Observer for (&mut A, &mut B) {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let first = self.0.step(step);
+        if self.1.step(step).is_break() { ControlFlow::Break(()) } else { first }
+    }
+}

@@ -147,9 +147,7 @@ impl NfgPair {
         };
         let (damping, stretch) = match self.reading.damping {
             Damping::ConstantRatio => (u[DAMPING], S::from(0.0)),
-            Damping::ConstantCoefficient => {
-                (u[DAMPING] * u[RADIUS] * u[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)), stretch)
-            }
+            Damping::ConstantCoefficient => (u[DAMPING] * u[RADIUS] * u[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)), stretch),
         };
         At { half_width, half_width_rate, damping, stretch }
     }
@@ -225,8 +223,9 @@ impl NfgPair {
                 2.0 * eps * (1.0 - eps * eps) * s / (swing * swing)
             }
             CentreForcing::Series(2) => 2.0 * eps * s - 4.0 * eps * eps * (2.0 * s * c),
-            CentreForcing::Series(order) => InstantCentre::new(eps, 1.0)
-                .map_or(f64::NAN, |centre| centre.forcing_series(order as usize).value(phase, Side::After)),
+            CentreForcing::Series(order) => {
+                InstantCentre::new(eps, 1.0).map_or(f64::NAN, |centre| centre.forcing_series(order as usize).value(phase, Side::After))
+            }
         }
     }
 }

@@ -61,7 +61,9 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         let units = self.units();
         let errors = self.errors(state.t);
         let row = |x: &[f64], i: usize| (0..x.len()).map(|j| b[(i, j)] * x[j]).sum::<f64>();
-        let error = |i: usize| if i >= 1 && i <= errors.len() { errors[i - 1] } else { (0.0, 0.0) };
+        let error = |i: usize| {
+            if i >= 1 && i <= errors.len() { errors[i - 1] } else { (0.0, 0.0) }
+        };
         let q = (0..units.len()).map(|i| (row(&state.q, i) - error(i).0) / units[i]).collect();
         let v = (0..units.len()).map(|i| (row(&state.v, i) - error(i).1) / (units[i] * self.frequency)).collect();
         (q, v)
@@ -129,9 +131,8 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         let units = self.units();
         let size = units.len();
         let w = self.frequency;
-        let scaled = |links: &[f64], factor: f64| {
-            DMatrix::from_fn(size, size, |i, j| coupling[(i, j)] * links[j] * units[j] / units[i] * factor)
-        };
+        let scaled =
+            |links: &[f64], factor: f64| DMatrix::from_fn(size, size, |i, j| coupling[(i, j)] * links[j] * units[j] / units[i] * factor);
         Ok((scaled(&dampings, 0.5 / w), scaled(&stiffnesses, 1.0 / (w * w))))
     }
 }

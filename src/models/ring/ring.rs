@@ -88,9 +88,8 @@ impl<N: Nonlinearity> Ring<N> {
         rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
         let first = |i: usize, of: &dyn Fn(usize) -> Shared| (0..=i).find(|&j| Arc::ptr_eq(&of(i), &of(j))).unwrap_or(i);
         let meshes = &params.meshes;
-        let same = (0..meshes.len())
-            .map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())])
-            .collect();
+        let same =
+            (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
         Ok(Ring { params: params.clone(), frame: Frame::Inertial, rigid, same })
     }
 
@@ -230,7 +229,12 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             && self.inertias() == other.inertias()
             && self.params.omega == other.params.omega
             && self.params.motor.shaft == other.params.motor.shaft
-            && self.params.gears.iter().zip(&other.params.gears).all(|(a, b)| a.load.shaft == b.load.shaft && a.base_radius == b.base_radius)
+            && self
+                .params
+                .gears
+                .iter()
+                .zip(&other.params.gears)
+                .all(|(a, b)| a.load.shaft == b.load.shaft && a.base_radius == b.base_radius)
             && self.params.meshes.iter().zip(&other.params.meshes).all(same_mesh)
     }
 }
@@ -320,7 +324,8 @@ impl<N: Nonlinearity> Model for Ring<N> {
     /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
     /// where the 5.9 and 5.5 kN of the paper come from.
     fn channels(&self) -> Vec<Channel> {
-        let of_mesh = |i| [Channel::new(format!("transmission error {i}"), "m"), Channel::new(format!("stiffness times deflection {i}"), "N")];
+        let of_mesh =
+            |i| [Channel::new(format!("transmission error {i}"), "m"), Channel::new(format!("stiffness times deflection {i}"), "N")];
         (1..=self.gears()).flat_map(of_mesh).collect()
     }
     fn observe(&self, u: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {

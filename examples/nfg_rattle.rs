@@ -1,0 +1,160 @@
+//! Rattle of the noncircular face gear pair: Figs. 8-11 and 13b of Liu 2021, integrated in time with located tooth edges.
+//!
+//! `cargo run --release --example nfg_rattle`
+
+mod support;
+
+use gear_dynamics::{
+    Dop853, Integrator, NfgPair, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle, Spectrum, State, Statistics, Summary,
+    Unsettled, Window, uniform_times,
+};
+use rayon::prelude::*;
+use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
+
+type Reading = (&'static str, fn() -> NfgReading);
+const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", NfgReading::exact)];
+/// Turns of the face gear to settle in, and to measure over when nothing repeats.
+const SETTLE: usize = 60;
+const MEASURE: usize = 40;
+
+fn solver() -> Dop853 {
+    Dop853::new().rtol(1e-10).atol_each(&[1e-15, 1e-16])
+}
+
+/// A settled run: what is measured, and the state it starts from.
+struct Run {
+    state: RattleState,
+    q: Summary,
+    deflection: Summary,
+    loss: f64,
+    impacts_per_turn: f64,
+    /// 0 when nothing repeats.
+    multiple: usize,
+    on_orbit: State,
+}
+
+fn measure(pair: &NfgPair) -> Outcome<Run> {
+    let settled = Settle::new().tolerance(1e-8).most_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
+    let (on_orbit, multiple) = match settled {
+        Ok(steady) => (steady.state, steady.period_multiple),
+        Err(Unsettled::Aperiodic { state, .. }) => (state, 0),
+        Err(failed) => return Err(failed.into()),
+    };
+    let turns = if multiple > 0 { multiple } else { MEASURE };
+    let mut rattle = Rattle::new(pair);
+    let mut statistics = Statistics::new(pair, &["q1", "deflection"])?;
+    let mut both = (&mut rattle, &mut statistics);
+    solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
+    let contact = rattle.contact(0);
+    Ok(Run {
+        state: contact.state(),
+        q: statistics.summary("q1")?,
+        deflection: statistics.summary("deflection")?,
+        loss: contact.loss_fraction(),
+        impacts_per_turn: contact.impact_count() as f64 / turns as f64,
+        multiple,
+        on_orbit,
+    })
+}
+
+/// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
+fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
+    const SAMPLES: usize = 4096;
+    let t0 = run.on_orbit.t;
+    let times = uniform_times(t0, t0 + pair.period(), SAMPLES);
+    let turn = solver().sample(pair, &run.on_orbit, &times)?;
+    let q = turn.channel(pair, "q1")?;
+    let history = times.iter().zip(&q).map(|(t, q)| ((t - t0) / pair.period(), *q)).collect();
+    let phase = turn.phase_portrait(0);
+    let spectrum = Spectrum::of(&q[..SAMPLES], pair.period() / SAMPLES as f64, Window::Rectangular)?;
+    let orders = spectrum.orders(1.0 / pair.period())?;
+    let lines = orders.iter().zip(spectrum.amplitudes()).skip(1).take(260).map(|(o, a)| (*o, *a)).collect();
+    Ok([
+        Panel::new(title, "turns of the face gear", "q [rad]").with("", Mark::Line, history),
+        Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]").with("", Mark::Line, phase),
+        Panel::new("spectrum", "order of the face gear", "amplitude [rad]").with("", Mark::Bars, lines),
+    ])
+}
+
+fn main() -> Outcome<()> {
+    let folder = gallery("nfg_rattle")?;
+
+    println!("Figs. 8-10: the pair of Table 1 at three speeds (the paper sees none, unilateral, bilateral)\n");
+    println!(
+        "{:10} {:>6}  {:10} {:>10} {:>10} {:>6} {:>12} {:>7}",
+        "reading", "rad/s", "state", "ppv q", "mean q", "apart", "impacts/turn", "period"
+    );
+    for (name, reading) in READINGS {
+        let mut panels = Vec::new();
+        for speed in [140.0, 160.0, 180.0] {
+            let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading())?;
+            let run = measure(&pair)?;
+            let period = if run.multiple > 0 { run.multiple.to_string() } else { "none".into() };
+            println!(
+                "{name:10} {speed:6}  {:10} {:10.4e} {:10.3e} {:5.1}% {:12.1} {period:>7}",
+                run.state.to_string(),
+                run.q.peak_to_peak(),
+                run.q.mean,
+                100.0 * run.loss,
+                run.impacts_per_turn
+            );
+            panels.extend(portrait(&pair, &run, &format!("{name}, {speed} rad/s: {}", run.state))?);
+        }
+        figure(folder.join(format!("fig8_10_{name}.svg")), 3, &panels)?;
+    }
+
+    println!("\nFig. 11: speed sweep from the static start");
+    let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
+    let bar = progress("speed sweep", 2 * speeds.len());
+    let mut csv = Csv::new(folder.join("speed_sweep.csv"), "reading,omega_1,state,ppv,mean,min,max,deflection_p2p,period_multiple")?;
+    let mut states = Panel::new("rattle state (0 none, 1 unilateral, 2 bilateral)", "ω1 [rad/s]", "state");
+    let mut ppv = Panel::new("peak-to-peak of q", "ω1 [rad/s]", "ppv [rad]");
+    let mut deflection = Panel::new("peak-to-peak of the deflection r_b2 q", "ω1 [rad/s]", "[m]");
+    for (name, reading) in READINGS {
+        let runs: Result<Vec<Run>, String> = speeds
+            .par_iter()
+            .map(|&speed| {
+                let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading()).map_err(|e| e.to_string())?;
+                let run = measure(&pair).map_err(|e| format!("{name} at {speed} rad/s: {e}"));
+                bar.inc(1);
+                run
+            })
+            .collect();
+        let runs = runs?;
+        for (speed, run) in speeds.iter().zip(&runs) {
+            let (p2p, deflection) = (run.q.peak_to_peak(), run.deflection.peak_to_peak());
+            csv.row(&[&name, speed, &(run.state as u8), &p2p, &run.q.mean, &run.q.min, &run.q.max, &deflection, &run.multiple])?;
+        }
+        let curve = |of: &dyn Fn(&Run) -> f64| speeds.iter().zip(&runs).map(|(s, r)| (*s, of(r))).collect::<Vec<_>>();
+        states = states.with(name, Mark::Dots, curve(&|r| f64::from(r.state as u8)));
+        ppv = ppv.with(name, Mark::Line, curve(&|r| r.q.peak_to_peak()));
+        deflection = deflection.with(name, Mark::Line, curve(&|r| r.deflection.peak_to_peak()));
+        let first = |state: RattleState| speeds.iter().zip(&runs).find(|(_, r)| r.state == state).map_or(f64::NAN, |(s, _)| *s);
+        let aperiodic: Vec<f64> = speeds.iter().zip(&runs).filter(|(_, r)| r.multiple == 0).map(|(s, _)| *s).collect();
+        bar.suspend(|| {
+            println!(
+                "{name:10} unilateral from {} rad/s, bilateral from {} rad/s",
+                first(RattleState::Unilateral),
+                first(RattleState::Bilateral)
+            );
+            println!("{:10} no period up to 8 turns at {aperiodic:?} rad/s", "");
+        });
+    }
+    bar.finish_and_clear();
+    figure(folder.join("fig11_speed_sweep.svg"), 1, &[states, ppv, deflection])?;
+
+    println!("\nFig. 13b: eccentric ratio 0 beside 0.2 at 160 rad/s");
+    let mut panels = Vec::new();
+    for (name, reading) in READINGS {
+        for eccentric_ratio in [0.0, 0.2] {
+            let pair = NfgPair::with_reading(&NfgParams { eccentric_ratio, ..NfgParams::table1() }, reading())?;
+            let run = measure(&pair)?;
+            println!("{name:10} eps = {eccentric_ratio}: {:10} ppv {:.4e} rad", run.state.to_string(), run.q.peak_to_peak());
+            let [history, ..] = portrait(&pair, &run, &format!("{name}, 160 rad/s, eccentric ratio {eccentric_ratio}"))?;
+            panels.push(history);
+        }
+    }
+    figure(folder.join("fig13b_eccentric_ratio.svg"), 2, &panels)?;
+    println!("\npictures and tables: {}", folder.display());
+    Ok(())
+}

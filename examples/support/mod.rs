@@ -1,0 +1,148 @@
+//! What the examples share: a gallery folder, CSV files, stacked SVG panels, a progress bar.
+#![allow(dead_code, reason = "each example uses some of these")]
+
+use indicatif::{ProgressBar, ProgressStyle};
+use plotters::prelude::*;
+use std::error::Error;
+use std::fmt::Display;
+use std::fs::{File, create_dir_all};
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+
+pub type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// `target/gallery/<example>/`.
+pub fn gallery(example: &str) -> Outcome<PathBuf> {
+    let folder = PathBuf::from("target/gallery").join(example);
+    create_dir_all(&folder)?;
+    Ok(folder)
+}
+
+/// Rows of comma-separated values.
+pub struct Csv(BufWriter<File>);
+
+impl Csv {
+    pub fn new(path: PathBuf, header: &str) -> Outcome<Self> {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "{header}")?;
+        Ok(Csv(file))
+    }
+    pub fn row(&mut self, fields: &[&dyn Display]) -> Outcome<()> {
+        let fields: Vec<String> = fields.iter().map(ToString::to_string).collect();
+        Ok(writeln!(self.0, "{}", fields.join(","))?)
+    }
+}
+
+pub fn progress(what: &str, count: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {eta}").expect("the template is fixed");
+    ProgressBar::new(count as u64).with_style(style).with_message(what.to_owned())
+}
+
+pub enum Mark {
+    Line,
+    Dots,
+    /// Vertical bars from the foot of the panel, as in a spectrum.
+    Bars,
+}
+
+pub struct Series {
+    pub label: String,
+    pub mark: Mark,
+    pub points: Vec<(f64, f64)>,
+}
+
+pub struct Panel {
+    title: String,
+    x: String,
+    y: String,
+    logarithmic: bool,
+    series: Vec<Series>,
+}
+
+impl Panel {
+    pub fn new(title: impl Into<String>, x: &str, y: &str) -> Self {
+        Panel { title: title.into(), x: x.into(), y: y.into(), logarithmic: false, series: Vec::new() }
+    }
+    /// The ordinate in decades: give log10 of the values.
+    pub fn decades(self) -> Self {
+        Panel { logarithmic: true, ..self }
+    }
+    pub fn with(mut self, label: impl Into<String>, mark: Mark, points: Vec<(f64, f64)>) -> Self {
+        self.series.push(Series { label: label.into(), mark, points });
+        self
+    }
+
+    fn range(&self, of: impl Fn(&(f64, f64)) -> f64, margin: f64) -> std::ops::Range<f64> {
+        let all = self.series.iter().flat_map(|s| &s.points).map(of).filter(|x| x.is_finite());
+        let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let width = if hi > lo { hi - lo } else { lo.abs().max(1e-12) };
+        lo - margin * width..hi + margin * width
+    }
+}
+
+/// Panels side by side in rows, `columns` to a row.
+pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
+    const SIZE: (u32, u32) = (620, 330);
+    let rows = panels.len().div_ceil(columns);
+    let root = SVGBackend::new(&path, (SIZE.0 * columns as u32, SIZE.1 * rows as u32)).into_drawing_area();
+    root.fill(&WHITE)?;
+    for (area, panel) in root.split_evenly((rows, columns)).iter().zip(panels) {
+        let (across, mut up) = (panel.range(|p| p.0, 0.0), panel.range(|p| p.1, 0.06));
+        if panel.series.iter().any(|s| matches!(s.mark, Mark::Bars)) {
+            up.start = 0.0;
+        }
+        let foot = up.start;
+        let smallest = 1e-9 * (up.end - up.start).min(across.end - across.start);
+        let mut chart = ChartBuilder::on(area)
+            .caption(&panel.title, ("sans-serif", 16))
+            .margin(12)
+            .x_label_area_size(38)
+            .y_label_area_size(72)
+            .build_cartesian_2d(across, up)?;
+        let decades = |y: &f64| format!("1e{y:.0}");
+        let plain = |x: &f64| match x.abs() {
+            size if size < smallest => "0".into(),
+            size if (1e-2..1e4).contains(&size) => format!("{}", (x * 1e4).round() / 1e4),
+            _ => format!("{x:.1e}"),
+        };
+        let mut mesh = chart.configure_mesh();
+        mesh.light_line_style(WHITE).x_desc(&panel.x).y_desc(&panel.y).x_labels(8).y_labels(6).x_label_formatter(&plain);
+        if panel.logarithmic {
+            mesh.y_label_formatter(&decades).draw()?
+        } else {
+            mesh.y_label_formatter(&plain).draw()?
+        }
+        for (i, series) in panel.series.iter().enumerate() {
+            let color = Palette99::pick(i).to_rgba();
+            let points = series.points.iter().copied().filter(|p| p.1.is_finite());
+            let drawn = match series.mark {
+                Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
+                // Later dots are smaller, so that earlier ones show around them.
+                Mark::Dots => chart.draw_series(points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())))?,
+                Mark::Bars => chart.draw_series(points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))))?,
+            };
+            if !series.label.is_empty() {
+                drawn.label(&series.label).legend(move |(x, y)| Rectangle::new([(x, y - 3), (x + 12, y + 3)], color.filled()));
+            }
+        }
+        if panel.series.iter().any(|s| !s.label.is_empty()) {
+            let place = SeriesLabelPosition::UpperLeft;
+            chart.configure_series_labels().position(place).background_style(WHITE.mix(0.8)).label_font(("sans-serif", 12)).draw()?;
+        }
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// Least and largest value in each of `bins` equal spans, one after the other: a line through a long oscillation.
+pub fn envelope(times: &[f64], values: &[f64], bins: usize) -> Vec<(f64, f64)> {
+    let size = times.len().div_ceil(bins).max(1);
+    times
+        .chunks(size)
+        .zip(values.chunks(size))
+        .flat_map(|(t, x)| {
+            let (lo, hi) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+            [(t[0], lo), (t[0], hi)]
+        })
+        .collect()
+}
