@@ -121,3 +121,41 @@ pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
     };
     Ring::as_printed(&set.params().expect("the parameters are in range")).expect("the parameters are in range")
 }
+
+pub mod hand_dop853;
+
+/// The loop one would write for workload A and nothing else: RK4, drives shared between stages and from step to step.
+pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {
+    let b = Pair::HALF_WIDTH;
+    let f = |[stiffness, forcing]: [f64; 2], q: f64, v: f64| {
+        let force = if q > b { q - b } else { 0.0 } - if q < -b { -q - b } else { 0.0 };
+        forcing - 0.02 * v - stiffness * force
+    };
+    let (mut q, mut v) = (q, v);
+    let mut u0 = pair.drives(0.0);
+    for k in 0..steps {
+        let t = k as f64 * h;
+        let (um, u1) = (pair.drives(t + 0.5 * h), pair.drives(t + h));
+        let a1 = f(u0, q, v);
+        let (v2, a2) = (v + 0.5 * h * a1, f(um, q + 0.5 * h * v, v + 0.5 * h * a1));
+        let (v3, a3) = (v + 0.5 * h * a2, f(um, q + 0.5 * h * v2, v + 0.5 * h * a2));
+        let (v4, a4) = (v + h * a3, f(u1, q + h * v3, v + h * a3));
+        q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+        v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+        u0 = u1;
+    }
+    [q, v]
+}
+
+/// Median, least and largest of the ratio A/B of the times of two runs, taken in turn.
+pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> [f64; 3] {
+    let time = |f: &mut dyn FnMut()| {
+        let start = std::time::Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    (a(), b());
+    let mut ratios: Vec<f64> = (0..rounds).map(|_| time(&mut a) / time(&mut b)).collect();
+    ratios.sort_by(f64::total_cmp);
+    [ratios[rounds / 2], ratios[0], ratios[rounds - 1]]
+}

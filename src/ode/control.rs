@@ -1,7 +1,7 @@
 //! Step sizes: what the caller asked for, the PI controller, the starting step.
 
 use super::IntegrateError;
-use super::engine::{Engine, Tableau};
+use super::engine::{Engine, Tableau, Vector};
 use crate::model::Model;
 
 /// What every solver has.
@@ -107,20 +107,20 @@ impl Controller {
 }
 
 /// A first step from the size of the solution, its slope and its curvature.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
-pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>, longest: f64) -> f64 {
+pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, longest: f64) -> f64 {
     let rms = |v: &mut dyn Iterator<Item = f64>| {
         let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
         f64::sqrt(sum / f64::max(count, 1.0))
     };
-    let size: Vec<f64> = e.y.iter().zip(&e.atol).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
-    let slope: Vec<f64> = e.slot(0).to_vec();
-    let d0 = rms(&mut e.y.iter().zip(&size).map(|(y, s)| y / s));
+    let size: Vec<f64> = e.y.slice().iter().zip(e.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+    let slope: Vec<f64> = e.k[0].slice().to_vec();
+    let d0 = rms(&mut e.y.slice().iter().zip(&size).map(|(y, s)| y / s));
     let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));
     let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
     let h0 = h0.min(longest);
     e.aim(e.t + h0);
     e.euler();
-    let d2 = rms(&mut e.slot(1).iter().zip(&slope).zip(&size).map(|((f1, f0), s)| (f1 - f0) / s)) / h0;
+    let d2 = rms(&mut e.k[1].slice().iter().zip(&slope).zip(&size).map(|((f1, f0), s)| (f1 - f0) / s)) / h0;
     let d = d1.max(d2);
     let h1 = if d <= 1e-15 { (h0 * 1e-3).max(1e-6) } else { (0.01 / d).powf(T::EXPONENT) };
     let h = (100.0 * h0).min(h1).min(longest);

@@ -1,7 +1,7 @@
 //! The Dormand-Prince method of order 8.
 
 use super::adaptive::Adaptive;
-use super::engine::{Engine, Row, Tableau};
+use super::engine::{Engine, Row, Tableau, Vector};
 use crate::model::Model;
 
 /// DOP853: order 8 with error estimates of orders 5 and 3, adaptive, dense output of order 7.   Source: Hairer, Nørsett & Wanner I,
@@ -35,7 +35,7 @@ impl Tableau for Order8 {
     const BETA: f64 = 0.03;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {
+    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(C[1]);
         e.stage(1, &A2);
@@ -63,12 +63,12 @@ impl Tableau for Order8 {
     }
     /// |e5|²/√(|e5|² + 0.01 |e3|²): the two estimates combined.
     #[inline(always)]
-    fn error<M: Model + ?Sized, const N: usize>(e: &Engine<'_, M, N>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
         let (e5, e3) = (e.norm(&table::E5), e.norm(&table::E3));
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
         if both == 0.0 { 0.0 } else { e5 * e5 / both }
     }
-    fn dense<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {
+    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(0.1);
         e.stage(13, &A14);

@@ -1,7 +1,7 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
 use super::control::{Controller, Limits, StepRule, starting_step};
-use super::engine::{Engine, Tableau};
+use super::engine::{Engine, Tableau, Vector};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
 use super::{Finish, IntegrateError, Stats};
@@ -18,9 +18,9 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
     observer: &mut O,
 ) -> Result<Finish, IntegrateError> {
     match model.dof() {
-        1 => integrate::<T, M, O, 1>(rule, limits, model, start, t_end, observer),
-        2 => integrate::<T, M, O, 2>(rule, limits, model, start, t_end, observer),
-        _ => integrate::<T, M, O, 0>(rule, limits, model, start, t_end, observer),
+        1 => integrate::<T, M, O, [f64; 2]>(rule, limits, model, start, t_end, observer),
+        2 => integrate::<T, M, O, [f64; 4]>(rule, limits, model, start, t_end, observer),
+        _ => integrate::<T, M, O, Vec<f64>>(rule, limits, model, start, t_end, observer),
     }
 }
 
@@ -33,7 +33,7 @@ const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 /// Steps without numbers in a row before the model is blamed.
 const RETREATS: u32 = 15;
 
-fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
+fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
     rule: StepRule<'_>,
     limits: Limits,
     model: &M,
@@ -45,9 +45,8 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
     if !(t_end.is_finite() && t_end > start.t) {
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
-    let y: Vec<f64> = start.q.iter().chain(&start.v).copied().collect();
-    let atol = rule.check(y.len())?;
-    let mut e = Engine::<M, N>::new::<T>(model, y, start.t);
+    let atol = rule.check(2 * model.dof())?;
+    let mut e = Engine::<M, V>::new::<T>(model, start);
     let mut stats = Stats::default();
     model.drive(e.t, Side::After, &mut e.u);
 
@@ -59,7 +58,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
         e.frozen = can_freeze(&mut e);
     }
     e.derivative_at_start();
-    if let Some(index) = e.slot(0).iter().position(|x| !x.is_finite()) {
+    if let Some(index) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
         return Err(IntegrateError::NotFinite { t: e.t, component: index });
     }
 
@@ -68,10 +67,10 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
         StepRule::Fixed(step) => (None, step),
         StepRule::Adaptive(tolerances) => {
             e.rtol = tolerances.rtol;
-            e.atol = atol;
+            e.atol.slice_mut().copy_from_slice(&atol);
             let h = match tolerances.first {
                 Some(h) => h,
-                None => starting_step::<T, M, N>(&mut e, longest),
+                None => starting_step::<T, M, V>(&mut e, longest),
             };
             (Some((Controller::new::<T>(tolerances.beta), tolerances.max)), h)
         }
@@ -130,10 +129,10 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
         crossings.clear();
         if locating {
             e.contacts_at_end();
-            match locator.find::<T, M, N>(&mut e) {
+            match locator.find::<T, M, V>(&mut e) {
                 Found::Nothing => {}
                 Found::At(theta, exit) if e.t + theta * e.h() > e.t + RESOLUTION * e.t.abs() => {
-                    if theta < 1.0 && !step_to_edge::<T, M, N>(&mut e, &locator, theta, exit) {
+                    if theta < 1.0 && !step_to_edge::<T, M, V>(&mut e, &locator, theta, exit) {
                         return Err(IntegrateError::EdgeStall { t: e.t, contact: exit.contact });
                     }
                     crossings.push(Crossing { contact: exit.contact, from: e.pieces[exit.contact], to: exit.to });
@@ -155,13 +154,13 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
         stats.crossings += crossings.len() as u64;
         let at_edge = edge == Some(e.t1);
         let flow = {
-            let mut made = Made::<T, M, N> { engine: &mut e, tracked: locating, tableau: PhantomData };
+            let mut made = Made::<T, M, V> { engine: &mut e, tracked: locating, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &crossings))
         };
         let done = e.t1 >= t_end;
         if done || flow.is_break() {
             stats.evaluations = e.evaluations;
-            let (q, v) = e.y1.split_at(model.dof());
+            let (q, v) = e.y1.slice().split_at(model.dof());
             return Ok(Finish { state: State::new(e.t1, q, v), stopped: flow.is_break(), stats });
         }
 
@@ -209,24 +208,19 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, const N: usize>(
 }
 
 /// Whether the model offers its pieces.
-fn can_freeze<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) -> bool {
-    let (q, v) = e.y.split_at(e.y.len() / 2);
+fn can_freeze<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> bool {
+    let (q, v) = e.y.slice().split_at(e.model.dof());
     let mut a = vec![0.0; q.len()];
     e.model.accel_on_pieces(&e.pieces, &e.u, q, v, &mut a)
 }
 
-fn not_finite<M: Model + ?Sized, const N: usize>(e: &Engine<'_, M, N>) -> IntegrateError {
-    IntegrateError::NotFinite { t: e.t, component: e.y1.iter().position(|y| !y.is_finite()).unwrap_or(0) }
+fn not_finite<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
+    IntegrateError::NotFinite { t: e.t, component: e.y1.slice().iter().position(|y| !y.is_finite()).unwrap_or(0) }
 }
 
 /// Re-steps to an edge at θ of the step. With pieces held the trajectory is smooth past the edge and once is enough, unless the
 /// force jumps there; without, the dense output was bent by the edge and the step is corrected until it meets it.
-fn step_to_edge<T: Tableau, M: Model + ?Sized, const N: usize>(
-    e: &mut Engine<'_, M, N>,
-    locator: &Locator,
-    theta: f64,
-    exit: Exit,
-) -> bool {
+fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &Locator, theta: f64, exit: Exit) -> bool {
     let t1 = e.t + theta * e.h();
     let far = e.t1;
     if t1 <= e.t {
@@ -268,34 +262,33 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, const N: usize>(
 }
 
 /// Compares the acceleration on both sides of an edge: a force that jumps there asks for a closer location.
-fn note_jumps<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>, locator: &mut Locator, crossings: &[Crossing]) {
-    let mut before = std::mem::take(&mut e.look);
-    before.copy_from_slice(e.slot(0));
+fn note_jumps<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &mut Locator, crossings: &[Crossing]) {
+    e.look.slice_mut().copy_from_slice(e.k[0].slice());
     e.derivative_at_start();
+    let before = e.look.slice();
     let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let change = before.iter().zip(e.slot(0)).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-    e.look = before;
+    let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     for crossing in crossings {
         locator.jumps[crossing.contact] = Some(change > 1e-7 * size);
     }
 }
 
 /// The step that was just made, as the observer sees it.
-struct Made<'e, 'm, T, M: Model + ?Sized, const N: usize> {
-    engine: &'e mut Engine<'m, M, N>,
+struct Made<'e, 'm, T, M: Model + ?Sized, V: Vector> {
+    engine: &'e mut Engine<'m, M, V>,
     tracked: bool,
     tableau: PhantomData<T>,
 }
 
-impl<T: Tableau, M: Model + ?Sized, const N: usize> StepView for Made<'_, '_, T, M, N> {
+impl<T: Tableau, M: Model + ?Sized, V: Vector> StepView for Made<'_, '_, T, M, V> {
     fn times(&self) -> (f64, f64) {
         (self.engine.t, self.engine.t1)
     }
     fn start(&self) -> &[f64] {
-        &self.engine.y
+        self.engine.y.slice()
     }
     fn end(&self) -> &[f64] {
-        &self.engine.y1
+        self.engine.y1.slice()
     }
     fn pieces(&self) -> Option<&[Piece]> {
         self.tracked.then_some(&self.engine.pieces[..])

@@ -1,6 +1,6 @@
 //! Stages, norms and dense output of one explicit step: the arithmetic that all tableaux share.
 
-use crate::model::{Contact, Model, Piece, Side};
+use crate::model::{Contact, Model, Piece, Side, State};
 
 /// A row of a tableau: (column from 0, coefficient), zeros left out.
 pub type Row<const L: usize> = [(usize, f64); L];
@@ -21,27 +21,68 @@ pub trait Tableau {
     const BETA: f64;
 
     /// Stages and y1 of a step from `e.t` to `e.t1`; slot 0 is there already.
-    fn attempt<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>);
+    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>);
     /// The error estimate in units of the tolerance.
-    fn error<M: Model + ?Sized, const N: usize>(e: &Engine<'_, M, N>) -> f64;
+    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64;
     /// The dense coefficients past the third; slot `END` is there already.
-    fn dense<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>);
+    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>);
 }
 
-/// The working arrays of one run, all allocated before its first step. `N` is the number of degrees of freedom where it is known to
-/// the compiler, 0 where not.
-pub struct Engine<'m, M: Model + ?Sized, const N: usize> {
+/// Storage for coordinates and velocities: an array where the model is small, so that a step lives in registers.
+pub trait Vector: Clone {
+    /// All zero.
+    fn zeros(len: usize) -> Self;
+    /// Its components.
+    fn slice(&self) -> &[f64];
+    /// Its components, to be written.
+    fn slice_mut(&mut self) -> &mut [f64];
+}
+
+impl<const L: usize> Vector for [f64; L] {
+    fn zeros(_: usize) -> Self {
+        [0.0; L]
+    }
+    #[inline(always)]
+    fn slice(&self) -> &[f64] {
+        self
+    }
+    #[inline(always)]
+    fn slice_mut(&mut self) -> &mut [f64] {
+        self
+    }
+}
+
+impl Vector for Vec<f64> {
+    fn zeros(len: usize) -> Self {
+        vec![0.0; len]
+    }
+    #[inline(always)]
+    fn slice(&self) -> &[f64] {
+        self
+    }
+    #[inline(always)]
+    fn slice_mut(&mut self) -> &mut [f64] {
+        self
+    }
+}
+
+/// Slots that any tableau may use.
+const SLOTS: usize = 16;
+/// Dense coefficients that any tableau may use, y0 included.
+const DENSE: usize = 8;
+
+/// The working arrays of one run, all made before its first step.
+pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) model: &'m M,
-    dof: usize,
     /// Start and end of the step.
     pub(crate) t: f64,
     pub(crate) t1: f64,
     /// Coordinates, then velocities, at the start, at a stage and at the end.
-    pub(crate) y: Vec<f64>,
-    stage: Vec<f64>,
-    pub(crate) y1: Vec<f64>,
-    /// The derivatives k_1, k_2, ... one after the other.
-    k: Vec<f64>,
+    pub(crate) y: V,
+    stage: V,
+    pub(crate) y1: V,
+    /// The derivatives k_1, k_2, ...
+    pub(crate) k: [V; SLOTS],
     /// Drives at the start, at a stage and at the end.
     pub(crate) u: Vec<f64>,
     u_stage: Vec<f64>,
@@ -50,12 +91,12 @@ pub struct Engine<'m, M: Model + ?Sized, const N: usize> {
     pub(crate) pieces: Vec<Piece>,
     pub(crate) frozen: bool,
     pub(crate) rtol: f64,
-    pub(crate) atol: Vec<f64>,
+    pub(crate) atol: V,
     /// Dense output: y0, then its coefficients.
-    dense: Vec<f64>,
+    dense: [V; DENSE],
     pub(crate) ready: Ready,
     /// Scratch for looking inside a step.
-    pub(crate) look: Vec<f64>,
+    pub(crate) look: V,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) evaluations: u64,
 }
@@ -69,43 +110,34 @@ pub(crate) struct Ready {
     pub(crate) dense: bool,
 }
 
-impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
-    pub(crate) fn new<T: Tableau>(model: &'m M, y: Vec<f64>, t: f64) -> Self {
-        let m = y.len();
-        let (drives, contacts) = (model.drives(), model.contacts());
+impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
+    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
+        let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
+        let mut y = V::zeros(m);
+        let (q, v) = y.slice_mut().split_at_mut(m / 2);
+        q.copy_from_slice(&start.q);
+        v.copy_from_slice(&start.v);
         Engine {
             model,
-            dof: m / 2,
-            t,
-            t1: t,
-            stage: vec![0.0; m],
+            t: start.t,
+            t1: start.t,
+            stage: V::zeros(m),
             y1: y.clone(),
-            k: vec![0.0; T::SLOTS * m],
+            k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
             u: vec![0.0; drives],
             u_stage: vec![0.0; drives],
             u1: vec![0.0; drives],
             pieces: vec![Piece::Gap; contacts],
             frozen: false,
             rtol: 0.0,
-            atol: vec![0.0; m],
-            dense: vec![0.0; (T::DENSE + 1) * m],
+            atol: V::zeros(m),
+            dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
-            look: vec![0.0; m],
+            look: V::zeros(m),
             contacts: vec![Contact::default(); contacts],
             evaluations: 0,
             y,
         }
-    }
-
-    /// Degrees of freedom, a constant wherever possible.
-    #[inline(always)]
-    fn n(&self) -> usize {
-        if N > 0 { N } else { self.dof }
-    }
-
-    pub(crate) fn slot(&self, s: usize) -> &[f64] {
-        let m = 2 * self.n();
-        &self.k[s * m..(s + 1) * m]
     }
 
     /// Sets the end of the step to come.
@@ -136,34 +168,30 @@ impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine::<N, L>(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
-        let m = 2 * self.n();
-        derivative(self.model, self.frozen.then_some(&self.pieces), &self.u_stage, &self.stage, &mut self.k[s * m..(s + 1) * m], m / 2);
+        combine(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
+        derivative(self.model, self.frozen, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
         self.evaluations += 1;
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine::<N, L>(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
-        let m = 2 * self.n();
-        derivative(self.model, self.frozen.then_some(&self.pieces), &self.u1, &self.stage, &mut self.k[s * m..(s + 1) * m], m / 2);
+        combine(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
+        derivative(self.model, self.frozen, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
         self.evaluations += 1;
     }
 
     /// y1 = y0 + h Σ b k.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
-        combine::<N, L>(&mut self.y1, &self.y, &self.k, self.t1 - self.t, row);
+        combine(&mut self.y1, &self.y, &self.k, self.t1 - self.t, row);
     }
 
     /// f(t1, y1) into its slot, once.
     #[inline(always)]
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
-            let m = 2 * self.n();
-            let k = &mut self.k[T::END * m..(T::END + 1) * m];
-            derivative(self.model, self.frozen.then_some(&self.pieces), &self.u1, &self.y1, k, m / 2);
+            derivative(self.model, self.frozen, &self.pieces, &self.u1, &self.y1, &mut self.k[T::END]);
             self.evaluations += 1;
             self.ready.end = true;
         }
@@ -172,8 +200,7 @@ impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
     /// f(t, y) into slot 0, with the drives as they stand in `u`.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        let m = 2 * self.n();
-        derivative(self.model, self.frozen.then_some(&self.pieces), &self.u, &self.y, &mut self.k[..m], m / 2);
+        derivative(self.model, self.frozen, &self.pieces, &self.u, &self.y, &mut self.k[0]);
         self.evaluations += 1;
     }
 
@@ -189,24 +216,21 @@ impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
         self.t = self.t1;
         std::mem::swap(&mut self.y, &mut self.y1);
         std::mem::swap(&mut self.u, &mut self.u1);
-        let m = 2 * self.n();
-        let (first, rest) = self.k.split_at_mut(m);
-        first.copy_from_slice(&rest[(T::END - 1) * m..][..m]);
+        self.k.swap(0, T::END);
     }
 
     /// Whether the end of the step is made of numbers.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
-        let m = 2 * self.n();
-        self.y1[..m].iter().fold(0.0, |sum, y| sum + 0.0 * y) == 0.0
+        self.y1.slice().iter().fold(0.0, |sum, y| sum + 0.0 * y) == 0.0
     }
 
     /// h |Σ e k| in units of the tolerances, root mean square over the components.
     #[inline(always)]
     pub(crate) fn norm<const L: usize>(&self, row: &Row<L>) -> f64 {
-        let m = 2 * self.n();
-        let (y, y1, atol) = (&self.y[..m], &self.y1[..m], &self.atol[..m]);
-        let k: [&[f64]; L] = std::array::from_fn(|l| &self.k[row[l].0 * m..][..m]);
+        let (y, m) = (self.y.slice(), self.y.slice().len());
+        let (y1, atol) = (&self.y1.slice()[..m], &self.atol.slice()[..m]);
+        let k: [&[f64]; L] = std::array::from_fn(|l| &self.k[row[l].0].slice()[..m]);
         let mut sum = 0.0;
         for j in 0..m {
             let mut e = row[0].1 * k[0][j];
@@ -226,70 +250,79 @@ impl<'m, M: Model + ?Sized, const N: usize> Engine<'m, M, N> {
         }
         self.derivative_at_end_of::<T>();
         T::dense(self);
-        let (m, h) = (2 * self.n(), self.h());
-        for j in 0..m {
-            let dy = self.y1[j] - self.y[j];
-            let (k0, k1) = (self.k[j], self.k[T::END * m + j]);
-            self.dense[j] = self.y[j];
-            self.dense[m + j] = dy;
-            self.dense[2 * m + j] = h * k0 - dy;
-            self.dense[3 * m + j] = 2.0 * dy - h * (k0 + k1);
+        let h = self.h();
+        let [first, rise, bend, twist, ..] = &mut self.dense;
+        let ends = self.y.slice().iter().zip(self.y1.slice());
+        let slopes = self.k[0].slice().iter().zip(self.k[T::END].slice());
+        for (j, ((y, y1), (k0, k1))) in ends.zip(slopes).enumerate() {
+            let dy = y1 - y;
+            first.slice_mut()[j] = *y;
+            rise.slice_mut()[j] = dy;
+            bend.slice_mut()[j] = h * k0 - dy;
+            twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
         }
         self.ready.dense = true;
     }
 
     /// Dense coefficient `c` (from 3): h Σ d k.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &Row<L>) {
-        let (m, h) = (2 * self.n(), self.h());
-        for j in 0..m {
-            self.dense[(c + 1) * m + j] = h * row.iter().map(|&(i, d)| d * self.k[i * m + j]).sum::<f64>();
+        let h = self.h();
+        for (j, out) in self.dense[c + 1].slice_mut().iter_mut().enumerate() {
+            *out = h * row.iter().map(|&(i, d)| d * self.k[i].slice()[j]).sum::<f64>();
         }
     }
 
     /// y at t + θ h: y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
     #[inline]
     pub(crate) fn interpolate<T: Tableau>(&self, theta: f64, out: &mut [f64]) {
-        let m = 2 * self.n();
-        for (j, out) in out.iter_mut().enumerate() {
-            let mut sum = 0.0;
-            for c in (1..=T::DENSE).rev() {
-                let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
-                sum = (sum + self.dense[c * m + j]) * factor;
-            }
-            *out = self.dense[j] + sum;
-        }
+        interpolate::<T, V>(&self.dense, theta, out);
     }
 
     /// The contacts at θ of the step, into `self.contacts`.
     pub(crate) fn contacts_inside<T: Tableau>(&mut self, theta: f64) {
-        let mut look = std::mem::take(&mut self.look);
-        self.interpolate::<T>(theta, &mut look);
+        interpolate::<T, V>(&self.dense, theta, self.look.slice_mut());
         self.drive(theta);
-        let (q, v) = look.split_at(self.n());
+        let (q, v) = halves(&self.look);
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
-        self.look = look;
     }
 
     /// The contacts at the end of the step.
     #[inline(always)]
     pub(crate) fn contacts_at_end(&mut self) {
-        let (q, v) = self.y1.split_at(self.n());
+        let (q, v) = halves(&self.y1);
         self.model.contact(&self.u1, q, v, &mut self.contacts);
     }
 
     /// The contacts at its start.
     pub(crate) fn contacts_at_start(&mut self) {
-        let (q, v) = self.y.split_at(self.n());
+        let (q, v) = halves(&self.y);
         self.model.contact(&self.u, q, v, &mut self.contacts);
+    }
+}
+
+/// Coordinates and velocities.
+#[inline(always)]
+fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
+    y.slice().split_at(y.slice().len() / 2)
+}
+
+fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
+    for (j, out) in out.iter_mut().enumerate() {
+        let mut sum = 0.0;
+        for c in (1..=T::DENSE).rev() {
+            let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
+            sum = (sum + dense[c].slice()[j]) * factor;
+        }
+        *out = dense[0].slice()[j] + sum;
     }
 }
 
 /// out = y + h Σ a_l k_l.
 #[inline(always)]
-fn combine<const N: usize, const L: usize>(out: &mut [f64], y: &[f64], k: &[f64], h: f64, row: &Row<L>) {
-    let m = if N > 0 { 2 * N } else { y.len() };
-    let (out, y) = (&mut out[..m], &y[..m]);
-    let k: [&[f64]; L] = std::array::from_fn(|l| &k[row[l].0 * m..][..m]);
+fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
+    let m = y.slice().len();
+    let (out, y) = (&mut out.slice_mut()[..m], y.slice());
+    let k: [&[f64]; L] = std::array::from_fn(|l| &k[row[l].0].slice()[..m]);
     for j in 0..m {
         let mut sum = row[0].1 * k[0][j];
         for l in 1..L {
@@ -301,14 +334,13 @@ fn combine<const N: usize, const L: usize>(out: &mut [f64], y: &[f64], k: &[f64]
 
 /// (q', v') = (v, a).
 #[inline(always)]
-fn derivative<M: Model + ?Sized>(model: &M, pieces: Option<&Vec<Piece>>, u: &[f64], y: &[f64], out: &mut [f64], n: usize) {
-    let (q, v) = y.split_at(n);
-    let (velocity, a) = out.split_at_mut(n);
+fn derivative<M: Model + ?Sized, V: Vector>(model: &M, frozen: bool, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
+    let (q, v) = halves(y);
+    let (velocity, a) = out.slice_mut().split_at_mut(q.len());
     velocity.copy_from_slice(v);
-    match pieces {
-        Some(pieces) => {
-            model.accel_on_pieces(pieces, u, q, v, a);
-        }
-        None => model.accel(u, q, v, a),
+    if frozen {
+        model.accel_on_pieces(pieces, u, q, v, a);
+    } else {
+        model.accel(u, q, v, a);
     }
 }

@@ -1,6 +1,6 @@
 //! Tooth edges: which contact leaves its piece first, and when.
 
-use super::engine::{Engine, Tableau};
+use super::engine::{Engine, Tableau, Vector};
 use crate::model::{Contact, Model, Piece};
 
 /// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
@@ -93,7 +93,7 @@ impl Locator {
 
     /// Reads off the pieces at the start: by the deflection, on an edge by the rate. A contact that still lies on its own
     /// piece within the slack stays there.
-    pub(crate) fn classify<M: Model + ?Sized, const N: usize>(&mut self, e: &mut Engine<'_, M, N>, afresh: bool) {
+    pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (piece, c) in e.pieces.iter_mut().zip(&self.start) {
@@ -119,7 +119,7 @@ impl Locator {
 
     /// The end of the step becomes the start of the next.
     #[inline(always)]
-    pub(crate) fn accept<M: Model + ?Sized, const N: usize>(&mut self, e: &Engine<'_, M, N>) {
+    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>) {
         self.start.copy_from_slice(&e.contacts);
         self.still.fill(0);
     }
@@ -146,7 +146,7 @@ impl Locator {
     }
 
     /// The first exit inside the step just made; its end contacts are in `e.contacts`.
-    pub(crate) fn find<T: Tableau, M: Model + ?Sized, const N: usize>(&mut self, e: &mut Engine<'_, M, N>) -> Found {
+    pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> Found {
         let h = e.h();
         let mut limit = 1.0;
         let mut first = Found::Nothing;
@@ -159,7 +159,7 @@ impl Locator {
                 if d1.value == f64::INFINITY || (d1.value >= -slack && !hermite.may_dip(d0, d1)) {
                     continue;
                 }
-                match first_root::<T, M, N>(e, exit, d0, d1, &hermite, limit, slack) {
+                match first_root::<T, M, V>(e, exit, d0, d1, &hermite, limit, slack) {
                     Some(0.0) => return Found::AtOnce(exit),
                     Some(theta) => {
                         limit = theta;
@@ -183,8 +183,8 @@ impl Locator {
 }
 
 /// The first θ in (0, limit] at which the distance changes sign, on the dense output. 0.0: it was past its edge from the start.
-fn first_root<T: Tableau, M: Model + ?Sized, const N: usize>(
-    e: &mut Engine<'_, M, N>,
+fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
     exit: Exit,
     d0: Distance,
     d1: Distance,

@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta method.
 
 use super::control::{Limits, StepRule};
-use super::engine::{Engine, Row, Tableau};
+use super::engine::{Engine, Row, Tableau, Vector};
 use super::{Finish, IntegrateError, Integrator, Observer, drive};
 use crate::model::{Model, State};
 
@@ -73,7 +73,7 @@ impl Tableau for Classical {
     const BETA: f64 = 0.0;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {
+    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
         e.drive(0.5);
         e.stage(1, &A2);
         e.stage(2, &A3);
@@ -81,8 +81,8 @@ impl Tableau for Classical {
         e.stage_end(3, &A4);
         e.advance(&B);
     }
-    fn error<M: Model + ?Sized, const N: usize>(_: &Engine<'_, M, N>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(_: &Engine<'_, M, V>) -> f64 {
         0.0
     }
-    fn dense<M: Model + ?Sized, const N: usize>(_: &mut Engine<'_, M, N>) {}
+    fn dense<M: Model + ?Sized, V: Vector>(_: &mut Engine<'_, M, V>) {}
 }

@@ -1,7 +1,7 @@
 //! The Dormand-Prince pair of orders 5 and 4.
 
 use super::adaptive::Adaptive;
-use super::engine::{Engine, Row, Tableau};
+use super::engine::{Engine, Row, Tableau, Vector};
 use crate::model::Model;
 
 /// Dormand-Prince 5(4), adaptive, with dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table II.5.2.
@@ -49,7 +49,7 @@ impl Tableau for DormandPrince {
     const BETA: f64 = 0.04;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {
+    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
         e.drive(1.0 / 5.0);
         e.stage(1, &table::A2);
         e.drive(3.0 / 10.0);
@@ -64,10 +64,10 @@ impl Tableau for DormandPrince {
         e.derivative_at_end_of::<DormandPrince>();
     }
     #[inline(always)]
-    fn error<M: Model + ?Sized, const N: usize>(e: &Engine<'_, M, N>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
         e.norm(&table::E)
     }
-    fn dense<M: Model + ?Sized, const N: usize>(e: &mut Engine<'_, M, N>) {
+    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
         e.dense_row(3, &table::D);
     }
 }
