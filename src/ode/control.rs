@@ -65,6 +65,50 @@ impl StepRule<'_> {
     }
 }
 
+/// Steps below this share of the time itself are lost in rounding.
+pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+
+/// Where the next step ends.
+pub(crate) enum Pace {
+    /// On the grid start + steps h; `next` is its next point.
+    Fixed { start: f64, h: f64, steps: f64, next: f64 },
+    /// `h` further on; `next` is what the controller proposes for the step after.
+    Adaptive { controller: Controller, h: f64, next: f64, max: f64 },
+}
+
+impl Pace {
+    /// The end of the step from `t`, at `stop` at the latest.
+    #[inline(always)]
+    pub(crate) fn aim(&self, t: f64, stop: f64) -> f64 {
+        let (aim, even) = match self {
+            Pace::Fixed { next, .. } => (*next, false),
+            Pace::Adaptive { h, max, .. } => (t + h.min(*max), true),
+        };
+        let step = aim - t;
+        if aim + 1e-10 * step >= stop {
+            stop
+        } else if even && aim + 0.5 * step > stop {
+            t + 0.5 * (stop - t) // two even steps rather than one and a crumb
+        } else {
+            aim
+        }
+    }
+
+    /// The step that ended at `t` stands.
+    #[inline(always)]
+    pub(crate) fn arrive(&mut self, t: f64) {
+        match self {
+            Pace::Fixed { start, h, steps, next } => {
+                while *next <= t + 1e-10 * *h + 2.0 * RESOLUTION * t.abs() {
+                    *steps += 1.0;
+                    *next = *start + *steps * *h;
+                }
+            }
+            Pace::Adaptive { h, next, .. } => *h = *next,
+        }
+    }
+}
+
 /// h_new = h safe err^(-α) err_old^β, within bounds, not growing after a rejection.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13),
 /// and II, Sect. IV.2.
 pub(crate) struct Controller {

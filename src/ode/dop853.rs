@@ -28,37 +28,39 @@ pub struct Order8;
 
 impl Tableau for Order8 {
     const SLOTS: usize = 16;
+    const EVALUATIONS: u64 = 11;
     const END: usize = 12;
     const DENSE: usize = 7;
+    const DENSE_EVALUATIONS: u64 = 3;
     const EXPONENT: f64 = 1.0 / 8.0;
     const FACTORS: [f64; 2] = [0.333, 6.0];
     const BETA: f64 = 0.03;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(C[1]);
-        e.stage(1, &A2);
+        e.stage::<HELD, _>(1, &A2);
         e.drive(C[2]);
-        e.stage(2, &A3);
+        e.stage::<HELD, _>(2, &A3);
         e.drive(C[3]);
-        e.stage(3, &A4);
+        e.stage::<HELD, _>(3, &A4);
         e.drive(C[4]);
-        e.stage(4, &A5);
+        e.stage::<HELD, _>(4, &A5);
         e.drive(C[5]);
-        e.stage(5, &A6);
+        e.stage::<HELD, _>(5, &A6);
         e.drive(C[6]);
-        e.stage(6, &A7);
+        e.stage::<HELD, _>(6, &A7);
         e.drive(C[7]);
-        e.stage(7, &A8);
+        e.stage::<HELD, _>(7, &A8);
         e.drive(C[8]);
-        e.stage(8, &A9);
+        e.stage::<HELD, _>(8, &A9);
         e.drive(C[9]);
-        e.stage(9, &A10);
+        e.stage::<HELD, _>(9, &A10);
         e.drive(C[10]);
-        e.stage(10, &A11);
+        e.stage::<HELD, _>(10, &A11);
         e.drive_end();
-        e.stage_end(11, &A12);
+        e.stage_end::<HELD, _>(11, &A12);
         e.advance(&B);
     }
     /// |e5|²/√(|e5|² + 0.01 |e3|²): the two estimates combined.
@@ -68,14 +70,14 @@ impl Tableau for Order8 {
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
         if both == 0.0 { 0.0 } else { e5 * e5 / both }
     }
-    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(0.1);
-        e.stage(13, &A14);
+        e.stage::<HELD, _>(13, &A14);
         e.drive(0.2);
-        e.stage(14, &A15);
+        e.stage::<HELD, _>(14, &A15);
         e.drive(7.0 / 9.0);
-        e.stage(15, &A16);
+        e.stage::<HELD, _>(15, &A16);
         e.dense_row(3, &D4);
         e.dense_row(4, &D5);
         e.dense_row(5, &D6);

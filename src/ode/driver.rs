@@ -1,6 +1,6 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
-use super::control::{Controller, Limits, StepRule, starting_step};
+use super::control::{Controller, Limits, Pace, RESOLUTION, StepRule, starting_step};
 use super::engine::{Engine, Tableau, Vector};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
@@ -28,8 +28,6 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
 const MET: f64 = 1e-10;
 /// Re-steps to one edge before it counts as a stall.
 const RESTEPS: usize = 40;
-/// Steps below this share of the time itself are lost in rounding.
-const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 /// Steps without numbers in a row before the model is blamed.
 const RETREATS: u32 = 15;
 
@@ -45,173 +43,194 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
     if !(t_end.is_finite() && t_end > start.t) {
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
-    let atol = rule.check(2 * model.dof())?;
-    let mut e = Engine::<M, V>::new::<T>(model, start);
-    let mut stats = Stats::default();
-    model.drive(e.t, Side::After, &mut e.u);
-
-    let mut locator = Locator::new(if limits.locate { model.contacts() } else { 0 });
-    let locating = limits.locate && model.contacts() > 0;
-    let mut crossings: Vec<Crossing> = Vec::with_capacity(model.contacts());
-    if locating {
-        locator.classify(&mut e, true);
-        e.frozen = can_freeze(&mut e);
-    }
-    e.derivative_at_start();
-    if let Some(index) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
-        return Err(IntegrateError::NotFinite { t: e.t, component: index });
-    }
-
-    let longest = t_end - e.t;
-    let (mut control, mut h) = match rule {
-        StepRule::Fixed(step) => (None, step),
-        StepRule::Adaptive(tolerances) => {
-            e.rtol = tolerances.rtol;
-            e.atol.slice_mut().copy_from_slice(&atol);
-            let h = match tolerances.first {
-                Some(h) => h,
-                None => starting_step::<T, M, V>(&mut e, longest),
-            };
-            (Some((Controller::new::<T>(tolerances.beta), tolerances.max)), h)
-        }
-    };
-    let mut edge = model.next_edge(e.t);
-    let mut grid = 1u64;
-    let mut retreats = 0;
-
-    loop {
-        if stats.steps + stats.rejected >= limits.max_steps as u64 {
-            return Err(IntegrateError::TooManySteps { t: e.t, limit: limits.max_steps });
-        }
-        // Where this step should end: the grid or the proposed step, then the next jump of a drive, then the end.
-        let mut aim = match &control {
-            None => start.t + grid as f64 * h,
-            Some((_, max)) => e.t + h.min(*max),
-        };
-        let stop = edge.map_or(t_end, |edge| edge.min(t_end));
-        if aim + 1e-10 * (aim - e.t) >= stop {
-            aim = stop;
-        } else if control.is_some() && aim + 0.5 * (aim - e.t) > stop {
-            aim = e.t + 0.5 * (stop - e.t); // two even steps rather than one and a crumb
-        }
-        if aim - e.t <= RESOLUTION * e.t.abs() && aim < stop {
+    let mut run = Run::<M, V>::new::<T>(rule, limits, model, start, t_end)?;
+    for _ in 0..limits.max_steps {
+        let aim = run.pace.aim(run.e.t, run.stop);
+        if aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
-            return Err(if retreats > 0 { not_finite(&e) } else { IntegrateError::StepUnderflow { t: e.t, h: aim - e.t } });
+            let underflow = IntegrateError::StepUnderflow { t: run.e.t, h: aim - run.e.t };
+            return Err(if run.retreats > 0 { not_finite(&run.e) } else { underflow });
         }
-
-        e.aim(aim);
-        T::attempt(&mut e);
-        let mut proposed = h;
-        if let Some((controller, _)) = &mut control {
-            let error = T::error(&e);
-            if !(error.is_finite() && e.finite()) {
-                stats.rejected += 1;
-                retreats += 1;
-                h = controller.retreat(e.h());
-                if retreats > RETREATS {
-                    return Err(not_finite(&e));
-                }
-                continue;
-            }
-            let (next, stands) = controller.next(e.h(), error);
-            if !stands {
-                stats.rejected += 1;
-                h = next;
-                continue;
-            }
-            // A step cut short says nothing against the longer one proposed before it.
-            proposed = if e.h() < 0.99 * h { next.max(h) } else { next };
-        } else if !e.finite() {
-            return Err(not_finite(&e));
+        run.e.aim(aim);
+        run.e.attempt::<T>();
+        if !run.stands::<T>()? || (run.locating && !run.meet_edges::<T>()?) {
+            run.stats.rejected += 1;
+            continue;
         }
-        retreats = 0;
-
-        crossings.clear();
-        if locating {
-            e.contacts_at_end();
-            match locator.find::<T, M, V>(&mut e) {
-                Found::Nothing => {}
-                Found::At(theta, exit) if e.t + theta * e.h() > e.t + RESOLUTION * e.t.abs() => {
-                    if theta < 1.0 && !step_to_edge::<T, M, V>(&mut e, &locator, theta, exit) {
-                        return Err(IntegrateError::EdgeStall { t: e.t, contact: exit.contact });
-                    }
-                    crossings.push(Crossing { contact: exit.contact, from: e.pieces[exit.contact], to: exit.to });
-                    let others = locator.together(&e.pieces, &e.contacts, exit);
-                    crossings.extend(others.map(|o| Crossing { contact: o.contact, from: e.pieces[o.contact], to: o.to }));
-                }
-                Found::At(_, exit) | Found::AtOnce(exit) => {
-                    stats.rejected += 1;
-                    if !locator.change(&mut e.pieces, exit) {
-                        return Err(IntegrateError::EdgeStall { t: e.t, contact: exit.contact });
-                    }
-                    e.derivative_at_start();
-                    continue;
-                }
-            }
-        }
-
-        stats.steps += 1;
-        stats.crossings += crossings.len() as u64;
-        let at_edge = edge == Some(e.t1);
+        run.stats.steps += 1;
+        let at_edge = run.edge == run.e.t1;
         let flow = {
-            let mut made = Made::<T, M, V> { engine: &mut e, tracked: locating, tableau: PhantomData };
-            observer.step(&mut Step::new(&mut made, at_edge, &crossings))
+            let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: run.locating, tableau: PhantomData };
+            observer.step(&mut Step::new(&mut made, at_edge, &run.crossings))
         };
-        let done = e.t1 >= t_end;
-        if done || flow.is_break() {
-            stats.evaluations = e.evaluations;
-            let (q, v) = e.y1.slice().split_at(model.dof());
-            return Ok(Finish { state: State::new(e.t1, q, v), stopped: flow.is_break(), stats });
+        if run.e.t1 >= t_end || flow.is_break() {
+            let (q, v) = run.e.y1.slice().split_at(model.dof());
+            let stats = Stats { evaluations: run.e.evaluations, ..run.stats };
+            return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
         }
-
-        if crossings.is_empty() && !at_edge {
-            e.derivative_at_end_of::<T>();
-            e.accept::<T>();
-            if locating {
-                locator.accept(&e);
+        if run.crossings.is_empty() && !at_edge {
+            run.e.derivative_at_end_of::<T>();
+            run.e.accept::<T>();
+            if run.locating {
+                run.locator.accept(&run.e);
             }
         } else {
-            let unknown = crossings.iter().any(|c| locator.jumps[c.contact].is_none());
-            if unknown {
-                e.derivative_at_end_of::<T>();
+            run.pass_edges::<T>(at_edge, t_end);
+        }
+        run.pace.arrive(run.e.t);
+    }
+    Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
+}
+
+/// One run under way.
+struct Run<'m, M: Model + ?Sized, V: Vector> {
+    e: Engine<'m, M, V>,
+    pace: Pace,
+    locating: bool,
+    locator: Locator,
+    /// The edges crossed at the end of the step just made.
+    crossings: Vec<Crossing>,
+    /// The next jump of a drive, and where the next step has to end at the latest.
+    edge: f64,
+    stop: f64,
+    retreats: u32,
+    stats: Stats,
+}
+
+impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
+    fn new<T: Tableau>(rule: StepRule<'_>, limits: Limits, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
+        let atol = rule.check(2 * model.dof())?;
+        let mut e = Engine::<M, V>::new::<T>(model, start);
+        let locating = limits.locate && model.contacts() > 0;
+        let mut locator = Locator::new(if locating { model.contacts() } else { 0 });
+        if locating {
+            locator.classify(&mut e, true);
+            e.frozen = can_freeze(&e);
+        }
+        e.derivative_at_start();
+        if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
+            return Err(IntegrateError::NotFinite { t: e.t, component });
+        }
+        let pace = match rule {
+            StepRule::Fixed(h) => Pace::Fixed { start: e.t, h, steps: 1.0, next: e.t + h },
+            StepRule::Adaptive(tolerances) => {
+                e.rtol = tolerances.rtol;
+                e.atol.slice_mut().copy_from_slice(&atol);
+                let h = tolerances.first.unwrap_or_else(|| starting_step::<T, M, V>(&mut e, t_end - start.t));
+                Pace::Adaptive { controller: Controller::new::<T>(tolerances.beta), h, next: h, max: tolerances.max }
             }
-            e.accept::<T>();
-            if locating {
-                locator.accept(&e);
-            }
-            for crossing in &crossings {
-                e.pieces[crossing.contact] = crossing.to;
-            }
-            if at_edge {
-                model.drive(e.t, Side::After, &mut e.u);
-                if locating {
-                    locator.classify(&mut e, false);
+        };
+        let edge = model.next_edge(e.t).unwrap_or(f64::INFINITY);
+        Ok(Run {
+            e,
+            pace,
+            locating,
+            locator,
+            crossings: Vec::with_capacity(2 * model.contacts()),
+            edge,
+            stop: edge.min(t_end),
+            retreats: 0,
+            stats: Stats::default(),
+        })
+    }
+
+    /// Whether the step just made is good enough; if not, the pace has a shorter one.
+    #[inline(always)]
+    fn stands<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
+        match &mut self.pace {
+            Pace::Fixed { .. } => {
+                if !self.e.finite() {
+                    return Err(not_finite(&self.e));
                 }
-                stats.drive_edges += 1;
-                edge = model.next_edge(e.t);
+                Ok(true)
             }
-            if unknown && !at_edge {
-                note_jumps(&mut e, &mut locator, &crossings);
-            } else {
-                e.derivative_at_start();
+            Pace::Adaptive { controller, h, next, .. } => {
+                let (error, made) = (T::error(&self.e), self.e.h());
+                if !(error.is_finite() && self.e.finite()) {
+                    self.retreats += 1;
+                    *h = controller.retreat(made);
+                    return if self.retreats > RETREATS { Err(not_finite(&self.e)) } else { Ok(false) };
+                }
+                self.retreats = 0;
+                let (proposed, stands) = controller.next(made, error);
+                if !stands {
+                    *h = proposed;
+                    return Ok(false);
+                }
+                // A step cut short says nothing against the longer one proposed before it.
+                *next = if made < 0.99 * *h { proposed.max(*h) } else { proposed };
+                Ok(true)
             }
         }
-        match control {
-            None => {
-                while start.t + grid as f64 * h <= e.t + 1e-10 * h + 2.0 * RESOLUTION * e.t.abs() {
-                    grid += 1;
+    }
+
+    /// Looks for tooth edges inside the step just made, and ends it at the first. `false`: a contact had left its piece already at the
+    /// start, and the step has to be made again.
+    #[inline(always)]
+    fn meet_edges<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
+        self.crossings.clear();
+        let e = &mut self.e;
+        e.contacts_at_end();
+        let stall = |t: f64, exit: Exit| Err(IntegrateError::EdgeStall { t, contact: exit.contact });
+        match self.locator.find::<T, M, V>(e) {
+            Found::Nothing => {}
+            Found::At(theta, exit) if e.t + theta * e.h() > e.t + RESOLUTION * e.t.abs() => {
+                if theta < 1.0 && !step_to_edge::<T, M, V>(e, &self.locator, theta, exit) {
+                    return stall(e.t, exit);
                 }
+                let pieces = &e.pieces;
+                let crossing = |exit: Exit| Crossing { contact: exit.contact, from: pieces[exit.contact], to: exit.to };
+                self.crossings.push(crossing(exit));
+                self.crossings.extend(self.locator.together(pieces, &e.contacts, exit).map(crossing));
+                self.stats.crossings += self.crossings.len() as u64;
             }
-            Some(_) => h = proposed,
+            Found::At(_, exit) | Found::AtOnce(exit) => {
+                if !self.locator.change(&mut e.pieces, exit) {
+                    return stall(e.t, exit);
+                }
+                e.derivative_at_start();
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Starts afresh behind tooth edges and behind a jump of the drives.
+    fn pass_edges<T: Tableau>(&mut self, at_edge: bool, t_end: f64) {
+        let e = &mut self.e;
+        let unknown = !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
+        if unknown {
+            e.derivative_at_end_of::<T>();
+        }
+        e.accept::<T>();
+        if self.locating {
+            self.locator.accept(e);
+        }
+        for crossing in &self.crossings {
+            e.pieces[crossing.contact] = crossing.to;
+        }
+        if at_edge {
+            if self.locating {
+                self.locator.classify(e, false);
+            }
+            self.stats.drive_edges += 1;
+            self.edge = e.model.next_edge(e.t).unwrap_or(f64::INFINITY);
+            self.stop = self.edge.min(t_end);
+        }
+        if unknown {
+            note_jumps(e, &mut self.locator, &self.crossings);
+        } else {
+            e.derivative_at_start();
         }
     }
 }
 
 /// Whether the model offers its pieces.
-fn can_freeze<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> bool {
+fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
     let (q, v) = e.y.slice().split_at(e.model.dof());
-    let mut a = vec![0.0; q.len()];
-    e.model.accel_on_pieces(&e.pieces, &e.u, q, v, &mut a)
+    let (mut u, mut a) = (vec![0.0; e.model.drives()], vec![0.0; q.len()]);
+    e.model.drive(e.t, Side::After, &mut u);
+    e.model.accel_on_pieces(&e.pieces, &u, q, v, &mut a)
 }
 
 fn not_finite<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
@@ -227,7 +246,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
         return false;
     }
     e.aim(t1);
-    T::attempt(e);
+    e.attempt::<T>();
     e.contacts_at_end();
     if e.frozen && locator.jumps[exit.contact] != Some(true) {
         return true;
@@ -255,7 +274,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
             return true; // neighbouring floating-point times: as close as it gets
         }
         e.aim(t1);
-        T::attempt(e);
+        e.attempt::<T>();
         e.contacts_at_end();
     }
     false

@@ -9,10 +9,14 @@ pub type Row<const L: usize> = [(usize, f64); L];
 pub trait Tableau {
     /// Derivatives that are kept, those of the dense output included.
     const SLOTS: usize;
+    /// Evaluations in one attempt.
+    const EVALUATIONS: u64;
     /// The slot of f(t + h, y1).
     const END: usize;
     /// Coefficients of the dense output.
     const DENSE: usize;
+    /// Evaluations that they take, slot `END` not counted.
+    const DENSE_EVALUATIONS: u64;
     /// 1/order of the error estimate.
     const EXPONENT: f64;
     /// Least and largest change of the step.
@@ -21,11 +25,13 @@ pub trait Tableau {
     const BETA: f64;
 
     /// Stages and y1 of a step from `e.t` to `e.t1`; slot 0 is there already.
-    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>);
+    ///
+    /// `HELD`: the contacts stay on `e.pieces`.
+    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
     /// The error estimate in units of the tolerance.
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64;
     /// The dense coefficients past the third; slot `END` is there already.
-    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>);
+    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
 }
 
 /// Storage for coordinates and velocities: an array where the model is small, so that a step lives in registers.
@@ -36,6 +42,8 @@ pub trait Vector: Clone {
     fn slice(&self) -> &[f64];
     /// Its components, to be written.
     fn slice_mut(&mut self) -> &mut [f64];
+    /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
+    fn hand_over(from: &mut Self, to: &mut Self);
 }
 
 impl<const L: usize> Vector for [f64; L] {
@@ -49,6 +57,10 @@ impl<const L: usize> Vector for [f64; L] {
     #[inline(always)]
     fn slice_mut(&mut self) -> &mut [f64] {
         self
+    }
+    #[inline(always)]
+    fn hand_over(from: &mut Self, to: &mut Self) {
+        *to = *from;
     }
 }
 
@@ -64,6 +76,10 @@ impl Vector for Vec<f64> {
     fn slice_mut(&mut self) -> &mut [f64] {
         self
     }
+    #[inline(always)]
+    fn hand_over(from: &mut Self, to: &mut Self) {
+        std::mem::swap(from, to);
+    }
 }
 
 /// Slots that any tableau may use.
@@ -77,16 +93,16 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Start and end of the step.
     pub(crate) t: f64,
     pub(crate) t1: f64,
+    h: f64,
     /// Coordinates, then velocities, at the start, at a stage and at the end.
     pub(crate) y: V,
     stage: V,
     pub(crate) y1: V,
     /// The derivatives k_1, k_2, ...
     pub(crate) k: [V; SLOTS],
-    /// Drives at the start, at a stage and at the end.
-    pub(crate) u: Vec<f64>,
+    /// Drives at a stage and at the end.
     u_stage: Vec<f64>,
-    pub(crate) u1: Vec<f64>,
+    u1: Vec<f64>,
     /// The pieces on which the contacts are held, if they are.
     pub(crate) pieces: Vec<Piece>,
     pub(crate) frozen: bool,
@@ -121,10 +137,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             model,
             t: start.t,
             t1: start.t,
+            h: 0.0,
             stage: V::zeros(m),
             y1: y.clone(),
             k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
-            u: vec![0.0; drives],
             u_stage: vec![0.0; drives],
             u1: vec![0.0; drives],
             pieces: vec![Piece::Gap; contacts],
@@ -144,12 +160,13 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn aim(&mut self, t1: f64) {
         self.t1 = t1;
+        self.h = t1 - self.t;
         self.ready = Ready { end: false, dense: false };
     }
 
     #[inline(always)]
     pub(crate) fn h(&self) -> f64 {
-        self.t1 - self.t
+        self.h
     }
 
     /// The drives inside the step.
@@ -167,56 +184,75 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
-    pub(crate) fn stage<const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
-        derivative(self.model, self.frozen, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
-        self.evaluations += 1;
+    pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+        combine(&mut self.stage, &self.y, &self.k, self.h, row);
+        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
-    pub(crate) fn stage_end<const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine(&mut self.stage, &self.y, &self.k, self.t1 - self.t, row);
-        derivative(self.model, self.frozen, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
-        self.evaluations += 1;
+    pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+        combine(&mut self.stage, &self.y, &self.k, self.h, row);
+        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
     }
 
     /// y1 = y0 + h Σ b k.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
-        combine(&mut self.y1, &self.y, &self.k, self.t1 - self.t, row);
+        combine(&mut self.y1, &self.y, &self.k, self.h, row);
     }
 
     /// f(t1, y1) into its slot, once.
     #[inline(always)]
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
-            derivative(self.model, self.frozen, &self.pieces, &self.u1, &self.y1, &mut self.k[T::END]);
+            let k = &mut self.k[T::END];
+            if self.frozen {
+                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, k);
+            } else {
+                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, k);
+            }
             self.evaluations += 1;
             self.ready.end = true;
         }
     }
 
-    /// f(t, y) into slot 0, with the drives as they stand in `u`.
+    /// One step's stages.
     #[inline(always)]
+    pub(crate) fn attempt<T: Tableau>(&mut self) {
+        if self.frozen {
+            T::attempt::<M, V, true>(self)
+        } else {
+            T::attempt::<M, V, false>(self)
+        }
+        self.evaluations += T::EVALUATIONS;
+    }
+
+    /// f(t, y) into slot 0, the drives seen from after.
     pub(crate) fn derivative_at_start(&mut self) {
-        derivative(self.model, self.frozen, &self.pieces, &self.u, &self.y, &mut self.k[0]);
+        self.model.drive(self.t, Side::After, &mut self.u_stage);
+        if self.frozen {
+            derivative::<M, V, true>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
+        } else {
+            derivative::<M, V, false>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
+        }
         self.evaluations += 1;
     }
 
     /// One Euler step, its derivative at the end in slot 1: what the starting step needs.
     pub(crate) fn euler(&mut self) {
         self.drive(1.0);
-        self.stage(1, &[(0, 1.0)]);
+        self.stage::<false, 1>(1, &[(0, 1.0)]);
+        self.evaluations += 1;
     }
 
     /// Makes the end of the step the start of the next.
     #[inline(always)]
     pub(crate) fn accept<T: Tableau>(&mut self) {
         self.t = self.t1;
-        std::mem::swap(&mut self.y, &mut self.y1);
-        std::mem::swap(&mut self.u, &mut self.u1);
-        self.k.swap(0, T::END);
+        V::hand_over(&mut self.y1, &mut self.y);
+        let (first, rest) = self.k.split_at_mut(1);
+        V::hand_over(&mut rest[T::END - 1], &mut first[0]);
     }
 
     /// Whether the end of the step is made of numbers.
@@ -249,7 +285,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             return;
         }
         self.derivative_at_end_of::<T>();
-        T::dense(self);
+        if self.frozen {
+            T::dense::<M, V, true>(self)
+        } else {
+            T::dense::<M, V, false>(self)
+        }
+        self.evaluations += T::DENSE_EVALUATIONS;
         let h = self.h();
         let [first, rise, bend, twist, ..] = &mut self.dense;
         let ends = self.y.slice().iter().zip(self.y1.slice());
@@ -295,8 +336,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// The contacts at its start.
     pub(crate) fn contacts_at_start(&mut self) {
+        self.model.drive(self.t, Side::After, &mut self.u_stage);
         let (q, v) = halves(&self.y);
-        self.model.contact(&self.u, q, v, &mut self.contacts);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
     }
 }
 
@@ -334,11 +376,11 @@ fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64
 
 /// (q', v') = (v, a).
 #[inline(always)]
-fn derivative<M: Model + ?Sized, V: Vector>(model: &M, frozen: bool, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
+fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
     let (q, v) = halves(y);
     let (velocity, a) = out.slice_mut().split_at_mut(q.len());
     velocity.copy_from_slice(v);
-    if frozen {
+    if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {
         model.accel(u, q, v, a);

@@ -66,23 +66,25 @@ const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0
 
 impl Tableau for Classical {
     const SLOTS: usize = 5;
+    const EVALUATIONS: u64 = 3;
     const END: usize = 4;
     const DENSE: usize = 3;
+    const DENSE_EVALUATIONS: u64 = 0;
     const EXPONENT: f64 = 1.0 / 4.0;
     const FACTORS: [f64; 2] = [1.0, 1.0];
     const BETA: f64 = 0.0;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.drive(0.5);
-        e.stage(1, &A2);
-        e.stage(2, &A3);
+        e.stage::<HELD, _>(1, &A2);
+        e.stage::<HELD, _>(2, &A3);
         e.drive_end();
-        e.stage_end(3, &A4);
+        e.stage_end::<HELD, _>(3, &A4);
         e.advance(&B);
     }
     fn error<M: Model + ?Sized, V: Vector>(_: &Engine<'_, M, V>) -> f64 {
         0.0
     }
-    fn dense<M: Model + ?Sized, V: Vector>(_: &mut Engine<'_, M, V>) {}
+    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(_: &mut Engine<'_, M, V>) {}
 }

@@ -42,24 +42,26 @@ mod table {
 
 impl Tableau for DormandPrince {
     const SLOTS: usize = 7;
+    const EVALUATIONS: u64 = 5;
     const END: usize = 6;
     const DENSE: usize = 4;
+    const DENSE_EVALUATIONS: u64 = 0;
     const EXPONENT: f64 = 1.0 / 5.0;
     const FACTORS: [f64; 2] = [0.2, 10.0];
     const BETA: f64 = 0.04;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.drive(1.0 / 5.0);
-        e.stage(1, &table::A2);
+        e.stage::<HELD, _>(1, &table::A2);
         e.drive(3.0 / 10.0);
-        e.stage(2, &table::A3);
+        e.stage::<HELD, _>(2, &table::A3);
         e.drive(4.0 / 5.0);
-        e.stage(3, &table::A4);
+        e.stage::<HELD, _>(3, &table::A4);
         e.drive(8.0 / 9.0);
-        e.stage(4, &table::A5);
+        e.stage::<HELD, _>(4, &table::A5);
         e.drive_end();
-        e.stage_end(5, &table::A6);
+        e.stage_end::<HELD, _>(5, &table::A6);
         e.advance(&table::B);
         e.derivative_at_end_of::<DormandPrince>();
     }
@@ -67,7 +69,7 @@ impl Tableau for DormandPrince {
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
         e.norm(&table::E)
     }
-    fn dense<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.dense_row(3, &table::D);
     }
 }
