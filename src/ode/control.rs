@@ -68,26 +68,32 @@ impl StepRule<'_> {
 /// Steps below this share of the time itself are lost in rounding.
 pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
-/// Where the next step ends.
-pub(crate) enum Pace {
-    /// On the grid start + steps h; `next` is its next point.
-    Fixed { start: f64, h: f64, steps: f64, next: f64 },
-    /// `h` further on; `next` is what the controller proposes for the step after.
-    Adaptive { controller: Controller, h: f64, next: f64, max: f64 },
+/// Where the next step ends: on the grid start + steps h with a fixed step, `h` further on with an adaptive one.
+pub(crate) struct Pace {
+    pub(crate) h: f64,
+    /// The next point of the grid; for an adaptive step, what the controller proposes for the step after.
+    pub(crate) next: f64,
+    start: f64,
+    steps: f64,
+    max: f64,
+    pub(crate) controller: Controller,
 }
 
 impl Pace {
+    pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
+        let next = if T::ADAPTIVE { h } else { start + h };
+        let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
+        Pace { h, next, start, steps: 1.0, max, controller: Controller::new::<T>(beta) }
+    }
+
     /// The end of the step from `t`, at `stop` at the latest.
     #[inline(always)]
-    pub(crate) fn aim(&self, t: f64, stop: f64) -> f64 {
-        let (aim, even) = match self {
-            Pace::Fixed { next, .. } => (*next, false),
-            Pace::Adaptive { h, max, .. } => (t + h.min(*max), true),
-        };
-        let step = aim - t;
-        if aim + 1e-10 * step >= stop {
+    pub(crate) fn aim<T: Tableau>(&self, t: f64, stop: f64) -> f64 {
+        let h = if T::ADAPTIVE { self.h.min(self.max) } else { self.h };
+        let aim = if T::ADAPTIVE { t + h } else { self.next };
+        if aim + 1e-10 * h >= stop {
             stop
-        } else if even && aim + 0.5 * step > stop {
+        } else if T::ADAPTIVE && aim + 0.5 * h > stop {
             t + 0.5 * (stop - t) // two even steps rather than one and a crumb
         } else {
             aim
@@ -96,15 +102,13 @@ impl Pace {
 
     /// The step that ended at `t` stands.
     #[inline(always)]
-    pub(crate) fn arrive(&mut self, t: f64) {
-        match self {
-            Pace::Fixed { start, h, steps, next } => {
-                while *next <= t + 1e-10 * *h + 2.0 * RESOLUTION * t.abs() {
-                    *steps += 1.0;
-                    *next = *start + *steps * *h;
-                }
-            }
-            Pace::Adaptive { h, next, .. } => *h = *next,
+    pub(crate) fn arrive<T: Tableau>(&mut self, t: f64) {
+        if T::ADAPTIVE {
+            self.h = self.next;
+        } else if t >= self.next - 1e-10 * self.h {
+            // A step that was cut in two has its grid point still ahead.
+            self.steps += 1.0;
+            self.next = self.start + self.steps * self.h;
         }
     }
 }

@@ -27,6 +27,7 @@ pub type Dop853 = Adaptive<Order8>;
 pub struct Order8;
 
 impl Tableau for Order8 {
+    const ADAPTIVE: bool = true;
     const SLOTS: usize = 16;
     const EVALUATIONS: u64 = 11;
     const END: usize = 12;

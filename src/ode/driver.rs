@@ -1,6 +1,6 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
-use super::control::{Controller, Limits, Pace, RESOLUTION, StepRule, starting_step};
+use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
 use super::engine::{Engine, Tableau, Vector};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
@@ -45,7 +45,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
     }
     let mut run = Run::<M, V>::new::<T>(rule, limits, model, start, t_end)?;
     for _ in 0..limits.max_steps {
-        let aim = run.pace.aim(run.e.t, run.stop);
+        let aim = run.pace.aim::<T>(run.e.t, run.stop);
         if aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
             let underflow = IntegrateError::StepUnderflow { t: run.e.t, h: aim - run.e.t };
@@ -58,18 +58,19 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
             continue;
         }
         run.stats.steps += 1;
-        let at_edge = run.edge == run.e.t1;
+        // Nearly every step ends neither on an edge nor at the end.
+        let ordinary = run.e.t1 < run.stop && run.crossings.is_empty();
+        let at_edge = !ordinary && run.edge == run.e.t1;
         let flow = {
             let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: run.locating, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &run.crossings))
         };
-        if run.e.t1 >= t_end || flow.is_break() {
+        if flow.is_break() || (!ordinary && run.e.t1 >= t_end) {
             let (q, v) = run.e.y1.slice().split_at(model.dof());
             let stats = Stats { evaluations: run.e.evaluations, ..run.stats };
             return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
         }
-        if run.crossings.is_empty() && !at_edge {
-            run.e.derivative_at_end_of::<T>();
+        if ordinary {
             run.e.accept::<T>();
             if run.locating {
                 run.locator.accept(&run.e);
@@ -77,7 +78,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
         } else {
             run.pass_edges::<T>(at_edge, t_end);
         }
-        run.pace.arrive(run.e.t);
+        run.pace.arrive::<T>(run.e.t);
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
 }
@@ -112,12 +113,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             return Err(IntegrateError::NotFinite { t: e.t, component });
         }
         let pace = match rule {
-            StepRule::Fixed(h) => Pace::Fixed { start: e.t, h, steps: 1.0, next: e.t + h },
+            StepRule::Fixed(h) => Pace::new::<T>(e.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
                 e.atol.slice_mut().copy_from_slice(&atol);
                 let h = tolerances.first.unwrap_or_else(|| starting_step::<T, M, V>(&mut e, t_end - start.t));
-                Pace::Adaptive { controller: Controller::new::<T>(tolerances.beta), h, next: h, max: tolerances.max }
+                Pace::new::<T>(e.t, h, Some(tolerances))
             }
         };
         let edge = model.next_edge(e.t).unwrap_or(f64::INFINITY);
@@ -137,31 +138,24 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     /// Whether the step just made is good enough; if not, the pace has a shorter one.
     #[inline(always)]
     fn stands<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
-        match &mut self.pace {
-            Pace::Fixed { .. } => {
-                if !self.e.finite() {
-                    return Err(not_finite(&self.e));
-                }
-                Ok(true)
-            }
-            Pace::Adaptive { controller, h, next, .. } => {
-                let (error, made) = (T::error(&self.e), self.e.h());
-                if !(error.is_finite() && self.e.finite()) {
-                    self.retreats += 1;
-                    *h = controller.retreat(made);
-                    return if self.retreats > RETREATS { Err(not_finite(&self.e)) } else { Ok(false) };
-                }
-                self.retreats = 0;
-                let (proposed, stands) = controller.next(made, error);
-                if !stands {
-                    *h = proposed;
-                    return Ok(false);
-                }
-                // A step cut short says nothing against the longer one proposed before it.
-                *next = if made < 0.99 * *h { proposed.max(*h) } else { proposed };
-                Ok(true)
-            }
+        if !T::ADAPTIVE {
+            return if self.e.finite() { Ok(true) } else { Err(not_finite(&self.e)) };
         }
+        let (error, made, pace) = (T::error(&self.e), self.e.h(), &mut self.pace);
+        if !(error.is_finite() && self.e.finite()) {
+            self.retreats += 1;
+            pace.h = pace.controller.retreat(made);
+            return if self.retreats > RETREATS { Err(not_finite(&self.e)) } else { Ok(false) };
+        }
+        self.retreats = 0;
+        let (proposed, stands) = pace.controller.next(made, error);
+        if stands {
+            // A step cut short says nothing against the longer one proposed before it.
+            pace.next = if made < 0.99 * pace.h { proposed.max(pace.h) } else { proposed };
+        } else {
+            pace.h = proposed;
+        }
+        Ok(stands)
     }
 
     /// Looks for tooth edges inside the step just made, and ends it at the first. `false`: a contact had left its piece already at the
@@ -200,9 +194,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         let e = &mut self.e;
         let unknown = !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
         if unknown {
-            e.derivative_at_end_of::<T>();
+            e.accept::<T>(); // the derivative on the old pieces, to compare with
+        } else {
+            e.move_on();
         }
-        e.accept::<T>();
         if self.locating {
             self.locator.accept(e);
         }

@@ -7,6 +7,8 @@ pub type Row<const L: usize> = [(usize, f64); L];
 
 /// An explicit Runge-Kutta method, written stage by stage as in the book.
 pub trait Tableau {
+    /// Whether steps follow an error estimate.
+    const ADAPTIVE: bool;
     /// Derivatives that are kept, those of the dense output included.
     const SLOTS: usize;
     /// Evaluations in one attempt.
@@ -246,13 +248,29 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.evaluations += 1;
     }
 
-    /// Makes the end of the step the start of the next.
+    /// Makes the end of the step the start of the next, without its derivative.
     #[inline(always)]
-    pub(crate) fn accept<T: Tableau>(&mut self) {
+    pub(crate) fn move_on(&mut self) {
         self.t = self.t1;
         V::hand_over(&mut self.y1, &mut self.y);
-        let (first, rest) = self.k.split_at_mut(1);
-        V::hand_over(&mut rest[T::END - 1], &mut first[0]);
+    }
+
+    /// The same with the derivative: on a smooth trajectory, that at the end.
+    #[inline(always)]
+    pub(crate) fn accept<T: Tableau>(&mut self) {
+        self.move_on();
+        if self.ready.end {
+            let (first, rest) = self.k.split_at_mut(1);
+            V::hand_over(&mut rest[T::END - 1], &mut first[0]);
+        } else {
+            let k = &mut self.k[0];
+            if self.frozen {
+                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y, k);
+            } else {
+                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y, k);
+            }
+            self.evaluations += 1;
+        }
     }
 
     /// Whether the end of the step is made of numbers.
@@ -359,18 +377,19 @@ fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut 
     }
 }
 
-/// out = y + h Σ a_l k_l.
+/// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
 #[inline(always)]
 fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
     let m = y.slice().len();
     let (out, y) = (&mut out.slice_mut()[..m], y.slice());
+    let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
     let k: [&[f64]; L] = std::array::from_fn(|l| &k[row[l].0].slice()[..m]);
     for j in 0..m {
-        let mut sum = row[0].1 * k[0][j];
+        let mut sum = a[0] * k[0][j];
         for l in 1..L {
-            sum += row[l].1 * k[l][j];
+            sum += a[l] * k[l][j];
         }
-        out[j] = y[j] + h * sum;
+        out[j] = y[j] + sum;
     }
 }
 

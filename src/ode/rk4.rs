@@ -65,6 +65,7 @@ const A4: Row<1> = [(2, 1.0)];
 const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
 
 impl Tableau for Classical {
+    const ADAPTIVE: bool = false;
     const SLOTS: usize = 5;
     const EVALUATIONS: u64 = 3;
     const END: usize = 4;

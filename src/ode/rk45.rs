@@ -41,6 +41,7 @@ mod table {
 }
 
 impl Tableau for DormandPrince {
+    const ADAPTIVE: bool = true;
     const SLOTS: usize = 7;
     const EVALUATIONS: u64 = 5;
     const END: usize = 6;
