@@ -100,15 +100,21 @@ impl Pace {
         }
     }
 
-    /// The step that ended at `t` stands.
+    /// The step stands, and ended where it was to.
     #[inline(always)]
-    pub(crate) fn arrive<T: Tableau>(&mut self, t: f64) {
+    pub(crate) fn arrive<T: Tableau>(&mut self) {
         if T::ADAPTIVE {
             self.h = self.next;
-        } else if t >= self.next - 1e-10 * self.h {
-            // A step that was cut in two has its grid point still ahead.
+        } else {
             self.steps += 1.0;
             self.next = self.start + self.steps * self.h;
+        }
+    }
+
+    /// The step stands, and was cut short at `t`: its grid point may still be ahead.
+    pub(crate) fn pass<T: Tableau>(&mut self, t: f64) {
+        if T::ADAPTIVE || self.next <= t + 1e-10 * self.h {
+            self.arrive::<T>();
         }
     }
 }

@@ -46,7 +46,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
     let mut run = Run::<M, V>::new::<T>(rule, limits, model, start, t_end)?;
     for _ in 0..limits.max_steps {
         let aim = run.pace.aim::<T>(run.e.t, run.stop);
-        if aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
+        if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
             let underflow = IntegrateError::StepUnderflow { t: run.e.t, h: aim - run.e.t };
             return Err(if run.retreats > 0 { not_finite(&run.e) } else { underflow });
@@ -71,14 +71,15 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
             return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
         }
         if ordinary {
+            run.pace.arrive::<T>();
             run.e.accept::<T>();
             if run.locating {
                 run.locator.accept(&run.e);
             }
         } else {
+            run.pace.pass::<T>(run.e.t1);
             run.pass_edges::<T>(at_edge, t_end);
         }
-        run.pace.arrive::<T>(run.e.t);
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
 }
@@ -113,6 +114,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             return Err(IntegrateError::NotFinite { t: e.t, component });
         }
         let pace = match rule {
+            StepRule::Fixed(h) if h <= RESOLUTION * e.t.abs().max(t_end.abs()) => return Err(IntegrateError::StepUnderflow { t: e.t, h }),
             StepRule::Fixed(h) => Pace::new::<T>(e.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;

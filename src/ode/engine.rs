@@ -44,6 +44,8 @@ pub trait Vector: Clone {
     fn slice(&self) -> &[f64];
     /// Its components, to be written.
     fn slice_mut(&mut self) -> &mut [f64];
+    /// Something to write its new components to: an array is a local, which stays in registers; a vector is itself.
+    fn lend(&mut self) -> Self;
     /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 }
@@ -59,6 +61,10 @@ impl<const L: usize> Vector for [f64; L] {
     #[inline(always)]
     fn slice_mut(&mut self) -> &mut [f64] {
         self
+    }
+    #[inline(always)]
+    fn lend(&mut self) -> Self {
+        [0.0; L]
     }
     #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
@@ -77,6 +83,10 @@ impl Vector for Vec<f64> {
     #[inline(always)]
     fn slice_mut(&mut self) -> &mut [f64] {
         self
+    }
+    #[inline(always)]
+    fn lend(&mut self) -> Self {
+        std::mem::take(self)
     }
     #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
@@ -187,15 +197,19 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine(&mut self.stage, &self.y, &self.k, self.h, row);
-        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
+        let mut stage = self.stage.lend();
+        combine(&mut stage, &self.y, &self.k, self.h, row);
+        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
+        self.stage = stage;
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        combine(&mut self.stage, &self.y, &self.k, self.h, row);
-        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
+        let mut stage = self.stage.lend();
+        combine(&mut stage, &self.y, &self.k, self.h, row);
+        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
+        self.stage = stage;
     }
 
     /// y1 = y0 + h Σ b k.
@@ -397,11 +411,13 @@ fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
     let (q, v) = halves(y);
-    let (velocity, a) = out.slice_mut().split_at_mut(q.len());
+    let mut f = out.lend();
+    let (velocity, a) = f.slice_mut().split_at_mut(q.len());
     velocity.copy_from_slice(v);
     if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {
         model.accel(u, q, v, a);
     }
+    *out = f;
 }
