@@ -46,6 +46,8 @@ pub trait Vector: Clone {
     fn slice_mut(&mut self) -> &mut [f64];
     /// Something to write its new components to: an array is a local, which stays in registers; a vector is itself.
     fn lend(&mut self) -> Self;
+    /// Takes back scratch that was lent: a local is forgotten.
+    fn take_back(&mut self, lent: Self);
     /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 }
@@ -67,6 +69,8 @@ impl<const L: usize> Vector for [f64; L] {
         [0.0; L]
     }
     #[inline(always)]
+    fn take_back(&mut self, _: Self) {}
+    #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
         *to = *from;
     }
@@ -87,6 +91,10 @@ impl Vector for Vec<f64> {
     #[inline(always)]
     fn lend(&mut self) -> Self {
         std::mem::take(self)
+    }
+    #[inline(always)]
+    fn take_back(&mut self, lent: Self) {
+        *self = lent;
     }
     #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
@@ -200,7 +208,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let mut stage = self.stage.lend();
         combine(&mut stage, &self.y, &self.k, self.h, row);
         derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
-        self.stage = stage;
+        self.stage.take_back(stage);
     }
 
     /// The same with the drives at the end.
@@ -209,7 +217,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let mut stage = self.stage.lend();
         combine(&mut stage, &self.y, &self.k, self.h, row);
         derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
-        self.stage = stage;
+        self.stage.take_back(stage);
     }
 
     /// y1 = y0 + h Σ b k.
