@@ -90,7 +90,7 @@ pub enum ParameterError {
     NotPeriodic {
         /// Which excitation.
         name: String,
-        /// The model's period [s].
+        /// The model's period `[s]`.
         period: f64,
     },
     /// A state that breaks the closure of the ring.

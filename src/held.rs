@@ -173,7 +173,7 @@ struct Fill {
     stream: u64,
 }
 
-/// A model with random drives: held processes are added to chosen drive slots, u[slot] += gain value(t).
+/// A model with random drives: held processes are added to chosen drive slots, `u[slot] += gain value(t)`.
 ///
 /// The bare model stays periodic; this one is not, so the compiler refuses to balance it.
 ///

@@ -1,28 +1,84 @@
-//! Nonlinear gear dynamics.
-/// x
-pub mod analysis;
+//! Nonlinear gear dynamics: backlash, mesh stiffness and rattle, integrated with located tooth edges.
+//!
+//! A gear model is drives, algebra and contacts ([`Model`]); solvers ([`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advance any model,
+//! locate the edges of its backlash and never straddle a jump of its drives; observers ([`Statistics`], [`Rattle`], [`Section`],
+//! closures) see every step; [`Settle`] runs a periodic model until it repeats.
+//!
+//! The noncircular face gear pair at 180 rad/s rattles on both flanks, 252 edges crossed in a turn:
+//!
+//! ```
+//! use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle};
+//!
+//! let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+//! let solver = Dop853::new().rtol(1e-9).atol(1e-14);
+//! let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start()?)?;
+//!
+//! let mut rattle = Rattle::new(&pair);
+//! let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
+//! assert_eq!(rattle.contact(0).state(), RattleState::Bilateral);
+//! assert_eq!(turn.stats.crossings, 252);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | what | where |
+//! |---|---|
+//! | a model of one's own | [`Model`], [`Periodic`], [`Generic`]; [`check_model`] says what is inconsistent |
+//! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
+//! | functions of time | [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
+//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
+//! | random drives | [`HeldProcess`], [`Held`] |
+//! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
+//! | background | [`guide`] |
+
+mod analysis;
 mod channel;
 mod check;
 mod error;
-pub mod excitation;
+mod excitation;
 mod held;
 mod mesh;
 mod model;
-/// m
-pub mod models;
-pub mod nonlinearity;
-pub mod ode;
+mod models;
+mod nonlinearity;
+mod ode;
 mod scalar;
 
-pub use analysis::*;
+pub use analysis::{
+    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Window, strobe,
+};
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
 pub use error::ParameterError;
-pub use excitation::*;
-pub use held::*;
-pub use mesh::*;
-pub use model::*;
-pub use models::*;
-pub use nonlinearity::*;
-pub use ode::*;
+pub use excitation::{
+    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Repeats, Scaled, Shared, Sum,
+    Table, shared,
+};
+pub use held::{CounterRng, Held, HeldProcess};
+pub use mesh::{ContactDamping, Mesh};
+pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
+pub use models::{
+    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, Radius,
+    RelativeView, Ring, RingParams, RingSet, Shaft,
+};
+pub use nonlinearity::{AnyLaw, AsymmetricBacklash, Backlash, Cubic, Edges, Linear, Nonlinearity, SmoothedBacklash, VaryingBacklash};
+pub use ode::{
+    Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
+    StepView, Trajectory, uniform_times,
+};
 pub use scalar::{Dual, Scalar};
+
+/// Guide pages: theory, the two models, errata of their papers, references.
+pub mod guide {
+    #[doc = include_str!("../docs/theory.md")]
+    pub mod theory {}
+    #[doc = include_str!("../docs/models.md")]
+    pub mod models {}
+    #[doc = include_str!("../docs/errata.md")]
+    pub mod errata {}
+    #[doc = include_str!("../docs/references.md")]
+    pub mod references {}
+    /// The README, so that its code is tested.
+    #[doc = include_str!("../README.md")]
+    #[cfg(doctest)]
+    pub mod readme {}
+}

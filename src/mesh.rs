@@ -40,7 +40,7 @@ pub struct Mesh<N = Backlash> {
 }
 
 impl<N: Nonlinearity> Mesh<N> {
-    /// Stiffness K(t) [N/m], transmission error e(t) [m], damping C [N s/m] (not negative), contact law.
+    /// Stiffness K(t) [N/m], transmission error e(t) `[m]`, damping C [N s/m] (not negative), contact law.
     pub fn new(stiffness: Shared, error: Shared, damping: f64, law: N) -> Result<Self, ParameterError> {
         let damping = check::not_negative("mesh damping", damping)?;
         Ok(Mesh { stiffness, error, damping, law, contact_damping: ContactDamping::Always })

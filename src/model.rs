@@ -231,7 +231,7 @@ pub trait Generic: Model {
 
     /// How many leading drives are shapes of phase, shared by all lanes; the rest are constants of each lane.
     fn phases(&self) -> usize;
-    /// The shapes at a phase [rad] of the period: the first [`phases`](Generic::phases) drives.
+    /// The shapes at a phase `[rad]` of the period: the first [`phases`](Generic::phases) drives.
     fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]);
     /// The constants of this lane: the remaining drives.
     fn constants(&self, u: &mut [f64]);

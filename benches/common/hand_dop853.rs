@@ -152,9 +152,9 @@ fn attempt(s: &mut Step, pair: &Pair, piece: i32, f: &impl Fn([f64; 2], i32, [f6
 #[inline(always)]
 fn combine<const L: usize>(s: &Step, row: &[f64; L], stages: usize) -> [f64; 2] {
     let mut sum = [0.0; 2];
-    for j in 0..stages {
-        if row[j] != 0.0 {
-            sum = [sum[0] + row[j] * s.k[j][0], sum[1] + row[j] * s.k[j][1]];
+    for (a, k) in row[..stages].iter().zip(&s.k) {
+        if *a != 0.0 {
+            sum = [sum[0] + a * k[0], sum[1] + a * k[1]];
         }
     }
     [s.y[0] + s.h * sum[0], s.y[1] + s.h * sum[1]]
@@ -187,8 +187,8 @@ fn prepare(s: &mut Step, pair: &Pair, piece: i32, f: &impl Fn([f64; 2], i32, [f6
         s.dense[0][c] = dy;
         s.dense[1][c] = s.h * s.k[0][c] - dy;
         s.dense[2][c] = 2.0 * dy - s.h * (s.k[12][c] + s.k[0][c]);
-        for i in 0..4 {
-            s.dense[3 + i][c] = s.h * (0..16).map(|j| D[i][j] * s.k[j][c]).sum::<f64>();
+        for (dense, row) in s.dense[3..].iter_mut().zip(&D) {
+            dense[c] = s.h * row.iter().zip(&s.k).map(|(d, k)| d * k[c]).sum::<f64>();
         }
     }
 }

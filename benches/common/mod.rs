@@ -154,7 +154,8 @@ pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> [f64; 3
         f();
         start.elapsed().as_secs_f64()
     };
-    (a(), b());
+    a();
+    b();
     let mut ratios: Vec<f64> = (0..rounds).map(|_| time(&mut a) / time(&mut b)).collect();
     ratios.sort_by(f64::total_cmp);
     [ratios[rounds / 2], ratios[0], ratios[rounds - 1]]

@@ -62,7 +62,7 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Of uniform samples `spacing` apart [s]; lines at k/(n spacing) up to half the sampling rate.
+    /// Of uniform samples `spacing` apart `[s]`; lines at k/(n spacing) up to half the sampling rate.
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {
@@ -83,7 +83,7 @@ impl Spectrum {
         })
     }
 
-    /// Frequencies [Hz].
+    /// Frequencies `[Hz]`.
     pub fn frequencies(&self) -> &[f64] {
         &self.frequencies
     }
@@ -91,11 +91,11 @@ impl Spectrum {
     pub fn amplitudes(&self) -> &[f64] {
         &self.amplitudes
     }
-    /// Phases φ of A cos(2π f t + φ) [rad].
+    /// Phases φ of A cos(2π f t + φ) `[rad]`.
     pub fn phases(&self) -> &[f64] {
         &self.phases
     }
-    /// The frequencies as orders of a base frequency [Hz]: of the shaft, of the mesh.
+    /// The frequencies as orders of a base frequency `[Hz]`: of the shaft, of the mesh.
     pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
         let base = check::positive("base frequency", base)?;
         Ok(self.frequencies.iter().map(|f| f / base).collect())

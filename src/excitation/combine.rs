@@ -115,7 +115,7 @@ impl<F: Fn(Jet) -> Jet + Send + Sync> Function<F> {
         Function { function, repeats: Repeats::Never }
     }
 
-    /// The same, known to repeat with a period [s].
+    /// The same, known to repeat with a period `[s]`.
     pub fn with_period(self, period: f64) -> Result<Self, ParameterError> {
         Ok(Function { repeats: Repeats::Every(check::scale("period", period)?), ..self })
     }

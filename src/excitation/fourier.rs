@@ -31,7 +31,7 @@ impl Fourier {
         Ok(Fourier { mean, pairs: pairs.to_vec(), omega: check::scale("frequency omega", omega)? })
     }
 
-    /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n [rad]).
+    /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n `[rad]`).
     pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
         for (i, pair) in amplitudes.iter().enumerate() {
             check::finite(format!("amplitude of order {}", i + 1), pair[0])?;
@@ -68,7 +68,7 @@ impl Fourier {
         Fourier::new(mean, &pairs, omega)
     }
 
-    /// The same shape ahead by a phase φ [rad] of its base frequency: f(t + φ/ω).
+    /// The same shape ahead by a phase φ `[rad]` of its base frequency: f(t + φ/ω).
     pub fn with_phase(mut self, phase: f64) -> Result<Self, ParameterError> {
         let phase = check::finite("phase", phase)? % TAU;
         for (i, pair) in self.pairs.iter_mut().enumerate() {

@@ -30,7 +30,7 @@ pub struct RectangularWave {
 }
 
 impl RectangularWave {
-    /// Two levels, duty in [0, 1), period [s].
+    /// Two levels, duty in [0, 1), period `[s]`.
     pub fn new(low: f64, high: f64, duty: f64, period: f64) -> Result<Self, ParameterError> {
         Ok(RectangularWave {
             low: check::finite("low level", low)?,
@@ -50,7 +50,7 @@ impl RectangularWave {
         RectangularWave::new(low, high, contact_ratio.fract(), period)
     }
 
-    /// The same wave ahead by a phase [rad].
+    /// The same wave ahead by a phase `[rad]`.
     pub fn with_phase(self, phase: f64) -> Result<Self, ParameterError> {
         Ok(RectangularWave { centre: self.centre - (check::finite("phase", phase)? / TAU).fract(), ..self })
     }

@@ -22,7 +22,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// At least 3 samples and the period [s] that they fill.
+    /// At least 3 samples and the period `[s]` that they fill.
     pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 ///
 /// q'' + 2 ζ D (q' + (r'/r) q) + F f(q) = -B0 - θ2'' + ē''
 ///
-/// over τ = ω_n t, with q = q2 + e/r_b2 [rad], F = (k_m/k0) (1 + β cos x)²/(1 + β²/2), f the dead zone of half width b̄ and
+/// over τ = ω_n t, with q = q2 + e/r_b2 `[rad]`, F = (k_m/k0) (1 + β cos x)²/(1 + β²/2), f the dead zone of half width b̄ and
 /// x = ω̄_c τ. How b̄, D, θ2'' and ē'' are read is up to [`NfgReading`].
 ///
 /// Its contact is in metres: deflection r_b2 q, edges ∓ r_b2 b̄; the mesh force is in newtons. The drive flank under positive load
@@ -29,7 +29,7 @@ use std::f64::consts::TAU;
 pub struct NfgPair {
     params: NfgParams,
     reading: NfgReading,
-    /// L [m].
+    /// L `[m]`.
     radius: f64,
     beta: f64,
     /// ω_n [rad/s].
@@ -110,7 +110,7 @@ impl NfgPair {
     pub fn reading(&self) -> NfgReading {
         self.reading
     }
-    /// L [m].
+    /// L `[m]`.
     pub fn mean_radius(&self) -> f64 {
         self.radius
     }
@@ -118,11 +118,11 @@ impl NfgPair {
     pub fn natural_frequency(&self) -> f64 {
         self.natural
     }
-    /// b/L [rad].
+    /// b/L `[rad]`.
     pub fn half_width(&self) -> f64 {
         self.constants[WIDTH - PHASES]
     }
-    /// ω_c/ω_n [1].
+    /// ω_c/ω_n `[1]`.
     pub fn centre_frequency(&self) -> f64 {
         self.constants[OMEGA - PHASES]
     }

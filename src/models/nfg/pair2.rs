@@ -8,12 +8,12 @@ use crate::nonlinearity::Backlash;
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 
-/// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear [rad] over time [s].
+/// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
 ///
 /// I1 q1'' + r_b1 W = T1,   I2 q2'' - r_b2 W = -T2 - I2 θ2'',
 /// W = c_m x' + k_m f(x),   x = r_b1 q1 - r_b2 q2 - e,   x' = r_b1 q1' - r_b2 q2' - r_b2' q2 - e'
 ///
-/// f is the dead zone of half width b [m]. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
+/// f is the dead zone of half width b `[m]`. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
 /// [`NfgPair`](crate::NfgPair) as 1/I1. Of the readings, radius and centre forcing apply; the rest has no counterpart here.
 ///
 /// Under positive load the drive flank is the upper one.   Source: Liu 2021, Eq. (4), corrected.
@@ -30,9 +30,9 @@ pub struct NfgPair2 {
     pinion_inertia: f64,
     /// T1, if it does not balance the rigid motion.
     torque: Option<f64>,
-    /// r_b1 [m].
+    /// r_b1 `[m]`.
     pinion_radius: f64,
-    /// L [m].
+    /// L `[m]`.
     radius: f64,
     /// c_m [N s/m].
     damping: f64,
@@ -95,7 +95,7 @@ impl NfgPair2 {
         Ok(NfgPair2 { torque: Some(check::finite("torque on the pinion", torque)?), ..self })
     }
 
-    /// r_b1 [m].
+    /// r_b1 `[m]`.
     pub fn pinion_radius(&self) -> f64 {
         self.pinion_radius
     }
@@ -225,7 +225,7 @@ impl Model for NfgPair2 {
 }
 
 impl Periodic for NfgPair2 {
-    /// One turn of the face gear [s].
+    /// One turn of the face gear `[s]`.
     fn period(&self) -> f64 {
         TAU / self.params.centre_frequency()
     }

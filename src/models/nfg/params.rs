@@ -12,15 +12,15 @@ use crate::error::{ParameterError, check};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgParams {
-    /// Module of the pinion m [m].
+    /// Module of the pinion m `[m]`.
     pub module: f64,
-    /// Teeth of the pinion Z1 [1].
+    /// Teeth of the pinion Z1 `[1]`.
     pub pinion_teeth: u32,
-    /// Reduction ratio i_j = Z2/Z1 [1]; Z1 i_j must be a whole number of teeth.
+    /// Reduction ratio i_j = Z2/Z1 `[1]`; Z1 i_j must be a whole number of teeth.
     pub ratio: f64,
-    /// Eccentric ratio ε [1], in [0, 1).
+    /// Eccentric ratio ε `[1]`, in [0, 1).
     pub eccentric_ratio: f64,
-    /// Pressure angle α [rad].
+    /// Pressure angle α `[rad]`.
     pub pressure_angle: f64,
     /// Load torque T2 [N m].
     pub load_torque: f64,
@@ -30,13 +30,13 @@ pub struct NfgParams {
     pub stiffness: f64,
     /// Cosine and sine amplitudes of the mesh stiffness [N/m], by order of the mesh frequency from 1.
     pub stiffness_harmonics: Vec<[f64; 2]>,
-    /// Damping ratio ζ [1].
+    /// Damping ratio ζ `[1]`.
     pub damping_ratio: f64,
-    /// Mean static transmission error e0 [m].
+    /// Mean static transmission error e0 `[m]`.
     pub error: f64,
-    /// Cosine and sine amplitudes of the static transmission error [m], by order of the mesh frequency from 1.
+    /// Cosine and sine amplitudes of the static transmission error `[m]`, by order of the mesh frequency from 1.
     pub error_harmonics: Vec<[f64; 2]>,
-    /// Half of the tooth backlash b [m].
+    /// Half of the tooth backlash b `[m]`.
     pub half_backlash: f64,
     /// Rotational velocity of the pinion ω1 [rad/s].
     pub speed: f64,
@@ -97,23 +97,23 @@ impl NfgParams {
         Ok(())
     }
 
-    /// Teeth of the face gear Z2 = i_j Z1 [1]: the mesh frequency over the frequency of the centre.
+    /// Teeth of the face gear Z2 = i_j Z1 `[1]`: the mesh frequency over the frequency of the centre.
     pub fn face_gear_teeth(&self) -> f64 {
         self.ratio * f64::from(self.pinion_teeth)
     }
-    /// Pitch radius of the pinion r1 = m Z1/2 [m].
+    /// Pitch radius of the pinion r1 = m Z1/2 `[m]`.
     pub fn pinion_pitch_radius(&self) -> f64 {
         0.5 * self.module * f64::from(self.pinion_teeth)
     }
-    /// β = 2 ε/(1 + ε²) [1].
+    /// β = 2 ε/(1 + ε²) `[1]`.
     pub fn beta(&self) -> f64 {
         2.0 * self.eccentric_ratio / (1.0 + self.eccentric_ratio * self.eccentric_ratio)
     }
-    /// L = r1 i_j cos α (1 + ε²)/(1 - ε²) [m].   Liu 2021, Eq. (8).
+    /// L = r1 i_j cos α (1 + ε²)/(1 - ε²) `[m]`.   Liu 2021, Eq. (8).
     pub fn mean_base_radius(&self) -> f64 {
         self.mean_pitch_radius() * libm::cos(self.pressure_angle)
     }
-    /// L without cos α [m]: what the paper's own figures used.
+    /// L without cos α `[m]`: what the paper's own figures used.
     pub fn mean_pitch_radius(&self) -> f64 {
         let eps2 = self.eccentric_ratio * self.eccentric_ratio;
         self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)

@@ -30,7 +30,7 @@ impl Modes {
     pub fn frequencies(&self) -> &[f64] {
         &self.frequencies
     }
-    /// Natural frequencies [Hz].
+    /// Natural frequencies `[Hz]`.
     pub fn hertz(&self) -> Vec<f64> {
         self.frequencies.iter().map(|w| w / TAU).collect()
     }

@@ -73,7 +73,7 @@ pub struct Load {
 pub struct Gear {
     /// J_i [kg m²].
     pub inertia: f64,
-    /// Base radius R_i [m].
+    /// Base radius R_i `[m]`.
     pub base_radius: f64,
     /// Its load.
     pub load: Load,
@@ -152,7 +152,7 @@ pub struct RingSet {
     pub gear_inertia: f64,
     /// J_L [kg m²].
     pub load_inertia: f64,
-    /// R [m].
+    /// R `[m]`.
     pub base_radius: f64,
     /// Motor shaft.
     pub motor_shaft: Shaft,
@@ -160,15 +160,15 @@ pub struct RingSet {
     pub output_shaft: Shaft,
     /// Mean mesh stiffness k [N/m].
     pub mesh_stiffness: f64,
-    /// a_h [1], from h = 1.
+    /// a_h `[1]`, from h = 1.
     pub stiffness_harmonics: Vec<f64>,
     /// Mesh damping C_g [N s/m].
     pub mesh_damping: f64,
-    /// Half backlash b [m].
+    /// Half backlash b `[m]`.
     pub half_backlash: f64,
-    /// Amplitude of the transmission error e [m].
+    /// Amplitude of the transmission error e `[m]`.
     pub error: f64,
-    /// Mesh phases φ_i [rad].
+    /// Mesh phases φ_i `[rad]`.
     pub phases: Vec<f64>,
     /// T_M [N m].
     pub motor_torque: f64,

@@ -32,7 +32,7 @@ pub struct RelativeView<'r, N> {
 const CLOSURE: f64 = 1e-9;
 
 impl<N: Nonlinearity> Ring<N> {
-    /// Relative coordinates with nominal size b_e [m] and frequency ω_n [rad/s].
+    /// Relative coordinates with nominal size b_e `[m]` and frequency ω_n [rad/s].
     pub fn relative(&self, nominal_size: f64, frequency: f64) -> Result<RelativeView<'_, N>, ParameterError> {
         Ok(RelativeView {
             ring: self,

@@ -24,14 +24,14 @@ pub enum Frame {
     Rigid,
 }
 
-/// The closed-loop ring of n gears over time [s], in the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] [rad].
+/// The closed-loop ring of n gears over time `[s]`, in the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] `[rad]`.
 ///
 /// d_i = R_i θ_i - R_{i+1} θ_{i+1} - e_i(t),   W_i = C_i d_i' + K_i(t) g(d_i),   indices cyclic
 /// J_i θ_i'' + (motor shaft at i = 1) + R_i (W_i - W_{i-1}) + C_si (θ_i' - θ_Li') + K_si (θ_i - θ_Li) = 0
 /// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
 /// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
 ///
-/// Contacts: mesh i, deflection d_i [m], mesh force W_i [N].   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
+/// Contacts: mesh i, deflection d_i `[m]`, mesh force W_i `[N]`.   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
 ///
 /// ```
 /// use gear_dynamics::{Frame, Integrator, Dop853, Model, Ring, RingSet, State};
@@ -134,7 +134,7 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn damping_slot(&self, mesh: usize) -> usize {
         self.phases() + 2 + mesh
     }
-    /// Drive slots of the lower and upper edge of a mesh [m].
+    /// Drive slots of the lower and upper edge of a mesh `[m]`.
     pub fn clearance_slots(&self, mesh: usize) -> [usize; 2] {
         [STRIDE * mesh + LOWER, STRIDE * mesh + UPPER]
     }
@@ -338,7 +338,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
 }
 
 impl<N: Nonlinearity> Periodic for Ring<N> {
-    /// One mesh period 2π/ω [s].
+    /// One mesh period 2π/ω `[s]`.
     fn period(&self) -> f64 {
         TAU / self.params.omega
     }

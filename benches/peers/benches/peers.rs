@@ -1,0 +1,181 @@
+//! Other crates' RK4 and DOP853 beside ours, on workload A: `cargo bench -p peers`. The last lines are the errors and the ratios.
+
+#[path = "../../common/mod.rs"]
+mod common;
+
+use common::{Pair, ratio};
+use criterion::{Criterion, criterion_group};
+use differential_equations::interpolate::Interpolation;
+use differential_equations::methods::ExplicitRungeKutta;
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
+use differential_equations::prelude::{ControlFlag, Solout, Solution};
+use gear_dynamics::{Dop853, Finish, Integrator, Rk4, Step};
+use ode_solvers::{OutputType, System, Vector2};
+use std::hint::black_box;
+use std::ops::ControlFlow;
+
+const Q0: f64 = -6.4e-4;
+const RTOL: f64 = 1e-8;
+const ATOL: f64 = 1e-12;
+/// Errors of the mesh deflection are in units of this.
+const SCALE: f64 = 1e-5;
+const ROUNDS: usize = 15;
+
+/// q at the end, and how often the right-hand side was asked for.
+#[derive(Clone, Copy)]
+struct End {
+    q: f64,
+    evaluations: usize,
+}
+
+/// The pair as a system of first order.
+struct Rates<'a>(&'a Pair);
+
+impl Rates<'_> {
+    #[inline(always)]
+    fn at(&self, t: f64, q: f64, v: f64) -> [f64; 2] {
+        let b = Pair::HALF_WIDTH;
+        let [stiffness, forcing] = self.0.drives(t);
+        let force = if q > b { q - b } else { 0.0 } - if q < -b { -q - b } else { 0.0 };
+        [v, forcing - 0.02 * v - stiffness * force]
+    }
+}
+
+impl System<f64, Vector2<f64>> for Rates<'_> {
+    #[inline(always)]
+    fn system(&self, t: f64, y: &Vector2<f64>, dy: &mut Vector2<f64>) {
+        *dy = self.at(t, y[0], y[1]).into();
+    }
+}
+
+impl ODE<f64, [f64; 2]> for Rates<'_> {
+    #[inline(always)]
+    fn diff(&self, t: f64, y: &[f64; 2], dydt: &mut [f64; 2]) {
+        *dydt = self.at(t, y[0], y[1]);
+    }
+}
+
+fn steps(pair: &Pair) -> usize {
+    (pair.end() / pair.step()).round() as usize
+}
+
+fn ours<I: Integrator>(solver: &I, pair: &Pair) -> End {
+    let finish: Finish =
+        solver.run(pair, &Pair::start(), pair.end(), &mut |_: &mut Step<'_>| ControlFlow::Continue(())).expect("the workload runs");
+    End { q: finish.state.q[0], evaluations: finish.stats.evaluations as usize }
+}
+
+fn our_rk4(pair: &Pair) -> End {
+    ours(&Rk4::new(pair.step()).plain(), pair)
+}
+
+fn our_dop853(pair: &Pair) -> End {
+    ours(&Dop853::new().rtol(RTOL).atol(ATOL), pair)
+}
+
+/// It keeps every step and does not say otherwise; the number of steps is rounded up, so the end is given half a step early.
+fn ode_solvers_rk4(pair: &Pair) -> End {
+    let (h, steps) = (pair.step(), steps(pair));
+    let mut solver = ode_solvers::Rk4::new(Rates(pair), 0.0, Vector2::new(Q0, 0.0), (steps as f64 - 0.5) * h, h);
+    let stats = solver.integrate().expect("the workload runs");
+    assert_eq!(stats.accepted_steps as usize, steps);
+    End { q: solver.y_out().last().expect("the start is kept")[0], evaluations: stats.num_eval as usize }
+}
+
+/// Sparse output keeps the steps and leaves out the stages of the dense output.
+fn ode_solvers_dop853(pair: &Pair) -> End {
+    let mut solver = ode_solvers::Dop853::new(Rates(pair), 0.0, pair.end(), pair.end(), Vector2::new(Q0, 0.0), RTOL, ATOL);
+    solver.set_output(OutputType::Sparse);
+    let stats = solver.integrate().expect("the workload runs");
+    End { q: solver.y_out().last().expect("the start is kept")[0], evaluations: stats.num_eval as usize }
+}
+
+/// Keeps no step.
+struct Nothing;
+
+impl Solout<f64, [f64; 2]> for Nothing {
+    #[inline(always)]
+    fn solout<I>(
+        &mut self,
+        _: f64,
+        _: f64,
+        _: &[f64; 2],
+        _: &[f64; 2],
+        _: &mut I,
+        _: &mut Solution<f64, [f64; 2]>,
+    ) -> ControlFlag<f64, [f64; 2]>
+    where
+        I: Interpolation<f64, [f64; 2]> + ?Sized,
+    {
+        ControlFlag::Continue
+    }
+}
+
+fn differential_equations<S>(mut solver: S, pair: &Pair) -> End
+where
+    S: OrdinaryNumericalMethod<f64, [f64; 2]> + Interpolation<f64, [f64; 2]>,
+{
+    let solution = solve_ode(&mut solver, &Rates(pair), 0.0, pair.end(), &[Q0, 0.0], &mut Nothing).expect("the workload runs");
+    End { q: solver.y()[0], evaluations: solution.evals.function }
+}
+
+fn differential_equations_rk4(pair: &Pair) -> End {
+    differential_equations(ExplicitRungeKutta::rk4(pair.step()).max_steps(usize::MAX), pair)
+}
+
+fn differential_equations_dop853(pair: &Pair) -> End {
+    differential_equations(ExplicitRungeKutta::dop853().rtol(RTOL).atol(ATOL).max_steps(usize::MAX), pair)
+}
+
+type Entrant = (&'static str, fn(&Pair) -> End);
+
+/// Ours first.
+const RK4: [Entrant; 3] =
+    [("gear-dynamics, plain steps", our_rk4), ("ode_solvers", ode_solvers_rk4), ("differential-equations", differential_equations_rk4)];
+const DOP853: [Entrant; 3] = [
+    ("gear-dynamics, located edges", our_dop853),
+    ("ode_solvers", ode_solvers_dop853),
+    ("differential-equations", differential_equations_dop853),
+];
+
+fn group(c: &mut Criterion, name: &str, entrants: &[Entrant]) {
+    let pair = Pair::new();
+    let mut group = c.benchmark_group(name);
+    group.sample_size(20);
+    for (entrant, run) in entrants {
+        group.bench_function(*entrant, |b| b.iter(|| run(black_box(&pair))));
+    }
+    group.finish();
+}
+
+fn rk4(c: &mut Criterion) {
+    group(c, "A, RK4", &RK4);
+}
+
+fn dop853(c: &mut Criterion) {
+    group(c, "A, DOP853", &DOP853);
+}
+
+fn errors_and_ratios(title: &str, truth: f64, entrants: &[Entrant]) {
+    let pair = Pair::new();
+    println!("\n{title}");
+    let our_run = entrants[0].1;
+    for (k, (entrant, run)) in entrants.iter().enumerate() {
+        let End { q, evaluations } = run(&pair);
+        print!("{entrant:28} {evaluations:8} evaluations, error {:.1e}", (q - truth).abs() / SCALE);
+        if k > 0 {
+            let [median, least, most] = ratio(ROUNDS, || _ = black_box(run(black_box(&pair))), || _ = black_box(our_run(black_box(&pair))));
+            print!(", time / ours {median:.2} ({least:.2} .. {most:.2})");
+        }
+        println!();
+    }
+}
+
+criterion_group!(benches, rk4, dop853);
+
+fn main() {
+    benches();
+    let truth = ours(&Dop853::new().rtol(1e-13).atol(1e-18), &Pair::new()).q;
+    errors_and_ratios("A, RK4, 64 steps per mesh period, error against DOP853 at rtol 1e-13", truth, &RK4);
+    errors_and_ratios("A, DOP853, rtol 1e-8, atol 1e-12, error against DOP853 at rtol 1e-13", truth, &DOP853);
+}
