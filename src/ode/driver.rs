@@ -8,7 +8,7 @@ use super::{Finish, IntegrateError, Stats};
 use crate::model::{Model, Piece, Side, State};
 use std::marker::PhantomData;
 
-/// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size.
+/// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.
 pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
     rule: StepRule<'_>,
     limits: Limits,
@@ -17,10 +17,13 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
     t_end: f64,
     observer: &mut O,
 ) -> Result<Finish, IntegrateError> {
-    match model.dof() {
-        1 => integrate::<T, M, O, [f64; 2]>(rule, limits, model, start, t_end, observer),
-        2 => integrate::<T, M, O, [f64; 4]>(rule, limits, model, start, t_end, observer),
-        _ => integrate::<T, M, O, Vec<f64>>(rule, limits, model, start, t_end, observer),
+    match (model.dof(), limits.locate && model.contacts() > 0) {
+        (1, false) => integrate::<T, M, O, [f64; 2], false>(rule, limits, model, start, t_end, observer),
+        (1, true) => integrate::<T, M, O, [f64; 2], true>(rule, limits, model, start, t_end, observer),
+        (2, false) => integrate::<T, M, O, [f64; 4], false>(rule, limits, model, start, t_end, observer),
+        (2, true) => integrate::<T, M, O, [f64; 4], true>(rule, limits, model, start, t_end, observer),
+        (_, false) => integrate::<T, M, O, Vec<f64>, false>(rule, limits, model, start, t_end, observer),
+        (_, true) => integrate::<T, M, O, Vec<f64>, true>(rule, limits, model, start, t_end, observer),
     }
 }
 
@@ -31,7 +34,7 @@ const RESTEPS: usize = 40;
 /// Steps without numbers in a row before the model is blamed.
 const RETREATS: u32 = 15;
 
-fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
+fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE: bool>(
     rule: StepRule<'_>,
     limits: Limits,
     model: &M,
@@ -43,7 +46,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
     if !(t_end.is_finite() && t_end > start.t) {
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
-    let mut run = Run::<M, V>::new::<T>(rule, limits, model, start, t_end)?;
+    let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;
     for _ in 0..limits.max_steps {
         let aim = run.pace.aim::<T>(run.e.t, run.stop);
         if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
@@ -52,17 +55,17 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
             return Err(if run.retreats > 0 { not_finite(&run.e) } else { underflow });
         }
         run.e.aim(aim);
-        run.e.attempt::<T>();
-        if !run.stands::<T>()? || (run.locating && !run.meet_edges::<T>()?) {
+        run.e.attempt::<T, LOCATE>();
+        if !run.stands::<T>()? || (LOCATE && !run.meet_edges::<T>()?) {
             run.stats.rejected += 1;
             continue;
         }
         run.stats.steps += 1;
         // Nearly every step ends neither on an edge nor at the end.
-        let ordinary = run.e.t1 < run.stop && run.crossings.is_empty();
+        let ordinary = run.e.t1 < run.stop && (!LOCATE || run.crossings.is_empty());
         let at_edge = !ordinary && run.edge == run.e.t1;
         let flow = {
-            let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: run.locating, tableau: PhantomData };
+            let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &run.crossings))
         };
         if flow.is_break() || (!ordinary && run.e.t1 >= t_end) {
@@ -72,13 +75,13 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
         }
         if ordinary {
             run.pace.arrive::<T>();
-            run.e.accept::<T>();
-            if run.locating {
+            run.e.accept::<T, LOCATE>();
+            if LOCATE {
                 run.locator.accept(&run.e);
             }
         } else {
             run.pace.pass::<T>(run.e.t1);
-            run.pass_edges::<T>(at_edge, t_end);
+            run.pass_edges::<T, LOCATE>(at_edge, t_end);
         }
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
@@ -88,7 +91,6 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector>(
 struct Run<'m, M: Model + ?Sized, V: Vector> {
     e: Engine<'m, M, V>,
     pace: Pace,
-    locating: bool,
     locator: Locator,
     /// The edges crossed at the end of the step just made.
     crossings: Vec<Crossing>,
@@ -100,12 +102,11 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
-    fn new<T: Tableau>(rule: StepRule<'_>, limits: Limits, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
+    fn new<T: Tableau, const LOCATE: bool>(rule: StepRule<'_>, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
         let mut e = Engine::<M, V>::new::<T>(model, start);
-        let locating = limits.locate && model.contacts() > 0;
-        let mut locator = Locator::new(if locating { model.contacts() } else { 0 });
-        if locating {
+        let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 });
+        if LOCATE {
             locator.classify(&mut e, true);
             e.frozen = can_freeze(&e);
         }
@@ -127,7 +128,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         Ok(Run {
             e,
             pace,
-            locating,
             locator,
             crossings: Vec::with_capacity(2 * model.contacts()),
             edge,
@@ -192,22 +192,25 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     }
 
     /// Starts afresh behind tooth edges and behind a jump of the drives.
-    fn pass_edges<T: Tableau>(&mut self, at_edge: bool, t_end: f64) {
+    #[inline(always)]
+    fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool, t_end: f64) {
         let e = &mut self.e;
-        let unknown = !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
+        let unknown = LOCATE && !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
         if unknown {
-            e.accept::<T>(); // the derivative on the old pieces, to compare with
+            e.accept::<T, LOCATE>(); // the derivative on the old pieces, to compare with
         } else {
             e.move_on();
         }
-        if self.locating {
+        if LOCATE {
             self.locator.accept(e);
         }
-        for crossing in &self.crossings {
-            e.pieces[crossing.contact] = crossing.to;
+        if LOCATE {
+            for crossing in &self.crossings {
+                e.pieces[crossing.contact] = crossing.to;
+            }
         }
         if at_edge {
-            if self.locating {
+            if LOCATE {
                 self.locator.classify(e, false);
             }
             self.stats.drive_edges += 1;
@@ -243,7 +246,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
         return false;
     }
     e.aim(t1);
-    e.attempt::<T>();
+    e.attempt::<T, true>();
     e.contacts_at_end();
     if e.frozen && locator.jumps[exit.contact] != Some(true) {
         return true;
@@ -271,7 +274,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
             return true; // neighbouring floating-point times: as close as it gets
         }
         e.aim(t1);
-        e.attempt::<T>();
+        e.attempt::<T, true>();
         e.contacts_at_end();
     }
     false

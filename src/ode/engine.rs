@@ -243,8 +243,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// One step's stages.
     #[inline(always)]
-    pub(crate) fn attempt<T: Tableau>(&mut self) {
-        if self.frozen {
+    pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
+        if LOCATE && self.frozen {
             T::attempt::<M, V, true>(self)
         } else {
             T::attempt::<M, V, false>(self)
@@ -253,6 +253,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     }
 
     /// f(t, y) into slot 0, the drives seen from after.
+    #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
         self.model.drive(self.t, Side::After, &mut self.u_stage);
         if self.frozen {
@@ -279,14 +280,14 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// The same with the derivative: on a smooth trajectory, that at the end.
     #[inline(always)]
-    pub(crate) fn accept<T: Tableau>(&mut self) {
+    pub(crate) fn accept<T: Tableau, const LOCATE: bool>(&mut self) {
         self.move_on();
         if self.ready.end {
             let (first, rest) = self.k.split_at_mut(1);
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
             let k = &mut self.k[0];
-            if self.frozen {
+            if LOCATE && self.frozen {
                 derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y, k);
             } else {
                 derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y, k);
@@ -298,7 +299,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// Whether the end of the step is made of numbers.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
-        self.y1.slice().iter().fold(0.0, |sum, y| sum + 0.0 * y) == 0.0
+        self.y1.slice().iter().sum::<f64>().is_finite()
     }
 
     /// h |Σ e k| in units of the tolerances, root mean square over the components.
