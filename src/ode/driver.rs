@@ -47,7 +47,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
     let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;
-    for _ in 0..limits.max_steps {
+    for attempts in 1..=limits.max_steps as u64 {
         let aim = run.pace.aim::<T>(run.e.t, run.stop);
         if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
@@ -70,7 +70,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
         };
         if flow.is_break() || (!ordinary && run.e.t1 >= t_end) {
             let (q, v) = run.e.y1.slice().split_at(model.dof());
-            let stats = Stats { evaluations: run.e.evaluations, ..run.stats };
+            let stats = Stats { evaluations: run.e.evaluations + attempts * T::EVALUATIONS, ..run.stats };
             return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
         }
         if ordinary {
@@ -247,6 +247,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
     }
     e.aim(t1);
     e.attempt::<T, true>();
+    e.evaluations += T::EVALUATIONS;
     e.contacts_at_end();
     if e.frozen && locator.jumps[exit.contact] != Some(true) {
         return true;
@@ -275,6 +276,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
         }
         e.aim(t1);
         e.attempt::<T, true>();
+        e.evaluations += T::EVALUATIONS;
         e.contacts_at_end();
     }
     false

@@ -241,15 +241,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         }
     }
 
-    /// One step's stages.
+    /// One step's stages, not counted here.
     #[inline(always)]
     pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
-        if LOCATE && self.frozen {
-            T::attempt::<M, V, true>(self)
-        } else {
-            T::attempt::<M, V, false>(self)
-        }
-        self.evaluations += T::EVALUATIONS;
+        if LOCATE && self.frozen { T::attempt::<M, V, true>(self) } else { T::attempt::<M, V, false>(self) }
     }
 
     /// f(t, y) into slot 0, the drives seen from after.
@@ -281,19 +276,18 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// The same with the derivative: on a smooth trajectory, that at the end.
     #[inline(always)]
     pub(crate) fn accept<T: Tableau, const LOCATE: bool>(&mut self) {
-        self.move_on();
         if self.ready.end {
             let (first, rest) = self.k.split_at_mut(1);
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
-            let k = &mut self.k[0];
             if LOCATE && self.frozen {
-                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y, k);
+                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
             } else {
-                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y, k);
+                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
             }
             self.evaluations += 1;
         }
+        self.move_on();
     }
 
     /// Whether the end of the step is made of numbers.

@@ -77,10 +77,11 @@ impl Tableau for Classical {
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+        // Drives first: the stages then follow each other without a call between them.
         e.drive(0.5);
+        e.drive_end();
         e.stage::<HELD, _>(1, &A2);
         e.stage::<HELD, _>(2, &A3);
-        e.drive_end();
         e.stage_end::<HELD, _>(3, &A4);
         e.advance(&B);
     }
