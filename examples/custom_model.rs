@@ -1,7 +1,9 @@
 //! A model, a nonlinearity and an excitation of one's own: an idler that rattles under a torque ripple.
 //!
 //! `cargo run --release --example custom_model`
+mod support;
 use gear_dynamics::*;
+use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
 /// Hertzian contact: force ~ p^1.5, p the penetration past the half backlash.
 struct Hertz;
@@ -32,26 +34,28 @@ impl Model for Idler {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let force = Hertz.force(q[0], v[0], -1.0, 1.0);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
     }
 }
-impl Periodic for Idler {
-    fn period(&self) -> f64 {
-        std::f64::consts::TAU / self.0.0
-    }
-}
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    println!("{:>9} {:>11} {:>12} {:>8} {:>7}", "frequency", "state", "peak-to-peak", "apart", "period");
-    for omega in [0.3, 0.6, 1.2, 2.4] {
-        let idler = Idler(Ripple(omega));
-        let steady = Settle::new().run(&Dop853::new(), &idler, &State::new(0.0, &[1.2], &[0.0]))?;
+fn main() -> Outcome<()> {
+    let folder = gallery("custom_model")?;
+    let mut csv = Csv::new(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
+    let mut panel = Panel::new("an idler that rattles", "t", "deflection");
+    for omega in [0.3, 0.6, 1.2] {
+        let (idler, solver) = (Idler(Ripple(omega)), Dop853::new());
+        let steady = solver.end(&idler, &State::new(0.0, &[1.2], &[0.0]), 300.0)?;
         let (mut rattle, mut statistics) = (Rattle::new(&idler), Statistics::new(&idler, &["deflection"])?);
-        let end = steady.state.t + steady.period_multiple as f64 * idler.period();
-        Dop853::new().run(&idler, &steady.state, end, &mut (&mut rattle, &mut statistics))?;
-        let (contact, d) = (rattle.contact(0), statistics.summary("deflection")?);
-        let (state, apart) = (contact.state().to_string(), 100.0 * contact.loss_fraction());
-        println!("{omega:9} {state:>11} {:12.4} {apart:7.1}% {:7}", d.peak_to_peak(), steady.period_multiple);
+        solver.run(&idler, &steady, 400.0, &mut (&mut rattle, &mut statistics))?;
+        let (contact, d) = (rattle.contact(0), statistics.summary("deflection")?.peak_to_peak());
+        println!(
+            "frequency {omega}: {:10} peak-to-peak {d:.4}, apart {:.1}%",
+            contact.state().to_string(),
+            100.0 * contact.loss_fraction()
+        );
+        csv.row(&[&omega, &contact.state(), &d, &contact.loss_fraction()])?;
+        let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800))?;
+        panel =
+            panel.with(format!("ω = {omega}"), Mark::Line, run.times().iter().copied().zip(run.channel(&idler, "deflection")?).collect());
     }
-    Ok(())
+    figure(folder.join("deflection.svg"), 1, &[panel])
 }

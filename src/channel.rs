@@ -6,7 +6,8 @@ use crate::model::{Channel, Contact, Model, Side};
 /// Reads every channel of a model at one instant.
 ///
 /// Every model has its coordinates `q1`, `q2`, ... and velocities `v1`, ...; then `deflection`, `mesh force` and `contact` (1 touching, 0
-/// in the gap), numbered when there are several contacts; then [channels of its own](Model::channels).
+/// in the gap), numbered from 1 when there are several contacts; then [channels of its own](Model::channels). Coordinates, deflections
+/// and forces are in the units of the model and carry none of their own.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Probe, Side};
@@ -33,8 +34,8 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         let mut channels: Vec<Channel> = (1..=n).map(|i| Channel::new(format!("q{i}"), "")).collect();
         channels.extend((1..=n).map(|i| Channel::new(format!("v{i}"), "")));
         for i in 1..=contacts {
-            for name in ["deflection", "mesh force", "contact"] {
-                channels.push(Channel::new(if contacts == 1 { name.to_owned() } else { format!("{name} {i}") }, ""));
+            for (name, unit) in [("deflection", ""), ("mesh force", ""), ("contact", "1")] {
+                channels.push(Channel::new(if contacts == 1 { name.to_owned() } else { format!("{name} {i}") }, unit));
             }
         }
         channels.extend(model.channels());

@@ -101,12 +101,12 @@ impl HeldProcess {
         D: Distribution<f64> + Send + Sync + 'static,
     {
         let draw = move |rng: &mut CounterRng| distribution.sample(rng);
-        Ok(HeldProcess { hold: check::positive("hold time", hold)?, seed: 0, member: 0, source: Source::Drawn(Arc::new(draw)) })
+        Ok(HeldProcess { hold: check::scale("hold time", hold)?, seed: 0, member: 0, source: Source::Drawn(Arc::new(draw)) })
     }
 
     /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
     pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
-        let hold = check::positive("hold time", hold)?;
+        let hold = check::scale("hold time", hold)?;
         if values.is_empty() {
             return Err(ParameterError::Empty { name: "held values".into(), least: 1 });
         }
@@ -142,9 +142,13 @@ impl HeldProcess {
         self.held(stream, if before { k - 1 } else { k })
     }
 
-    /// The k with k h <= t < (k+1) h, exact in the rounded products.
+    /// The k with k h <= t < (k+1) h, exact in the rounded products; past 2^52 holds they are no longer told apart.
     fn index(&self, t: f64) -> u64 {
-        let mut k = (t / self.hold).max(0.0) as u64;
+        let guess = (t / self.hold).max(0.0);
+        if guess >= LAST {
+            return LAST as u64;
+        }
+        let mut k = guess as u64;
         while k > 0 && k as f64 * self.hold > t {
             k -= 1;
         }
@@ -155,9 +159,13 @@ impl HeldProcess {
     }
 
     fn next_edge(&self, t: f64) -> Option<f64> {
-        Some(if t < 0.0 { self.hold } else { (self.index(t) + 1) as f64 * self.hold })
+        let edge = if t < 0.0 { self.hold } else { (self.index(t) + 1) as f64 * self.hold };
+        (edge > t).then_some(edge)
     }
 }
+
+/// 2^52: the last hold whose number is exact.
+const LAST: f64 = 4_503_599_627_370_496.0;
 
 impl fmt::Debug for HeldProcess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -174,6 +182,8 @@ struct Fill {
 }
 
 /// A model with random drives: held processes are added to chosen drive slots, `u[slot] += gain value(t)`.
+///
+/// Streams are counted through all fills of one `Held`, so two processes of one seed on different slots are independent.
 ///
 /// The bare model stays periodic; this one is not, so the compiler refuses to balance it.
 ///
@@ -193,12 +203,14 @@ pub struct Held<M> {
     model: M,
     processes: Vec<HeldProcess>,
     fills: Vec<Fill>,
+    /// How many streams are taken.
+    streams: u64,
 }
 
 impl<M: Model> Held<M> {
     /// No process yet.
     pub fn new(model: M) -> Self {
-        Held { model, processes: Vec::new(), fills: Vec::new() }
+        Held { model, processes: Vec::new(), fills: Vec::new(), streams: 0 }
     }
 
     fn fill(mut self, slots: &[usize], gains: &[f64], process: HeldProcess, streams: &[u64]) -> Result<Self, ParameterError> {
@@ -207,8 +219,10 @@ impl<M: Model> Held<M> {
                 return Err(ParameterError::NoSuchSlot { slot, drives: self.model.drives() });
             }
             let gain = check::finite("gain", gain)?;
+            let stream = self.streams + stream;
             self.fills.push(Fill { slot, gain, process: self.processes.len(), stream });
         }
+        self.streams += streams.iter().max().map_or(0, |last| last + 1);
         self.processes.push(process);
         Ok(self)
     }

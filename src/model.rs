@@ -182,7 +182,7 @@ pub trait Model {
     }
 }
 
-/// A named output with its unit, `1` when dimensionless.
+/// A named output with its unit: `1` when dimensionless, empty when it is the model's own choice.
 ///
 /// ```
 /// let channel = gear_dynamics::Channel::new("mesh force", "N");
@@ -205,7 +205,7 @@ impl Channel {
 
 impl std::fmt::Display for Channel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} [{}]", self.name, self.unit)
+        if self.unit.is_empty() { f.write_str(&self.name) } else { write!(f, "{} [{}]", self.name, self.unit) }
     }
 }
 

@@ -81,6 +81,12 @@ pub trait Nonlinearity {
         Repeats::Always
     }
 
+    /// Whether another law of this type is the very same, so that models with it may share lanes. Never, unless said.
+    fn same_as(&self, other: &Self) -> bool {
+        let _ = other;
+        false
+    }
+
     /// f(x) at rest at t = 0.
     fn at(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
@@ -151,5 +157,16 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     }
     fn repeats(&self) -> Repeats {
         each_law!(self, law => law.repeats())
+    }
+    fn same_as(&self, other: &Self) -> bool {
+        match (self, other) {
+            (AnyLaw::Linear(a), AnyLaw::Linear(b)) => a.same_as(b),
+            (AnyLaw::Cubic(a), AnyLaw::Cubic(b)) => a.same_as(b),
+            (AnyLaw::Backlash(a), AnyLaw::Backlash(b)) => a.same_as(b),
+            (AnyLaw::Asymmetric(a), AnyLaw::Asymmetric(b)) => a.same_as(b),
+            (AnyLaw::Smoothed(a), AnyLaw::Smoothed(b)) => a.same_as(b),
+            (AnyLaw::Other(a), AnyLaw::Other(b)) => a.same_as(b),
+            _ => false,
+        }
     }
 }

@@ -200,5 +200,28 @@ fn settling_finds_the_period_multiple() {
     assert_eq!(multiple(0.29), Ok(4));
     assert!(matches!(multiple(0.50), Err(Unsettled::Aperiodic { periods: 500, .. })));
     assert_eq!(multiple(0.65), Ok(2));
+    // Without forcing it decays to rest in a well, and rest is periodic.
+    assert_eq!(multiple(0.0), Ok(1));
     assert!(matches!(Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start), Err(Unsettled::Failed { .. })));
+}
+
+/// A level just under the peak of a motion that the solver takes in large steps: both crossings are found.
+#[test]
+fn sections_inside_a_step() {
+    struct Throw;
+    impl Model for Throw {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = -1.0;
+        }
+    }
+    let mut section = Section::new(&Throw, "q1", 0.4, Direction::Both).unwrap();
+    let run = Dop853::new().first_step(2.0).run(&Throw, &State::new(0.0, &[0.0], &[1.0]), 2.0, &mut section).unwrap();
+    assert_eq!(run.stats.steps, 1);
+    let times: Vec<f64> = section.states().iter().map(|s| s.t).collect();
+    let expected = [1.0 - 0.2f64.sqrt(), 1.0 + 0.2f64.sqrt()];
+    assert!(times.len() == 2 && times.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{times:?}");
+    assert!(Section::new(&Throw, "q1", f64::NAN, Direction::Both).is_err());
 }

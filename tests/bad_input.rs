@@ -64,8 +64,8 @@ fn nan_and_infinity_anywhere() {
         not_finite(ring(|p| p.gears[3].load.torque = bad), "gears[3].load.torque");
         not_finite(ring(|p| p.gears[0].inertia = bad), "gears[0].inertia");
         not_finite(ring(|p| p.omega = bad), "omega");
-        not_finite(RingSet { error: bad, ..set() }.params().unwrap_err(), "sine coefficient of order 1");
-        not_finite(RingSet { phases: vec![0.0, bad, 0.0, 0.0], ..set() }.params().unwrap_err(), "phase");
+        not_finite(RingSet { error: bad, ..set() }.params().unwrap_err(), "error");
+        not_finite(RingSet { phases: vec![0.0, bad, 0.0, 0.0], ..set() }.params().unwrap_err(), "phases[1]");
         not_finite(pair(|p| p.speed = bad), "speed");
         not_finite(pair(|p| p.error = bad), "error");
         not_finite(pair(|p| p.pressure_angle = bad), "pressure_angle");
@@ -223,6 +223,7 @@ fn time_spans_tolerances_and_starts() {
         setting(Rk45::new().first_step(bad).end(&model, &start(), 1.0).unwrap_err(), "first_step");
         setting(Rk4::new(bad).end(&model, &start(), 1.0).unwrap_err(), "step");
     }
+    setting(Dop853::new().rtol(f64::INFINITY).end(&model, &start(), 1.0).unwrap_err(), "rtol");
     setting(Rk4::new(f64::INFINITY).end(&model, &start(), 1.0).unwrap_err(), "step");
     setting(Rk45::new().pi_beta(0.5).end(&model, &start(), 1.0).unwrap_err(), "pi_beta");
     let error = Rk45::new().atol_each(&[1e-9; 3]).end(&model, &start(), 1.0).unwrap_err();
@@ -235,6 +236,60 @@ fn time_spans_tolerances_and_starts() {
         let failed = Rk45::new().sample(&model, &start(), times).unwrap_err();
         assert!(matches!(failed.error, IntegrateError::OutputTime { .. }), "{}", failed.error);
     }
+}
+
+#[test]
+fn a_model_whose_edges_do_not_lie_ahead() {
+    struct Behind;
+    impl Model for Behind {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = 0.0;
+        }
+        fn next_edge(&self, t: f64) -> Option<f64> {
+            Some((t * 2.0).ceil() / 2.0)
+        }
+    }
+    let failed = Rk4::new(0.1).trajectory(&Behind, &State::new(0.2, &[0.0], &[0.0]), 3.0).unwrap_err();
+    assert_eq!(failed.error, IntegrateError::DriveEdge { t: 0.5, edge: 0.5 });
+    assert_eq!(failed.trajectory.last().unwrap().t, 0.5);
+}
+
+#[test]
+fn a_backlash_that_becomes_negative() {
+    let mut params = set().params().unwrap();
+    let width = shared(Fourier::new(1e-5, &[[2e-5, 0.0]], params.omega).unwrap());
+    let law = VaryingBacklash::new(width);
+    let meshes = params.meshes.drain(..).map(|mesh| {
+        let error = shared(Constant::new(0.0).unwrap());
+        let stiffness = shared(Constant::new(2e8).unwrap());
+        Mesh::new(stiffness, error, mesh.damping(), law.clone()).unwrap()
+    });
+    let meshes = meshes.collect();
+    let ring = Ring::new(&RingParams { meshes, motor: params.motor, gears: params.gears, omega: params.omega }).unwrap();
+    let failed = Dop853::new().trajectory(&ring, &State::at_rest(9), 0.01).unwrap_err();
+    // 1 + 2 cos ωt is negative from a third of the period on.
+    let third = ring.period() / 3.0;
+    assert!(matches!(failed.error, IntegrateError::NegativeGap { t, contact: 0, .. } if t >= third), "{}", failed.error);
+}
+
+#[test]
+fn mesh_stiffness_that_is_not_positive() {
+    let error = ring(|p| {
+        let stiffness = shared(Constant::new(-1e8).unwrap());
+        p.meshes[2] = Mesh::new(stiffness, shared(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
+    });
+    assert!(matches!(&error, P::NotPositive { name, .. } if name == "meshes[2]: mean stiffness"), "{error}");
+    let pair = NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
+    assert!(matches!(pair.static_start().unwrap_err(), P::NotPositive { name, .. } if name == "mesh stiffness at the start"));
+}
+
+#[test]
+#[should_panic(expected = "mesh 4 of a ring of 4")]
+fn a_slot_of_a_mesh_that_does_not_exist() {
+    Ring::new(&set().params().unwrap()).unwrap().damping_slot(4);
 }
 
 /// The relative coordinates of a state that does not close the ring.
@@ -307,6 +362,62 @@ proptest! {
             if let Some(edge) = f.next_edge(t) {
                 prop_assert!(edge > t, "{:?} at {}: {}", f, t, edge);
             }
+        }
+    }
+
+    #[test]
+    fn laws_and_processes_never_panic(x in prop::collection::vec(any(), 6), t in any()) {
+        let mut laws: Vec<AnyLaw> = Vec::new();
+        laws.extend(Backlash::new(x[0]).ok().map(AnyLaw::Backlash));
+        laws.extend(AsymmetricBacklash::new(x[0], x[1]).and_then(|l| l.with_slopes(x[2], x[3])).ok().map(AnyLaw::Asymmetric));
+        laws.extend(SmoothedBacklash::new(x[0], x[1]).ok().map(AnyLaw::Smoothed));
+        laws.extend(Cubic::new(x[0], x[1]).ok().map(AnyLaw::Cubic));
+        for law in laws {
+            let _ = (law.at(x[4]), law.slope(x[5]));
+        }
+        if let Ok(process) = HeldProcess::from_values(x[0], &x[1..]) {
+            prop_assert!(process.value(t, Side::Before, 0).is_finite());
+            let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+            let slots = [(x[1].abs() as usize) % 20, 3];
+            if let Ok(held) = Held::new(pair).per_slot(&slots, x[2], process.clone()).and_then(|h| h.clearance(&[slots], x[3], process)) {
+                prop_assert!(held.next_edge(t).is_none_or(|edge| edge > t));
+                let _ = Dop853::new().max_steps(200).end(&held, &State::at_rest(1), 10.0);
+            }
+        }
+        let constant = |x: f64| Constant::new(x).map(shared);
+        if let (Ok(k), Ok(e), Ok(law)) = (constant(x[0]), constant(x[1]), Backlash::new(x[2])) {
+            let _ = Mesh::new(k.clone(), e, x[3], law);
+            let _ = Scaled::new(x[4], k);
+        }
+        let _ = Function::new(|t: Jet| t).with_period(x[0]);
+        let _ = RectangularWave::from_contact_ratio(x[0], x[1], x[2], x[3]);
+        let _ = Fourier::from_amplitudes(x[0], &[[x[1], x[2]]], x[3]);
+        let _ = Fourier::fit(&x, x[0].abs() as usize, x[1]);
+        let _ = Table::new(&x, x[0]);
+        let _ = (Summary::of(&x), Spectrum::of(&x, x[0], Window::Blackman));
+    }
+
+    /// Any setting of a solver gives an answer or a typed error, in bounded time.
+    #[test]
+    fn solver_settings_never_panic(x in prop::collection::vec(any(), 6)) {
+        let model = Broken(9.0);
+        let solver = Dop853::new().rtol(x[0]).atol(x[1]).first_step(x[2]).max_step(x[3]).pi_beta(x[4]).max_steps(500);
+        let _ = solver.end(&model, &start(), x[5]);
+        let _ = Rk45::new().atol_each(&x[..2]).max_steps(500).trajectory(&model, &start(), x[5]);
+        let _ = Rk4::new(x[0]).max_steps(500).sample(&model, &start(), &x[1..]);
+        let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+        let _ = Settle::new().tolerance(x[0]).most_periods(1).run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
+    }
+
+    #[test]
+    fn relative_views_never_panic(x in prop::collection::vec(any(), 16)) {
+        let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
+        if let Ok(view) = ring.relative(x[0], x[1]) {
+            let (mut q, mut v) = (x[2..9].to_vec(), x[9..].to_vec());
+            let _ = view.to_angles(0.0, &q, &v);
+            let _ = view.close(0.0, &mut q, &mut v);
+            let _ = view.to_angles(0.0, &q, &v);
+            let _ = view.coefficients(&x[..3]);
         }
     }
 }

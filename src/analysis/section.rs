@@ -1,7 +1,8 @@
 //! Poincaré sections.
 
+use super::GAUSS;
 use crate::channel::Probe;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, Side, State};
 use crate::ode::{Failed, Integrator, Observer, Step, Trajectory};
 use std::ops::ControlFlow;
@@ -67,10 +68,11 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
     /// Where `channel` crosses `level`.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`].
+    /// [`ParameterError::NoSuchChannel`], and a level that is not finite.
     pub fn new(model: &'m M, channel: &str, level: f64, direction: Direction) -> Result<Self, ParameterError> {
         let probe = Probe::new(model);
         let channel = probe.index(channel)?;
+        check::finite("level", level)?;
         Ok(Section { probe, channel, level, direction, states: Vec::new(), y: vec![0.0; 2 * model.dof()] })
     }
 
@@ -89,26 +91,32 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
 
 impl<M: Model + ?Sized> Observer for Section<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let (mut lo, mut hi) = (step.t0(), step.t1());
-        let (a, b) = (self.height(step, lo), self.height(step, hi));
-        let rising = a < 0.0 && b >= 0.0;
-        let falling = a > 0.0 && b <= 0.0;
-        let wanted = match self.direction {
-            Direction::Rising => rising,
-            Direction::Falling => falling,
-            Direction::Both => rising || falling,
-        };
-        if wanted {
-            loop {
-                let middle = 0.5 * (lo + hi);
-                if middle <= lo || middle >= hi {
-                    break;
+        // Looked at between seven points of the step, so that a level crossed up and down inside it is seen.
+        let (t0, t1) = (step.t0(), step.t1());
+        let inside = GAUSS.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
+        let (mut from, mut a) = (t0, self.height(step, t0));
+        for to in inside.into_iter().chain([t1]) {
+            let b = self.height(step, to);
+            let (rising, falling) = (a < 0.0 && b >= 0.0, a > 0.0 && b <= 0.0);
+            let wanted = match self.direction {
+                Direction::Rising => rising,
+                Direction::Falling => falling,
+                Direction::Both => rising || falling,
+            };
+            if wanted {
+                let (mut lo, mut hi) = (from, to);
+                loop {
+                    let middle = 0.5 * (lo + hi);
+                    if middle <= lo || middle >= hi {
+                        break;
+                    }
+                    if (self.height(step, middle) < 0.0) == rising { lo = middle } else { hi = middle }
                 }
-                if (self.height(step, middle) < 0.0) == rising { lo = middle } else { hi = middle }
+                self.height(step, hi);
+                let (q, v) = self.y.split_at(self.y.len() / 2);
+                self.states.push(State::new(hi, q, v));
             }
-            self.height(step, hi);
-            let (q, v) = self.y.split_at(self.y.len() / 2);
-            self.states.push(State::new(hi, q, v));
+            (from, a) = (to, b);
         }
         ControlFlow::Continue(())
     }

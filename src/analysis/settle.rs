@@ -65,7 +65,7 @@ impl Settle {
         let mut closest = f64::INFINITY;
         for k in 1..=self.most_periods {
             let last = &section[k - 1];
-            // Ranges of the last two periods, so that transients are forgotten.
+            // Earlier ranges fade by half each period, so that transients are forgotten.
             range.iter_mut().for_each(|r| {
                 let middle = 0.5 * (r[0] + r[1]);
                 *r = if middle.is_finite() { [middle - 0.25 * (r[1] - r[0]), middle + 0.25 * (r[1] - r[0])] } else { *r };
@@ -83,7 +83,7 @@ impl Settle {
             })?;
             section.push(finish.state);
             for p in 1..=self.largest_multiple.min(k) {
-                let change = distance(&section[k], &section[k - p], &range);
+                let change = distance(&section[k], &section[k - p], &range, self.tolerance);
                 if p == 1 || change < closest {
                     closest = change;
                 }
@@ -98,11 +98,12 @@ impl Settle {
     }
 }
 
-/// The largest difference of two states in units of the range of each component.
-fn distance(a: &State, b: &State, range: &[[f64; 2]]) -> f64 {
+/// The largest difference of two states in units of the range of each component; one that moves by rounding only counts as at rest.
+fn distance(a: &State, b: &State, range: &[[f64; 2]], tolerance: f64) -> f64 {
     let both = a.q.iter().chain(&a.v).zip(b.q.iter().chain(&b.v));
     both.zip(range).fold(0.0, |worst: f64, ((x, y), r)| {
-        let size = (r[1] - r[0]).max(f64::MIN_POSITIVE);
+        let rounding = 64.0 * f64::EPSILON * r[0].abs().max(r[1].abs()) / tolerance;
+        let size = (r[1] - r[0]).max(rounding);
         worst.max(if x == y { 0.0 } else { (x - y).abs() / size })
     })
 }

@@ -2,7 +2,7 @@
 
 use super::GAUSS;
 use crate::channel::Probe;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::model::{Model, Side};
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
@@ -32,6 +32,7 @@ impl Summary {
         if samples.is_empty() {
             return Err(ParameterError::Empty { name: "samples".into(), least: 1 });
         }
+        check::all_finite("samples", samples)?;
         let n = samples.len() as f64;
         Ok(Summary {
             mean: samples.iter().sum::<f64>() / n,

@@ -47,8 +47,9 @@ impl Fourier {
     /// # Errors
     /// Fewer than `2 order + 1` samples cannot tell the orders apart.
     pub fn fit(samples: &[f64], order: usize, omega: f64) -> Result<Self, ParameterError> {
-        if samples.len() < 2 * order + 1 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 2 * order + 1 });
+        let least = order.saturating_mul(2).saturating_add(1);
+        if samples.len() < least {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least });
         }
         check::all_finite("samples", samples)?;
         let m = samples.len();

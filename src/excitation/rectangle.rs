@@ -73,6 +73,11 @@ impl RectangularWave {
         Fourier::new(self.mean(), &pairs, TAU / self.period)
     }
 
+    /// Whether edges near `t` can still be told apart in floating point.
+    fn resolved(&self, t: f64) -> bool {
+        self.duty > 0.0 && (t / self.period).abs() < 1e12
+    }
+
     /// Edge k: rising for even k, falling for odd.
     fn edge(&self, k: f64) -> f64 {
         let cycle = (k * 0.5).floor();
@@ -82,7 +87,7 @@ impl RectangularWave {
 
     /// The last edge at or before `t`.
     fn last_edge(&self, t: f64) -> f64 {
-        let mut k = 2.0 * (t / self.period - self.centre).floor() + 3.0;
+        let mut k = 2.0 * (t / self.period - self.centre).floor() + 3.0; // at most a few too far
         while self.edge(k) > t {
             k -= 1.0;
         }
@@ -92,8 +97,8 @@ impl RectangularWave {
 
 impl Excitation for RectangularWave {
     fn jet(&self, t: f64, side: Side) -> Jet {
-        if self.duty == 0.0 {
-            return Jet::constant(self.low);
+        if !self.resolved(t) {
+            return Jet::constant(self.mean()); // no high part at all, or so far out that the wave is lost in rounding
         }
         let mut k = self.last_edge(t);
         if side == Side::Before && self.edge(k) == t {
@@ -102,7 +107,7 @@ impl Excitation for RectangularWave {
         Jet::constant(if (k * 0.5).floor() * 2.0 == k { self.high } else { self.low })
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
-        (self.duty > 0.0).then(|| self.edge(self.last_edge(t) + 1.0))
+        self.resolved(t).then(|| self.edge(self.last_edge(t) + 1.0)).filter(|edge| *edge > t)
     }
     fn repeats(&self) -> Repeats {
         Repeats::Every(self.period)

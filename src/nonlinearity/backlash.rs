@@ -49,6 +49,9 @@ impl Backlash {
 }
 
 impl Nonlinearity for Backlash {
+    fn same_as(&self, other: &Self) -> bool {
+        self == other
+    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         dead_zone(x, lower, upper)
@@ -95,6 +98,9 @@ impl AsymmetricBacklash {
 }
 
 impl Nonlinearity for AsymmetricBacklash {
+    fn same_as(&self, other: &Self) -> bool {
+        self == other
+    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         let zero = S::from(0.0);

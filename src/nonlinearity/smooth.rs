@@ -15,6 +15,9 @@ use crate::scalar::Scalar;
 pub struct Linear;
 
 impl Nonlinearity for Linear {
+    fn same_as(&self, other: &Self) -> bool {
+        self == other
+    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
         x
@@ -43,6 +46,9 @@ impl Cubic {
 }
 
 impl Nonlinearity for Cubic {
+    fn same_as(&self, other: &Self) -> bool {
+        self == other
+    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
         x * self.linear + x * x * x * self.cubic
@@ -78,6 +84,9 @@ impl SmoothedBacklash {
 }
 
 impl Nonlinearity for SmoothedBacklash {
+    fn same_as(&self, other: &Self) -> bool {
+        self == other
+    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         let s2 = S::from(self.rounding * self.rounding);

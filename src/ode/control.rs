@@ -1,7 +1,8 @@
 //! Step sizes: what the caller asked for, the PI controller, the starting step.
 
 use super::IntegrateError;
-use super::engine::{Engine, Tableau, Vector};
+use super::engine::{Engine, Tableau};
+use super::vector::Vector;
 use crate::model::Model;
 
 /// What every solver has.
@@ -37,14 +38,15 @@ impl StepRule<'_> {
     /// The absolute tolerances in full length, or why they cannot be used.
     pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, IntegrateError> {
         let positive = |name: &'static str, value: f64| {
-            if value > 0.0 { Ok(()) } else { Err(IntegrateError::Setting { name, value, allowed: "positive" }) }
+            if value > 0.0 && (value.is_finite() || name == "max_step") {
+                Ok(())
+            } else {
+                Err(IntegrateError::Setting { name, value, allowed: "positive and finite" })
+            }
         };
         match self {
             StepRule::Fixed(step) => {
                 positive("step", *step)?;
-                if step.is_infinite() {
-                    return Err(IntegrateError::Setting { name: "step", value: *step, allowed: "finite" });
-                }
                 Ok(Vec::new())
             }
             StepRule::Adaptive(tolerances) => {

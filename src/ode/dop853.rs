@@ -1,7 +1,8 @@
 //! The Dormand-Prince method of order 8.
 
 use super::adaptive::Adaptive;
-use super::engine::{Engine, Row, Tableau, Vector};
+use super::engine::{Engine, Row, Tableau};
+use super::vector::Vector;
 use crate::model::Model;
 
 /// DOP853: order 8 with error estimates of orders 5 and 3, adaptive, dense output of order 7.   Source: Hairer, Nørsett & Wanner I,

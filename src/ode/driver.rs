@@ -1,9 +1,10 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
 use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
-use super::engine::{Engine, Tableau, Vector};
+use super::engine::{Engine, Tableau};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
+use super::vector::Vector;
 use super::{Finish, IntegrateError, Stats};
 use crate::model::{Model, Piece, Side, State};
 use std::marker::PhantomData;
@@ -81,7 +82,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
             }
         } else {
             run.pace.pass::<T>(run.e.t1);
-            run.pass_edges::<T, LOCATE>(at_edge, t_end);
+            run.pass_edges::<T, LOCATE>(at_edge, t_end)?;
         }
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
@@ -108,6 +109,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 });
         if LOCATE {
             locator.classify(&mut e, true);
+            check_gaps(&e, e.t)?;
             e.frozen = can_freeze(&e);
         }
         e.derivative_at_start();
@@ -124,7 +126,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 Pace::new::<T>(e.t, h, Some(tolerances))
             }
         };
-        let edge = model.next_edge(e.t).unwrap_or(f64::INFINITY);
+        let edge = edge_after(model, e.t)?;
         Ok(Run {
             e,
             pace,
@@ -167,6 +169,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         self.crossings.clear();
         let e = &mut self.e;
         e.contacts_at_end();
+        check_gaps(e, e.t1)?;
         let stall = |t: f64, exit: Exit| Err(IntegrateError::EdgeStall { t, contact: exit.contact });
         match self.locator.find::<T, M, V>(e) {
             Found::Nothing => {}
@@ -193,7 +196,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
 
     /// Starts afresh behind tooth edges and behind a jump of the drives.
     #[inline(always)]
-    fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool, t_end: f64) {
+    fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool, t_end: f64) -> Result<(), IntegrateError> {
         let e = &mut self.e;
         let unknown = LOCATE && !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
         if unknown {
@@ -212,9 +215,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         if at_edge {
             if LOCATE {
                 self.locator.classify(e, false);
+                check_gaps(e, e.t)?;
             }
             self.stats.drive_edges += 1;
-            self.edge = e.model.next_edge(e.t).unwrap_or(f64::INFINITY);
+            self.edge = edge_after(e.model, e.t)?;
             self.stop = self.edge.min(t_end);
         }
         if unknown {
@@ -222,7 +226,28 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         } else {
             e.derivative_at_start();
         }
+        Ok(())
     }
+}
+
+/// The next jump of the drives, infinity if there is none.
+fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
+    match model.next_edge(t) {
+        None => Ok(f64::INFINITY),
+        Some(edge) if edge > t => Ok(edge),
+        Some(edge) => Err(IntegrateError::DriveEdge { t, edge }),
+    }
+}
+
+/// No gap may be negative: held and free forces would part.
+#[inline(always)]
+fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Result<(), IntegrateError> {
+    for (contact, c) in e.contacts.iter().enumerate() {
+        if c.lower > c.upper {
+            return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
+        }
+    }
+    Ok(())
 }
 
 /// Whether the model offers its pieces.
@@ -249,10 +274,10 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
     e.attempt::<T, true>();
     e.evaluations += T::EVALUATIONS;
     e.contacts_at_end();
-    if e.frozen && locator.jumps[exit.contact] != Some(true) {
+    if e.frozen && locator.jumps[exit.contact] == Some(false) {
         return true;
     }
-    // False position on the end of the step, Illinois variant; its bracket is the start and the end of the full step.
+    // Newton on the end of the step, kept between the start and the end of the full step.
     let (mut lo, mut hi) = ((e.t, None), (far, None));
     for _ in 0..RESTEPS {
         let (value, rate, scale) = locator.miss(&e.pieces, &e.contacts, exit);

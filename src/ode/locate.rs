@@ -1,6 +1,7 @@
 //! Tooth edges: which contact leaves its piece first, and when.
 
-use super::engine::{Engine, Tableau, Vector};
+use super::engine::{Engine, Tableau};
+use super::vector::Vector;
 use crate::model::{Contact, Model, Piece};
 
 /// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
@@ -8,6 +9,8 @@ use crate::model::{Contact, Model, Piece};
 const SLACK: f64 = 1e-10;
 /// How closely an edge is met: this share of the gap.
 const CLOSE: f64 = 1e-13;
+/// Contacts this close to their edges, in shares of the gap, may cross together with the one located.
+const WITH: f64 = 1e-6;
 /// An extremum this close to an edge, measured by its own rise, is looked at closely.
 const NEAR: f64 = 0.25;
 /// Refinements of one root; bisection alone would need about 50.
@@ -135,12 +138,13 @@ impl Locator {
     /// one's edge was missed.
     pub(crate) fn together<'a>(&'a self, pieces: &'a [Piece], contacts: &'a [Contact], located: Exit) -> impl Iterator<Item = Exit> + 'a {
         let (value, rate, _) = self.miss(pieces, contacts, located);
-        let time = 2.0 * (value / rate).abs();
+        let time = if rate == 0.0 { 0.0 } else { 2.0 * (value / rate).abs() };
         let others = (0..contacts.len()).filter(move |&i| i != located.contact);
         others.flat_map(move |i| {
             Exit::of(i, pieces[i]).into_iter().flatten().filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
-                d.rate < 0.0 && d.value <= (SLACK * scale(&contacts[i])).max(time * d.rate.abs())
+                let length = scale(&contacts[i]);
+                d.rate < 0.0 && d.value <= (SLACK * length).max((time * d.rate.abs()).min(WITH * length))
             })
         })
     }
@@ -205,6 +209,9 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     if on_edge && d0.rate <= 0.0 {
         return if d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack { Some(0.0) } else { None };
     }
+    // One that came in a little past its edge, because the edge was met no closer, may be as far out for as long.
+    let close = slack / SLACK * CLOSE;
+    let slack = if on_edge { slack.max(-d0.value) } else { slack };
     // Walk over the extrema that the cubic through both ends suggests.
     let mut stops = [None; 3];
     for (stop, theta) in stops.iter_mut().zip(hermite.extrema().into_iter().flatten()) {
@@ -235,7 +242,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
             return Some(if lo == 0.0 { 0.0 } else { hi });
         }
         if db.value < -slack {
-            return Some(root(&mut look, (a, da), (b, db), slack / SLACK * CLOSE));
+            return Some(root(&mut look, (a, da), (b, db), close));
         }
         // A dip between two safe ends: find its bottom.
         if da.rate < 0.0 && db.rate > 0.0 {
@@ -244,7 +251,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
                 let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
                 let dm = look(m);
                 if dm.value < -slack {
-                    return Some(root(&mut look, (a, da), (m, dm), slack / SLACK * CLOSE));
+                    return Some(root(&mut look, (a, da), (m, dm), close));
                 }
                 if dm.rate < 0.0 {
                     lo = (m, dm)

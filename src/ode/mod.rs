@@ -10,6 +10,7 @@ mod rk4;
 mod rk45;
 mod step;
 mod trajectory;
+mod vector;
 
 pub use adaptive::Adaptive;
 pub use dop853::{Dop853, Order8};
@@ -104,8 +105,9 @@ pub trait Integrator {
 /// How a run ended.
 ///
 /// ```
-/// use gear_dynamics::Stats;
-/// assert_eq!(Stats::default().steps, 0);
+/// use gear_dynamics::{Finish, State, Stats};
+/// let finish = Finish { state: State::new(2.5, &[1.0], &[0.0]), stopped: false, stats: Stats::default() };
+/// assert_eq!(finish.state.t, 2.5);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
@@ -140,7 +142,8 @@ pub struct Stats {
     pub rejected: u64,
     /// Evaluations of the acceleration.
     pub evaluations: u64,
-    /// Tooth edges crossed.
+    /// Tooth edges crossed; a contact that finds itself on another piece at the start of a step, because its edges jumped or its gap is
+    /// zero, is not counted.
     pub crossings: u64,
     /// Jumps of the drives met.
     pub drive_edges: u64,
@@ -223,6 +226,26 @@ pub enum IntegrateError {
         t: f64,
         /// The limit.
         limit: usize,
+    },
+    /// A model that announces a jump of its drives that does not lie ahead.
+    #[error("the next edge of the drives after t = {t} is said to be at {edge}: it must lie ahead")]
+    DriveEdge {
+        /// Asked at.
+        t: f64,
+        /// The answer.
+        edge: f64,
+    },
+    /// A gap whose edges have passed each other: a negative backlash.
+    #[error("the gap of contact {contact} reaches from {lower} to {upper} at t = {t}: the half width is negative")]
+    NegativeGap {
+        /// When it was seen.
+        t: f64,
+        /// Which contact.
+        contact: usize,
+        /// Its lower edge.
+        lower: f64,
+        /// Its upper edge.
+        upper: f64,
     },
     /// A contact that changes its piece again and again without time moving.
     #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without time moving")]

@@ -1,7 +1,8 @@
 //! The classical Runge-Kutta method.
 
 use super::control::{Limits, StepRule};
-use super::engine::{Engine, Row, Tableau, Vector};
+use super::engine::{Engine, Row, Tableau};
+use super::vector::Vector;
 use super::{Finish, IntegrateError, Integrator, Observer, drive};
 use crate::model::{Model, State};
 

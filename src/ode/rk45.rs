@@ -1,7 +1,8 @@
 //! The Dormand-Prince pair of orders 5 and 4.
 
 use super::adaptive::Adaptive;
-use super::engine::{Engine, Row, Tableau, Vector};
+use super::engine::{Engine, Row, Tableau};
+use super::vector::Vector;
 use crate::model::Model;
 
 /// Dormand-Prince 5(4), adaptive, with dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table II.5.2.

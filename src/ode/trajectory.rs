@@ -2,7 +2,7 @@
 
 use super::{Finish, IntegrateError, Stats};
 use crate::channel::Probe;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::model::{Model, Side, State};
 use thiserror::Error;
 
@@ -107,6 +107,7 @@ impl Trajectory {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`], which lists the names there are.
     pub fn channel<M: Model + ?Sized>(&self, model: &M, name: &str) -> Result<Vec<f64>, ParameterError> {
+        check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
         let index = probe.index(name)?;
         Ok((0..self.len())

@@ -1,7 +1,7 @@
 //! One degree of freedom: Eq. (9).
 
 use super::params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::{Excitation, InstantCentre, Jet};
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
 use crate::nonlinearity::Backlash;
@@ -36,6 +36,8 @@ pub struct NfgPair {
     natural: f64,
     /// Z2.
     teeth: f64,
+    /// The instantaneous centre over its phase.
+    unit_centre: InstantCentre,
     /// Stiffness amplitudes over k0.
     stiffness: Vec<[f64; 2]>,
     /// The values of the drives that do not change with phase.
@@ -95,6 +97,7 @@ impl NfgPair {
             beta,
             natural,
             teeth: params.face_gear_teeth().round(),
+            unit_centre: InstantCentre::new(params.eccentric_ratio, 1.0)?,
             stiffness: params.stiffness_harmonics.iter().map(|[c, s]| [c / params.stiffness, s / params.stiffness]).collect(),
             constants,
             law: Backlash::new(params.half_backlash / radius)?,
@@ -131,7 +134,7 @@ impl NfgPair {
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = [0.0; PHASES + CONSTANTS];
         self.drive(0.0, Side::After, &mut u);
-        let load = u[LOAD] / u[STIFFNESS];
+        let load = u[LOAD] / check::positive("mesh stiffness at the start", u[STIFFNESS])?;
         let start = State::new(0.0, &[-self.at(&u).half_width - load], &[0.0]);
         start.check(1)?;
         Ok(start)

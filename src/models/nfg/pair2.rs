@@ -108,7 +108,8 @@ impl NfgPair2 {
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = [0.0; DRIVES];
         self.drive(0.0, Side::After, &mut u);
-        let deflection = u[WIDTH] + u[LOAD] / (u[RADIUS] * u[STIFFNESS]);
+        let stiffness = check::positive("mesh stiffness at the start", u[STIFFNESS])?;
+        let deflection = u[WIDTH] + u[LOAD] / (u[RADIUS] * stiffness);
         // q = q2 + e/r_b2 is at rest, so q2' takes up the rate of the error, as in the model of one degree of freedom.
         let stretch = u[RADIUS_RATE] / u[RADIUS];
         let q2 = -(deflection + u[ERROR]) / u[RADIUS];

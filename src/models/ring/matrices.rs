@@ -141,11 +141,12 @@ impl<N: Nonlinearity> Ring<N> {
 }
 
 /// The mean of an excitation over its period, between its edges by Gauss panels.
-fn mean(excitation: &dyn Excitation, period: f64) -> f64 {
+pub(super) fn mean(excitation: &dyn Excitation, period: f64) -> f64 {
     const PANELS: usize = 64;
     let (mut sum, mut t) = (0.0, 0.0);
     while t < period {
-        let end = excitation.next_edge(t).map_or(period, |edge| edge.min(period));
+        // An edge that does not lie ahead would never be passed.
+        let end = excitation.next_edge(t).filter(|edge| *edge > t).map_or(period, |edge| edge.min(period));
         for i in 0..PANELS {
             let h = (end - t) / PANELS as f64;
             let middle = t + (i as f64 + 0.5) * h;

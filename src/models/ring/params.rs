@@ -1,7 +1,8 @@
 //! Parameters of the ring.
 
+use super::matrices::mean;
 use crate::error::{ParameterError, check};
-use crate::excitation::{Fourier, Repeats, Shared, shared};
+use crate::excitation::{Fourier, Shared, shared};
 use crate::mesh::Mesh;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use std::f64::consts::TAU;
@@ -116,11 +117,12 @@ impl<N: Nonlinearity> RingParams<N> {
             check::finite(format!("gears[{i}].load.torque"), gear.load.torque)?;
             gear.load.shaft.check(&format!("gears[{i}].load.shaft"))?;
         }
-        let period = TAU / check::positive("omega", self.omega)?;
+        let period = TAU / check::scale("omega", self.omega)?;
         for (i, mesh) in self.meshes.iter().enumerate() {
-            if !mesh.repeats().fits(period) && mesh.repeats() != Repeats::Always {
+            if !mesh.repeats().fits(period) {
                 return Err(ParameterError::NotPeriodic { name: format!("meshes[{i}]"), period });
             }
+            check::positive(format!("meshes[{i}]: mean stiffness"), mean(mesh.stiffness(), period))?;
         }
         Ok(())
     }
@@ -224,7 +226,10 @@ impl RingSet {
         }
         check::positive("rpm", self.rpm)?;
         check::positive("mesh_stiffness", self.mesh_stiffness)?;
+        check::finite("error", self.error)?;
+        check::all_finite("stiffness_harmonics", &self.stiffness_harmonics)?;
         check::length("phases", self.phases.len(), self.gears)?;
+        check::all_finite("phases", &self.phases)?;
         let omega = self.omega();
         let wave: Vec<_> = self.stiffness_harmonics.iter().map(|a| [self.mesh_stiffness * a, 0.0]).collect();
         let stiffness = Fourier::new(self.mesh_stiffness, &wave, omega)?;

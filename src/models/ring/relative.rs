@@ -56,9 +56,13 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     }
 
     /// Relative coordinates and their rates over τ of a state in angles.
+    ///
+    /// # Panics
+    /// If the state is not one of this ring.
     pub fn of(&self, state: &State) -> (Vec<f64>, Vec<f64>) {
         let b = self.ring.mesh_matrix();
         let units = self.units();
+        assert_eq!((state.q.len(), state.v.len()), (units.len(), units.len()), "a state of another model");
         let errors = self.errors(state.t);
         let row = |x: &[f64], i: usize| (0..x.len()).map(|j| b[(i, j)] * x[j]).sum::<f64>();
         let error = |i: usize| {

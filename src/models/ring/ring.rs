@@ -48,6 +48,8 @@ pub struct Ring<N = Backlash> {
     rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
+    /// 1/Σ r_j² J_j.
+    per_inertia: f64,
 }
 
 // Drives of a mesh: shapes of phase.
@@ -90,7 +92,9 @@ impl<N: Nonlinearity> Ring<N> {
         let meshes = &params.meshes;
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
-        Ok(Ring { params: params.clone(), frame: Frame::Inertial, rigid, same })
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0 };
+        ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
+        Ok(ring)
     }
 
     /// The same ring in another frame.
@@ -126,16 +130,23 @@ impl<N: Nonlinearity> Ring<N> {
     }
     /// α = Σ r_j T_j/Σ r_j² J_j [rad/s²]: what the imbalance does to the whole ring.
     pub fn rigid_acceleration(&self) -> f64 {
-        let inertia: f64 = self.rigid.iter().zip(self.inertias()).map(|(r, j)| r * r * j).sum();
-        self.torque_imbalance() / inertia
+        self.torque_imbalance() * self.per_inertia
     }
 
     /// Drive slot of the damping of a mesh [N s/m], for [`Held`](crate::Held).
+    ///
+    /// # Panics
+    /// If the ring has no such mesh; the first one is 0.
     pub fn damping_slot(&self, mesh: usize) -> usize {
+        assert!(mesh < self.gears(), "mesh {mesh} of a ring of {}", self.gears());
         self.phases() + 2 + mesh
     }
     /// Drive slots of the lower and upper edge of a mesh `[m]`.
+    ///
+    /// # Panics
+    /// If the ring has no such mesh; the first one is 0.
     pub fn clearance_slots(&self, mesh: usize) -> [usize; 2] {
+        assert!(mesh < self.gears(), "mesh {mesh} of a ring of {}", self.gears());
         [STRIDE * mesh + LOWER, STRIDE * mesh + UPPER]
     }
     /// Drive slot of the motor torque [N m].
@@ -143,7 +154,11 @@ impl<N: Nonlinearity> Ring<N> {
         self.phases() + 1
     }
     /// Drive slot of the load torque of a gear [N m].
+    ///
+    /// # Panics
+    /// If the ring has no such gear; the first one is 0.
     pub fn load_torque_slot(&self, gear: usize) -> usize {
+        assert!(gear < self.gears(), "gear {gear} of a ring of {}", self.gears());
         self.phases() + 2 + self.gears() + gear
     }
 
@@ -197,8 +212,9 @@ impl<N: Nonlinearity> Generic for Ring<N> {
         }
         if self.frame == Frame::Rigid {
             let alpha = self.rigid_acceleration_of(u);
-            for (a, r) in a.iter_mut().zip(&self.rigid) {
-                *a = *a - alpha * *r;
+            let rigid = &self.rigid[..2 * n + 1];
+            for j in 0..2 * n + 1 {
+                a[j] = a[j] - alpha * rigid[j];
             }
         }
     }
@@ -219,10 +235,13 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             u[2 + n + i] = self.params.gears[i].load.torque;
         }
     }
-    /// Rings that are copies of one another up to torques, damping and speed: the same shared excitations would be needed to tell more.
+    /// Rings that are copies of one another, their excitations shared, up to torques and damping.
     fn shares_lanes_with(&self, other: &Self) -> bool {
         let same_mesh = |(a, b): (&crate::mesh::Mesh<N>, &crate::mesh::Mesh<N>)| {
-            Arc::ptr_eq(&a.stiffness, &b.stiffness) && Arc::ptr_eq(&a.error, &b.error) && a.contact_damping == b.contact_damping
+            Arc::ptr_eq(&a.stiffness, &b.stiffness)
+                && Arc::ptr_eq(&a.error, &b.error)
+                && a.contact_damping == b.contact_damping
+                && a.law.same_as(&b.law)
         };
         self.frame == other.frame
             && self.rigid == other.rigid
@@ -245,13 +264,10 @@ impl<N: Nonlinearity> Ring<N> {
     fn rigid_acceleration_of<S: Scalar>(&self, u: &[S]) -> S {
         let n = self.params.gears.len();
         let mut torque = u[STRIDE * n + 1];
-        let mut inertia = self.params.motor.inertia;
         for i in 0..n {
-            let (r, gear) = (self.rigid[1 + 2 * i], &self.params.gears[i]);
-            torque = torque - u[STRIDE * n + 2 + n + i] * r;
-            inertia += r * r * (gear.inertia + gear.load.inertia);
+            torque = torque - u[STRIDE * n + 2 + n + i] * self.rigid[1 + 2 * i];
         }
-        torque * (1.0 / inertia)
+        torque * self.per_inertia
     }
 
     /// The drives that repeat, at time t.
