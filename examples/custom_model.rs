@@ -1,6 +1,4 @@
 //! A model, a nonlinearity and an excitation of one's own: an idler that rattles under a torque ripple.
-//!
-//! `cargo run --release --example custom_model`
 mod support;
 use gear_dynamics::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
@@ -47,15 +45,12 @@ fn main() -> Outcome<()> {
         let (mut rattle, mut statistics) = (Rattle::new(&idler), Statistics::new(&idler, &["deflection"])?);
         solver.run(&idler, &steady, 400.0, &mut (&mut rattle, &mut statistics))?;
         let (contact, d) = (rattle.contact(0), statistics.summary("deflection")?.peak_to_peak());
-        println!(
-            "frequency {omega}: {:10} peak-to-peak {d:.4}, apart {:.1}%",
-            contact.state().to_string(),
-            100.0 * contact.loss_fraction()
-        );
-        csv.row(&[&omega, &contact.state(), &d, &contact.loss_fraction()])?;
+        let (state, apart) = (contact.state(), contact.loss_fraction());
+        println!("frequency {omega}: {state}, peak-to-peak {d:.4}, apart {:.1}%", 100.0 * apart);
+        csv.row(&[&omega, &state, &d, &apart])?;
         let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800))?;
-        panel =
-            panel.with(format!("ω = {omega}"), Mark::Line, run.times().iter().copied().zip(run.channel(&idler, "deflection")?).collect());
+        let curve = run.times().iter().copied().zip(run.channel(&idler, "deflection")?);
+        panel = panel.with(format!("ω = {omega}"), Mark::Line, curve.collect());
     }
     figure(folder.join("deflection.svg"), 1, &[panel])
 }

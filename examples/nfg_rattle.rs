@@ -103,6 +103,11 @@ fn main() -> Outcome<()> {
         figure(folder.join(format!("fig8_10_{name}.svg")), 3, &panels)?;
     }
 
+    println!(
+        "\nThe paper's thresholds are those of a harmonic balance cut off at 15 unknowns; these are the equations themselves. Where no period"
+    );
+    println!("is given, the figures are over {MEASURE} turns. More in docs/models.md and docs/errata.md.");
+
     println!("\nFig. 11: speed sweep from the static start");
     let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
     let bar = progress("speed sweep", 2 * speeds.len());

@@ -90,6 +90,18 @@ pub enum Finding {
         /// Close to.
         t: f64,
     },
+    /// The typical state does not fit the model.
+    State {
+        /// Coordinates and velocities given.
+        given: [usize; 2],
+        /// Degrees of freedom.
+        dof: usize,
+    },
+    /// A period that is not positive and finite.
+    BadPeriod {
+        /// What it was.
+        period: f64,
+    },
     /// A drive does not repeat with the period.
     Period {
         /// Which drive.
@@ -136,6 +148,9 @@ fn differ(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
 /// Drives against their edges, Jacobian against differences, pieces and contacts against the acceleration. An empty list is good news.
 pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
     let mut findings = Vec::new();
+    if (typical.q.len(), typical.v.len()) != (model.dof(), model.dof()) {
+        return vec![Finding::State { given: [typical.q.len(), typical.v.len()], dof: model.dof() }];
+    }
     let mut at = Point::new(model, typical);
     at.finite(&mut findings);
     if findings.is_empty() {
@@ -151,6 +166,13 @@ pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Finding
 /// The same, and the drives against the period.
 pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
     let mut findings = check_model(model, typical);
+    if findings.iter().any(|f| matches!(f, Finding::State { .. })) {
+        return findings;
+    }
+    if !(model.period() > 0.0 && model.period().is_finite()) {
+        findings.push(Finding::BadPeriod { period: model.period() });
+        return findings;
+    }
     let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
     // The golden section visits the period evenly and avoids its edges.
     for i in 1..=16 {
@@ -169,6 +191,9 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<F
 /// The same, and the generic form against the plain one.
 pub fn check_generic<M: Generic + Periodic>(model: &M, typical: &State) -> Vec<Finding> {
     let mut findings = check_periodic(model, typical);
+    if findings.iter().any(|f| matches!(f, Finding::State { .. } | Finding::BadPeriod { .. })) {
+        return findings;
+    }
     let n = model.dof();
     let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
     let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
@@ -281,28 +306,36 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         }
     }
 
-    /// d(deflection)/dt and d(edge)/dt along q' = v by central differences in time.
+    /// d(deflection)/dt and d(edge)/dt along q' = v by central differences in time. The time scale of the drives is not known, so several
+    /// steps are tried, and a rate is wrong only if all of them contradict it.
     fn contact_rates(&mut self, findings: &mut Vec<Finding>) {
         let mut probe = Probe::new(self.model);
         let here: Vec<Contact> = probe.read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v).to_vec();
-        let h = 1e-6 * if self.state.v.iter().any(|v| *v != 0.0) { self.size[0] / self.size[1] } else { 1.0 };
+        let still = self.state.v.iter().all(|v| *v == 0.0);
+        let longest = 1e-4 * if still { 1.0 } else { (self.size[0] / self.size[1]).min(1.0) };
         let mut moved = |h: f64| {
             let q: Vec<f64> = self.state.q.iter().zip(&self.state.v).map(|(q, v)| q + h * v).collect();
             probe.read_contacts(self.state.t + h, Side::After, &q, &self.state.v).to_vec()
         };
-        let (plus, minus) = (moved(h), moved(-h));
+        let steps: Vec<f64> = (0..8).map(|i| longest * 0.1f64.powi(i)).filter(|h| self.state.t + h > self.state.t).collect();
+        let sides: Vec<_> = steps.iter().map(|h| (*h, moved(*h), moved(-*h))).collect();
         for (contact, c) in here.iter().enumerate() {
-            let (p, m) = (&plus[contact], &minus[contact]);
-            let rate = |a: f64, b: f64| (a - b) / (2.0 * h);
-            let rounding = 1e-9 * c.deflection.abs() / h;
-            let differences = rate(p.deflection, m.deflection);
-            if differ(c.rate, differences, rounding, ROUGH) {
+            let wrong = |given: f64, of: &dyn Fn(&Contact) -> f64| {
+                let differences = |(h, p, m): &(f64, Vec<Contact>, Vec<Contact>)| (of(&p[contact]) - of(&m[contact])) / (2.0 * h);
+                let contradicts = |side: &(f64, Vec<Contact>, Vec<Contact>)| {
+                    let rounding = 16.0 * f64::EPSILON * (of(c).abs() + given.abs() * self.state.t.abs()) / side.0;
+                    let (found, apart) = (differences(side), (given - differences(side)).abs());
+                    apart.is_nan() || apart > ROUGH * given.abs().max(found.abs()) + rounding
+                };
+                (of(c).is_finite() && sides.iter().all(contradicts)).then(|| sides.first().map_or(f64::NAN, differences))
+            };
+            if let Some(differences) = wrong(c.rate, &|c| c.deflection) {
                 findings.push(Finding::ContactRate { contact, given: c.rate, differences });
             }
-            for (given, a, b) in [(c.lower_rate, p.lower, m.lower), (c.upper_rate, p.upper, m.upper)] {
-                if a.is_finite() && differ(given, rate(a, b), rounding + 1e-9 * a.abs() / h, ROUGH) {
-                    findings.push(Finding::EdgeRate { contact, given, differences: rate(a, b) });
-                }
+            for (given, differences) in
+                [(c.lower_rate, wrong(c.lower_rate, &|c| c.lower)), (c.upper_rate, wrong(c.upper_rate, &|c| c.upper))]
+            {
+                findings.extend(differences.map(|differences| Finding::EdgeRate { contact, given, differences }));
             }
         }
     }

@@ -20,7 +20,7 @@ pub enum ContactDamping {
     InContact,
 }
 
-/// W = C d' + K(t) f(d), d the deflection less the error e(t).   Source: Yao 2020, Eq. (1), with the dots it lacks.
+/// What a [`Ring`](crate::Ring) is made of: W = C d' + K(t) f(d), d the deflection less the error e(t).   Source: Yao 2020, Eq. (1), with the dots it lacks.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, Constant, Fourier, Mesh, shared};

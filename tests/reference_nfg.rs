@@ -54,8 +54,8 @@ struct Orbit {
 const SAMPLES: usize = 8192;
 
 fn orbit(pair: &NfgPair) -> Orbit {
-    let solver = Dop853::new().rtol(1e-11).atol_each(&[1e-17, 1e-18]);
-    let steady = Settle::new().tolerance(1e-10).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
+    let solver = Dop853::new().rtol(1e-12).atol_each(&[1e-17, 1e-18]);
+    let steady = Settle::new().tolerance(1e-9).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
     let span = steady.period_multiple as f64 * pair.period();
     let end = steady.state.t + span;
     let mut rattle = Rattle::new(pair);

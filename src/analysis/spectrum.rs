@@ -64,6 +64,8 @@ pub struct Spectrum {
 
 impl Spectrum {
     /// Of uniform samples `spacing` apart `[s]`; lines at k/(n spacing) up to half the sampling rate.
+    /// A channel that jumps (a mesh force under a rectangular stiffness) aliases: sample finely, and take its mean from
+    /// [`Statistics`](crate::Statistics).
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {

@@ -41,7 +41,8 @@ impl RectangularWave {
         })
     }
 
-    /// The duty is the contact ratio less its whole part: 0.52 of the period with two pairs for a contact ratio of 1.52.
+    /// The duty is the contact ratio less its whole part: 0.52 of the period with two pairs for a contact ratio of 1.52. `low` is the stiffness
+    /// of the whole part of the ratio, so a contact ratio of 2 is constant at `low`, that of two pairs.
     pub fn from_contact_ratio(contact_ratio: f64, low: f64, high: f64, period: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
         if check::finite(name, contact_ratio)? < 1.0 {

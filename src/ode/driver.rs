@@ -53,7 +53,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
         if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
             let underflow = IntegrateError::StepUnderflow { t: run.e.t, h: aim - run.e.t };
-            return Err(if run.retreats > 0 { not_finite(&run.e) } else { underflow });
+            return Err(if run.retreats > 0 { not_finite::<T, M, V>(&run.e) } else { underflow });
         }
         run.e.aim(aim);
         run.e.attempt::<T, LOCATE>();
@@ -143,13 +143,13 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     #[inline(always)]
     fn stands<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
         if !T::ADAPTIVE {
-            return if self.e.finite() { Ok(true) } else { Err(not_finite(&self.e)) };
+            return if self.e.finite() { Ok(true) } else { Err(not_finite::<T, M, V>(&self.e)) };
         }
         let (error, made, pace) = (T::error(&self.e), self.e.h(), &mut self.pace);
         if !(error.is_finite() && self.e.finite()) {
             self.retreats += 1;
             pace.h = pace.controller.retreat(made);
-            return if self.retreats > RETREATS { Err(not_finite(&self.e)) } else { Ok(false) };
+            return if self.retreats > RETREATS { Err(not_finite::<T, M, V>(&self.e)) } else { Ok(false) };
         }
         self.retreats = 0;
         let (proposed, stands) = pace.controller.next(made, error);
@@ -258,8 +258,12 @@ fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
     e.model.accel_on_pieces(&e.pieces, &u, q, v, &mut a)
 }
 
-fn not_finite<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
-    IntegrateError::NotFinite { t: e.t, component: e.y1.slice().iter().position(|y| !y.is_finite()).unwrap_or(0) }
+/// Which component was the first that is not a number: in the order of the stages, then of the result.
+fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
+    let n = e.model.dof();
+    let stages = e.k[..T::SLOTS].iter().flat_map(|k| k.slice()[n..].iter().position(|a| !a.is_finite()).map(|i| n + i));
+    let component = stages.chain(e.y1.slice().iter().position(|y| !y.is_finite())).next().unwrap_or(0);
+    IntegrateError::NotFinite { t: e.t, component }
 }
 
 /// Re-steps to an edge at θ of the step. With pieces held the trajectory is smooth past the edge and once is enough, unless the

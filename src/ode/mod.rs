@@ -204,11 +204,11 @@ pub enum IntegrateError {
     #[error("start: {0}")]
     Start(#[from] ParameterError),
     /// The model gave a NaN or an infinity, or the trajectory grew beyond all bounds.
-    #[error("component {component} of the state or its derivative is not finite after t = {t}")]
+    #[error("component {component} of (coordinates, velocities) or its derivative is not finite after t = {t}; components count from 0")]
     NotFinite {
         /// The last good time.
         t: f64,
-        /// Place in (coordinates, velocities).
+        /// Place in (coordinates, velocities), from 0: `dof + i` when the acceleration of coordinate i is the first to fail.
         component: usize,
     },
     /// No step is short enough for the tolerance.

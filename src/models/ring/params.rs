@@ -205,7 +205,7 @@ impl RingSet {
     /// Set E: constant stiffness, a stiffer motor shaft, lighter loads, error 0.2 μm: it has the 325 Hz of the paper.
     pub fn e(gears: usize, rpm: f64) -> Self {
         RingSet {
-            load_inertia: 5.932_963_636_363_637e-4,
+            load_inertia: 5.932_955_461_252_78e-4,
             motor_shaft: Shaft { stiffness: 24_912.829_742_967_06, damping: 0.026_029_677_824_478_948 },
             output_shaft: Shaft { stiffness: 24_912.829_742_967_06, damping: 0.013_338_326_741_706_2 },
             stiffness_harmonics: Vec::new(),
