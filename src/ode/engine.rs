@@ -140,19 +140,27 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        let mut stage = self.stage.lend();
-        combine(&mut stage, &self.y, &self.k, self.h, row);
-        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
-        self.stage.take_back(stage);
+        if V::LOCAL {
+            let mut stage = V::zeros(0);
+            combine(&mut stage, &self.y, &self.k, self.h, row);
+            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
+        } else {
+            combine(&mut self.stage, &self.y, &self.k, self.h, row);
+            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
+        }
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        let mut stage = self.stage.lend();
-        combine(&mut stage, &self.y, &self.k, self.h, row);
-        derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
-        self.stage.take_back(stage);
+        if V::LOCAL {
+            let mut stage = V::zeros(0);
+            combine(&mut stage, &self.y, &self.k, self.h, row);
+            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
+        } else {
+            combine(&mut self.stage, &self.y, &self.k, self.h, row);
+            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
+        }
     }
 
     /// y1 = y0 + h Σ b k.
@@ -348,14 +356,22 @@ fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64
 /// (q', v') = (v, a).
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
-    let (q, v) = halves(y);
-    let mut f = out.lend();
-    let (velocity, a) = f.slice_mut().split_at_mut(q.len());
+    if V::LOCAL {
+        let mut f = V::zeros(0);
+        evaluate::<M, HELD>(model, pieces, u, halves(y), f.slice_mut());
+        *out = f;
+    } else {
+        evaluate::<M, HELD>(model, pieces, u, halves(y), out.slice_mut());
+    }
+}
+
+#[inline(always)]
+fn evaluate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], (q, v): (&[f64], &[f64]), out: &mut [f64]) {
+    let (velocity, a) = out.split_at_mut(q.len());
     velocity.copy_from_slice(v);
     if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {
         model.accel(u, q, v, a);
     }
-    *out = f;
 }

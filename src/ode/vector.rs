@@ -8,15 +8,15 @@ pub trait Vector: Clone {
     fn slice(&self) -> &[f64];
     /// Its components, to be written.
     fn slice_mut(&mut self) -> &mut [f64];
-    /// Something to write its new components to: an array is a local, which stays in registers; a vector is itself.
-    fn lend(&mut self) -> Self;
-    /// Takes back scratch that was lent: a local is forgotten.
-    fn take_back(&mut self, lent: Self);
+    /// Whether a local of this type stays in registers.
+    const LOCAL: bool;
     /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 }
 
 impl<const L: usize> Vector for [f64; L] {
+    const LOCAL: bool = true;
+
     fn zeros(_: usize) -> Self {
         [0.0; L]
     }
@@ -29,18 +29,14 @@ impl<const L: usize> Vector for [f64; L] {
         self
     }
     #[inline(always)]
-    fn lend(&mut self) -> Self {
-        [0.0; L]
-    }
-    #[inline(always)]
-    fn take_back(&mut self, _: Self) {}
-    #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
         *to = *from;
     }
 }
 
 impl Vector for Vec<f64> {
+    const LOCAL: bool = false;
+
     fn zeros(len: usize) -> Self {
         vec![0.0; len]
     }
@@ -51,14 +47,6 @@ impl Vector for Vec<f64> {
     #[inline(always)]
     fn slice_mut(&mut self) -> &mut [f64] {
         self
-    }
-    #[inline(always)]
-    fn lend(&mut self) -> Self {
-        std::mem::take(self)
-    }
-    #[inline(always)]
-    fn take_back(&mut self, lent: Self) {
-        *self = lent;
     }
     #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
