@@ -1,0 +1,131 @@
+//! What a check may find.
+
+/// Something that does not fit together in a model.
+///
+/// ```
+/// use gear_dynamics::{Finding, Model, State, check_model};
+/// struct Wrong;
+/// impl Model for Wrong {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+///     fn jacobian(&self, _: &[f64], _: &[f64], _: &[f64], out: &mut gear_dynamics::Jacobian) -> bool {
+///         out.q[(0, 0)] = 1.0; // the sign is wrong
+///         true
+///     }
+/// }
+/// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
+/// assert_eq!(findings.len(), 1);
+/// assert!(matches!(findings[0], Finding::Jacobian { row: 0, column: 0, .. }));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// A drive or an acceleration that is not a number.
+    NotFinite {
+        /// What it is.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// When.
+        t: f64,
+    },
+    /// An entry of the Jacobian that differences contradict; columns are coordinates, then velocities.
+    Jacobian {
+        /// Row.
+        row: usize,
+        /// Column.
+        column: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// The acceleration on the pieces where the contacts stand differs from the acceleration itself.
+    Pieces {
+        /// Component.
+        component: usize,
+        /// With pieces held.
+        held: f64,
+        /// Without.
+        free: f64,
+    },
+    /// The rate of a contact is not the derivative of its deflection along the motion.
+    ContactRate {
+        /// Which contact.
+        contact: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// An edge of a contact moves otherwise than its rate says.
+    EdgeRate {
+        /// Which contact.
+        contact: usize,
+        /// What the model says.
+        given: f64,
+        /// What differences say.
+        differences: f64,
+    },
+    /// The acceleration bends at a deflection where the contact has no edge, or not where it has one.
+    Kink {
+        /// Which contact.
+        contact: usize,
+        /// The deflection at the edge that was looked at.
+        edge: f64,
+    },
+    /// An edge of the drives that does not lie ahead.
+    EdgeBehind {
+        /// Asked at.
+        t: f64,
+        /// The answer.
+        edge: f64,
+    },
+    /// A drive jumps where no edge is announced.
+    UnannouncedJump {
+        /// Which drive.
+        drive: usize,
+        /// Close to.
+        t: f64,
+    },
+    /// The typical state does not fit the model.
+    State {
+        /// Coordinates and velocities given.
+        given: [usize; 2],
+        /// Degrees of freedom.
+        dof: usize,
+    },
+    /// A period that is not positive and finite.
+    BadPeriod {
+        /// What it was.
+        period: f64,
+    },
+    /// A drive does not repeat with the period.
+    Period {
+        /// Which drive.
+        drive: usize,
+        /// At this time.
+        t: f64,
+        /// Its value there.
+        first: f64,
+        /// A period later.
+        second: f64,
+    },
+    /// The generic acceleration differs from the plain one.
+    Generic {
+        /// Component.
+        component: usize,
+        /// On f64 through the generic form.
+        generic: f64,
+        /// Plain.
+        plain: f64,
+    },
+    /// The drives split for tables differ from the plain ones.
+    Split {
+        /// Which drive.
+        drive: usize,
+        /// From phase and constants.
+        split: f64,
+        /// Plain.
+        plain: f64,
+    },
+}
