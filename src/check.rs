@@ -136,7 +136,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
     fn jacobian(&mut self, findings: &mut Vec<Finding>) {
         let n = self.model.dof();
         let mut given = Jacobian::new(n);
-        if !self.model.jacobian(&self.u, &self.state.q, &self.state.v, &mut given) {
+        if !self.model.jacobian(None, &self.u, &self.state.q, &self.state.v, &mut given) {
             return;
         }
         for column in 0..2 * n {

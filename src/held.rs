@@ -289,8 +289,8 @@ impl<M: Model> Model for Held<M> {
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.model.accel_on_pieces(pieces, u, q, v, a)
     }
-    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        self.model.jacobian(u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        self.model.jacobian(pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
         self.model.channels()

@@ -166,9 +166,10 @@ pub trait Model {
         let _ = (pieces, u, q, v, a);
         false
     }
-    /// ∂a/∂q and ∂a/∂v. `false`: not offered, differences are used.
-    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        let _ = (u, q, v, out);
+    /// ∂a/∂q and ∂a/∂v, of the laws as they are or with every contact held on a given piece. `false`: not offered, differences are
+    /// used.
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        let _ = (pieces, u, q, v, out);
         false
     }
 
@@ -291,21 +292,42 @@ impl<S: Scalar> Law<S> for OnPieces<'_> {
 }
 
 /// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`].
-pub fn dual_jacobian<M: Generic>(model: &M, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    match pieces {
+        None => slopes(model, &AsIs, u, q, v, out),
+        Some(pieces) => slopes(model, &OnPieces(pieces), u, q, v, out),
+    }
+    true
+}
+
+/// Numbers that fit on the stack: Jacobians of small models allocate nothing.
+const SMALL: usize = 32;
+
+fn slopes<M: Generic, L: Law<Dual>>(model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
     let n = model.dof();
-    let u: Vec<Dual> = u.iter().map(|&x| x.into()).collect();
-    let mut y: Vec<Dual> = q.iter().chain(v).map(|&x| x.into()).collect();
-    let mut a = vec![Dual::from(0.0); n];
+    let needed = u.len() + 3 * n;
+    let (mut small, mut large);
+    let numbers = if needed <= SMALL {
+        small = [Dual::from(0.0); SMALL];
+        &mut small[..needed]
+    } else {
+        large = vec![Dual::from(0.0); needed];
+        &mut large[..]
+    };
+    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
+        *number = x.into();
+    }
+    let (u, rest) = numbers.split_at_mut(u.len());
+    let (y, a) = rest.split_at_mut(2 * n);
     for j in 0..2 * n {
         y[j].slope = 1.0;
-        model.accel_on(&AsIs, &u, &y[..n], &y[n..], &mut a);
+        model.accel_on(law, u, &y[..n], &y[n..], a);
         y[j].slope = 0.0;
         let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
         for (i, a) in a.iter().enumerate() {
             half[(i, column)] = a.slope;
         }
     }
-    true
 }
 
 /// A time with coordinates and velocities.

@@ -8,7 +8,7 @@
 /// impl Model for Wrong {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-///     fn jacobian(&self, _: &[f64], _: &[f64], _: &[f64], out: &mut gear_dynamics::Jacobian) -> bool {
+///     fn jacobian(&self, _: Option<&[gear_dynamics::Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut gear_dynamics::Jacobian) -> bool {
 ///         out.q[(0, 0)] = 1.0; // the sign is wrong
 ///         true
 ///     }

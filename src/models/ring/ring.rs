@@ -334,8 +334,8 @@ impl<N: Nonlinearity> Model for Ring<N> {
         self.accel_on(&OnPieces(pieces), u, q, v, a);
         true
     }
-    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        dual_jacobian(self, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        dual_jacobian(self, pieces, u, q, v, out)
     }
     /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
     /// where the 5.9 and 5.5 kN of the paper come from.

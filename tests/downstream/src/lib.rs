@@ -126,8 +126,8 @@ impl Model for Knock {
         self.accel_on(&OnPieces(pieces), u, q, v, a);
         true
     }
-    fn jacobian(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        dual_jacobian(self, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        dual_jacobian(self, pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("power of the kick", "W")]
