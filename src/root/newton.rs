@@ -1,0 +1,130 @@
+//! Newton's method, damped by the natural monotonicity test.
+
+use super::{Factors, Residual, Root, RootError, check_setting, jacobian_of, largest};
+
+/// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
+/// equations can mislead. While corrections shrink twentyfold the factors are kept.
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2 and 3.3.
+///
+/// ```
+/// use gear_dynamics::{Equations, Newton};
+/// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[3.0])?; // undamped it diverges
+/// assert!(root.x[0].abs() < 1e-12);
+/// # Ok::<(), gear_dynamics::RootError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Newton {
+    tolerance: f64,
+    max_iterations: usize,
+    least_damping: f64,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Newton::new()
+    }
+}
+
+/// A correction this many times smaller than the one before keeps the factors.
+const FAST: f64 = 0.05;
+
+impl Newton {
+    /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.
+    pub fn new() -> Self {
+        Newton { tolerance: 1e-10, max_iterations: 50, least_damping: 1e-4 }
+    }
+    /// The size of the last correction, as a share of the largest unknown met on the way.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Newton { tolerance, ..self }
+    }
+    /// The limit on iterations.
+    pub fn max_iterations(self, max_iterations: usize) -> Self {
+        Newton { max_iterations, ..self }
+    }
+    /// The shortest share λ of a correction that is tried.
+    pub fn least_damping(self, least_damping: f64) -> Self {
+        Newton { least_damping, ..self }
+    }
+
+    /// Solves from a guess.
+    ///
+    /// # Errors
+    /// [`RootError`], with the last iterate.
+    pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
+        check_setting("tolerance", self.tolerance)?;
+        check_setting("least damping", self.least_damping)?;
+        let n = equations.size();
+        let mut r = vec![0.0; n];
+        let mut root = Root::start(equations, guess, &mut r)?;
+        let mut matrix = equations.matrix();
+        let mut scale = largest(guess);
+        let (mut x, mut step, mut next) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let mut factors: Option<Factors> = None;
+        while root.iterations < self.max_iterations {
+            let kept = match factors.take() {
+                // The next correction is known already.
+                Some(kept) => kept,
+                None => {
+                    jacobian_of(equations, &root.x, &mut matrix);
+                    let fresh = match Factors::new(&matrix) {
+                        Ok(fresh) => fresh,
+                        Err(floating) => return Err(root.singular(floating)),
+                    };
+                    step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
+                    fresh.solve(&mut step);
+                    fresh
+                }
+            };
+            let size = largest(&step);
+            if !size.is_finite() {
+                let unknown = step.iter().position(|s| !s.is_finite()).unwrap_or(0);
+                return Err(root.singular(super::Floating(unknown)));
+            }
+            let mut damping = 1.0;
+            let contraction = loop {
+                x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
+                equations.residual(&x, &mut next);
+                root.evaluations += 1;
+                let residual = largest(&next);
+                if residual.is_finite() {
+                    r.copy_from_slice(&next);
+                    next.iter_mut().for_each(|r| *r = -*r);
+                    kept.solve(&mut next);
+                    scale = scale.max(largest(&x));
+                    // A correction within the tolerance needs no further test.
+                    if damping == 1.0 && size <= self.tolerance * scale {
+                        root.step_to(&x, residual);
+                        return Ok(root);
+                    }
+                    let contraction = largest(&next) / size;
+                    if contraction <= 1.0 - 0.25 * damping {
+                        root.step_to(&x, residual);
+                        break contraction;
+                    }
+                    let bent = next.iter().zip(&step).fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
+                    damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
+                } else {
+                    damping *= 0.5;
+                }
+                if damping.is_nan() || damping < self.least_damping {
+                    return Err(root.not_converged());
+                }
+            };
+            if damping == 1.0 {
+                // `next` is the simplified correction, and its size bounds the error.
+                if contraction * size <= self.tolerance * scale {
+                    x.iter_mut().zip(&next).for_each(|(x, s)| *x += s);
+                    equations.residual(&x, &mut r);
+                    root.evaluations += 1;
+                    root.step_to(&x, largest(&r));
+                    return Ok(root);
+                }
+                if contraction <= FAST {
+                    step.copy_from_slice(&next);
+                    factors = Some(kept);
+                }
+            }
+        }
+        Err(root.not_converged())
+    }
+}
