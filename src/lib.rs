@@ -31,6 +31,7 @@
 //! | background | [`guide`] |
 
 mod analysis;
+mod balance;
 mod channel;
 mod check;
 mod error;
@@ -47,6 +48,7 @@ mod scalar;
 pub use analysis::{
     ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Window, strobe,
 };
+pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
 pub use error::ParameterError;

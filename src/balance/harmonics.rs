@@ -37,7 +37,9 @@ impl Harmonics {
             return Err(ParameterError::Empty { name: "orders".into(), least: 1 });
         }
         match orders.windows(2).find(|w| w[0] == w[1]) {
-            Some(twice) => Err(ParameterError::OutOfRange { name: "repeated order".into(), value: twice[0] as f64, allowed: "the list once" }),
+            Some(twice) => {
+                Err(ParameterError::OutOfRange { name: "repeated order".into(), value: twice[0] as f64, allowed: "the list once" })
+            }
             None => Ok(Harmonics { orders, periods: 1 }),
         }
     }
@@ -105,11 +107,7 @@ impl Harmonics {
         let highest = self.highest();
         let further = highest + (3 * highest).div_ceil(10).max(1);
         let full = self.orders.len() == highest + 1;
-        let orders = if full {
-            (0..=further).collect()
-        } else {
-            self.orders.iter().copied().chain(highest + 1..=further).collect()
-        };
+        let orders = if full { (0..=further).collect() } else { self.orders.iter().copied().chain(highest + 1..=further).collect() };
         Harmonics { orders, periods: self.periods }
     }
 }

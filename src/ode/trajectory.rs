@@ -31,7 +31,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    pub(super) fn empty(dof: usize, start: f64) -> Self {
+    pub(crate) fn empty(dof: usize, start: f64) -> Self {
         Trajectory { dof, start, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
     }
     pub(super) fn starting_at(start: &State) -> Self {
@@ -44,7 +44,7 @@ impl Trajectory {
         self.states.extend_from_slice(&state.q);
         self.states.extend_from_slice(&state.v);
     }
-    pub(super) fn push(&mut self, t: f64, y: &[f64]) {
+    pub(crate) fn push(&mut self, t: f64, y: &[f64]) {
         self.times.push(t);
         self.states.extend_from_slice(y);
     }

@@ -1,0 +1,149 @@
+//! What can go wrong with a balance, and what has to be known of one that went well.
+
+use super::{Integrals, Orbit};
+use crate::error::ParameterError;
+use crate::root::RootError;
+use thiserror::Error;
+
+/// Why no orbit is returned.
+///
+/// ```
+/// use gear_dynamics::{Balance, BalanceError, Harmonics, NfgPair, NfgParams, Orbit, Periodic};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let in_the_gap = Orbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]])?;
+/// let error = Balance::new(Harmonics::up_to(70)).solve(&pair, &in_the_gap).unwrap_err();
+/// assert!(matches!(error, BalanceError::StartInGap { contact: 0 }));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BalanceError {
+    /// A value that cannot be used.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A guess of another model.
+    #[error("the orbit has {found} coordinates: the model has {expected}")]
+    Coordinates {
+        /// Of the model.
+        expected: usize,
+        /// Of the orbit.
+        found: usize,
+    },
+    /// Samples that cannot tell the orders apart.
+    #[error("{samples} samples cannot hold order {highest}: more than {} are needed, and several times as many with contacts", 2 * highest)]
+    Samples {
+        /// M.
+        samples: usize,
+        /// The highest order.
+        highest: usize,
+    },
+    /// A way to integrate that this model does not offer.
+    #[error(
+        "{integrals:?} integrals are not to be had: closed ones need accelerations linear on held pieces and drives of few harmonics, \
+             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled; Exact chooses what fits"
+    )]
+    NotOffered {
+        /// What was asked for.
+        integrals: Integrals,
+    },
+    /// A start with the teeth apart.
+    #[error(
+        "contact {contact} stays in its gap at the start: there nothing restores the mean, and every mean is as good as any other; \
+             start on a flank, as Balance::linearised does"
+    )]
+    StartInGap {
+        /// Which contact.
+        contact: usize,
+    },
+    /// A coordinate that nothing holds.
+    #[error("the balance leaves coordinate {coordinate} free after {} iterations: no stiffness reaches it", last.iterations())]
+    Floating {
+        /// Which coordinate.
+        coordinate: usize,
+        /// The iterate.
+        last: Box<Orbit>,
+        /// Largest residual of every iterate.
+        history: Vec<f64>,
+    },
+    /// No convergence.
+    #[error("the balance did not converge in {} iterations: the largest residual is {}", last.iterations(), last.residual())]
+    NotConverged {
+        /// The last iterate, which is no orbit.
+        last: Box<Orbit>,
+        /// Largest residual of every iterate, the guess first.
+        history: Vec<f64>,
+    },
+    /// A model that gives no numbers.
+    #[error("the balance met a value that is not finite after {} iterations", last.iterations())]
+    NotFinite {
+        /// The last good iterate, or the guess.
+        last: Box<Orbit>,
+        /// Largest residual of every iterate.
+        history: Vec<f64>,
+    },
+    /// An accuracy that was not reached.
+    #[error("the accuracy {wanted} was not reached with orders up to {highest}: {reached} was")]
+    Accuracy {
+        /// As a share of the peak-to-peak.
+        wanted: f64,
+        /// The estimate at the end.
+        reached: f64,
+        /// The highest order tried.
+        highest: usize,
+        /// The best orbit, which converged but is not as good as wanted.
+        best: Box<Orbit>,
+    },
+    /// Settings of the root finder.
+    #[error(transparent)]
+    Root(RootError),
+}
+
+/// What has to be known of an orbit before it is believed.
+///
+/// ```
+/// use gear_dynamics::BalanceNote;
+/// let note = BalanceNote::Unresolved { highest: 65, needed: 656.0 };
+/// assert!(note.is_warning());
+/// assert!(note.to_string().contains("656"));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BalanceNote {
+    /// Warning: the fastest local natural frequency is not resolved; such orbits are off, and their branches carry folds that are not there.
+    Unresolved {
+        /// The highest order kept.
+        highest: usize,
+        /// 1.2 √(largest local stiffness)/ω.
+        needed: f64,
+    },
+    /// Warning: sampling moves the orbit.
+    Aliased {
+        /// M.
+        samples: usize,
+        /// The correction that exact integrals ask for, as a share of the peak-to-peak.
+        error: f64,
+    },
+    /// The model offers no Jacobian: differences were used, and convergence is not quadratic to the end.
+    Differences,
+}
+
+impl BalanceNote {
+    /// Whether it casts doubt on the orbit.
+    pub fn is_warning(&self) -> bool {
+        !matches!(self, BalanceNote::Differences)
+    }
+}
+
+impl std::fmt::Display for BalanceNote {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            BalanceNote::Unresolved { highest, needed } => {
+                write!(f, "orders up to {highest} do not resolve the fastest local natural frequency: {needed:.0} are needed")
+            }
+            BalanceNote::Aliased { samples, error } => {
+                write!(f, "{samples} samples move the orbit by {error:.1e} of its peak-to-peak")
+            }
+            BalanceNote::Differences => f.write_str("the model offers no Jacobian: differences were used"),
+        }
+    }
+}

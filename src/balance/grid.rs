@@ -1,0 +1,86 @@
+//! Drives and motion at M instants of one span.
+
+use super::Harmonics;
+use super::orbit::spread;
+use super::transform::Transform;
+use crate::model::{Periodic, Side};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// A model sampled at t_s = s pT/M.
+pub(super) struct Grid<'m, M: ?Sized> {
+    pub(super) model: &'m M,
+    harmonics: Harmonics,
+    span: f64,
+    /// M x drives.
+    u: Vec<f64>,
+    drives: usize,
+    /// q + i v of every coordinate at every instant.
+    pub(super) z: Vec<Vec<Complex64>>,
+    pub(super) transform: Transform,
+}
+
+impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
+    pub(super) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
+        let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
+        let mut u = vec![0.0; samples * drives];
+        // One period of drives serves all.
+        let distinct = if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
+        for s in 0..distinct {
+            model.drive(span * s as f64 / samples as f64, Side::After, &mut u[s * drives..(s + 1) * drives]);
+        }
+        for s in distinct..samples {
+            u.copy_within((s - distinct) * drives..(s - distinct + 1) * drives, s * drives);
+        }
+        Grid {
+            model,
+            harmonics: harmonics.clone(),
+            span,
+            u,
+            drives,
+            z: vec![vec![Complex64::ZERO; samples]; model.dof()],
+            transform: Transform::new(samples),
+        }
+    }
+
+    pub(super) fn samples(&self) -> usize {
+        self.z.first().map_or(0, Vec::len)
+    }
+    pub(super) fn dof(&self) -> usize {
+        self.z.len()
+    }
+    pub(super) fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    pub(super) fn span(&self) -> f64 {
+        self.span
+    }
+    pub(super) fn omega(&self) -> f64 {
+        TAU / self.span
+    }
+    /// Time between instants.
+    pub(super) fn step(&self) -> f64 {
+        self.span / self.samples() as f64
+    }
+
+    /// The motion of these coefficients.
+    pub(super) fn set(&mut self, coefficients: &[f64]) {
+        let (width, omega) = (self.harmonics.unknowns(), self.omega());
+        for (z, part) in self.z.iter_mut().zip(coefficients.chunks_exact(width)) {
+            spread(part, &self.harmonics, omega, z);
+            self.transform.synthesise(z);
+        }
+    }
+
+    #[inline]
+    pub(super) fn drives(&self, s: usize) -> &[f64] {
+        &self.u[s * self.drives..(s + 1) * self.drives]
+    }
+
+    #[inline]
+    pub(super) fn state(&self, s: usize, q: &mut [f64], v: &mut [f64]) {
+        for ((q, v), z) in q.iter_mut().zip(v).zip(&self.z) {
+            (*q, *v) = (z[s].re, z[s].im);
+        }
+    }
+}

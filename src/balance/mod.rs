@@ -1,0 +1,213 @@
+//! Harmonic balance: periodic orbits as Fourier series, with the proof of how good they are.
+
+mod assembly;
+mod closed;
+mod couplings;
+mod error;
+mod grid;
+mod harmonics;
+mod kinks;
+mod orbit;
+mod panels;
+mod proof;
+mod residual;
+mod spectra;
+mod stencil;
+mod switching;
+mod table;
+mod transform;
+mod truncated;
+
+pub use error::{BalanceError, BalanceNote};
+pub use harmonics::Harmonics;
+pub use orbit::{ContactHistory, Orbit};
+pub use proof::Proof;
+pub use residual::BalanceEquations;
+
+use crate::model::{Generic, Periodic, Piece};
+use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
+
+/// How the integrals of a balance are taken.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, Integrals, NfgPair, NfgParams, Piece};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let balance = Balance::new(Harmonics::up_to(70));
+/// let start = balance.linearised(&pair, Piece::Lower)?;
+/// assert_eq!(balance.equations(&pair, &start)?.integrals(), Integrals::Closed);
+/// # Ok::<(), gear_dynamics::BalanceError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrals {
+    /// Whichever of the exact ways suits the model: [`Closed`](Integrals::Closed) or [`Kinks`](Integrals::Kinks), panels where drives
+    /// jump or pieces cannot be held, samples where nothing switches.
+    #[default]
+    Exact,
+    /// Sampled at M uniform instants, as the second paper does: a dead zone then has a Jacobian that jumps, and folds that are not there.
+    Sampled {
+        /// M.
+        samples: usize,
+    },
+    /// In closed form between switching angles: accelerations linear on their pieces, drives of few harmonics.
+    Closed,
+    /// Samples corrected around every kink: any smooth pieces.
+    Kinks,
+    /// Gauss panels between switches and jumps of the drives: anything.
+    Panels,
+}
+
+/// Harmonic balance of a periodic model.
+///
+/// The coefficients z of q(t) = Σ_k c_k cos kωt + s_k sin kωt are sought for which q'' - a(u(t), q, q') has no component at the kept
+/// orders.   Source: Liu 2021, Eqs. (13)-(17), corrected; with exact switching it converges to the orbits of the equation itself.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Piece};
+/// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
+/// let balance = Balance::new(Harmonics::up_to(200));
+/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+/// assert!(orbit.residual() < 1e-9);
+/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
+/// # Ok::<(), gear_dynamics::BalanceError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Balance {
+    harmonics: Harmonics,
+    integrals: Integrals,
+    roots: Roots,
+}
+
+#[derive(Clone, Debug)]
+enum Roots {
+    Newton(Newton),
+    Broyden(Broyden),
+}
+
+impl Balance {
+    /// Exact integrals, Newton's method.
+    pub fn new(harmonics: Harmonics) -> Self {
+        Balance { harmonics, integrals: Integrals::Exact, roots: Roots::Newton(Newton::new()) }
+    }
+    /// How the integrals are taken.
+    pub fn integrals(self, integrals: Integrals) -> Self {
+        Balance { integrals, ..self }
+    }
+    /// Solve by Newton's method with these settings.
+    pub fn newton(self, newton: Newton) -> Self {
+        Balance { roots: Roots::Newton(newton), ..self }
+    }
+    /// Solve by Broyden's method with these settings.
+    pub fn broyden(self, broyden: Broyden) -> Self {
+        Balance { roots: Roots::Broyden(broyden), ..self }
+    }
+    /// The harmonics.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    /// The same balance on other harmonics.
+    pub fn on(&self, harmonics: Harmonics) -> Self {
+        Balance { harmonics, ..self.clone() }
+    }
+
+    /// The equations, with unknowns scaled by the size of the coordinates of `near`.
+    ///
+    /// # Errors
+    /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
+    pub fn equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near)
+    }
+
+    /// The orbit with every contact held on one flank: where most searches start.
+    ///
+    /// # Errors
+    /// A linear system that is singular, as with contacts held in their gap.
+    pub fn linearised<M: Periodic + ?Sized>(&self, model: &M, flank: Piece) -> Result<Orbit, BalanceError> {
+        self.linearised_on(model, &vec![flank; model.contacts()])
+    }
+
+    /// The orbit with each contact held on a piece of its own.
+    ///
+    /// # Errors
+    /// A linear system that is singular.
+    pub fn linearised_on<M: Periodic + ?Sized>(&self, model: &M, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
+        crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        let width = self.harmonics.unknowns();
+        let rest =
+            Orbit::of(&self.harmonics, model.period() * self.harmonics.periods() as f64, vec![0.0; model.dof() * width], model.dof());
+        let mut equations = self.equations(model, &rest)?.held(pieces);
+        let x = equations.unknowns(&rest);
+        let root = Newton::new().solve(&mut equations, &x);
+        self.finish(&equations, root, pieces.iter().position(|&p| p == Piece::Gap))
+    }
+
+    /// Solves from a guess: a linearised or projected orbit, or that of a neighbouring model.
+    ///
+    /// # Errors
+    /// [`BalanceError`], with the last iterate where there is one.
+    pub fn solve<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+        self.solve_equations(self.equations(model, guess)?, guess)
+    }
+
+    /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in the second paper. The integrals
+    /// have to be sampled.
+    ///
+    /// # Errors
+    /// [`BalanceError`], with the last iterate where there is one.
+    pub fn solve_truncating_forces<M: Generic + Periodic>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+        if !matches!(self.integrals, Integrals::Sampled { .. }) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
+        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess)
+    }
+
+    fn solve_equations<M: Periodic + ?Sized>(&self, mut equations: BalanceEquations<'_, M>, guess: &Orbit) -> Result<Orbit, BalanceError> {
+        let x = equations.unknowns(guess);
+        if let Some(contact) = equations.floating_contact(&x) {
+            return Err(BalanceError::StartInGap { contact });
+        }
+        let root = match &self.roots {
+            Roots::Newton(newton) => newton.solve(&mut equations, &x),
+            Roots::Broyden(broyden) => broyden.solve(&mut equations, &x),
+        };
+        let mut orbit = self.finish(&equations, root, None)?;
+        orbit.notes.extend(proof::notes(&mut equations, &orbit));
+        Ok(orbit)
+    }
+
+    /// Good Broyden from the Jacobian of the orbit with every contact held on one flank.
+    ///
+    /// # Errors
+    /// As [`linearised`](Balance::linearised).
+    pub fn flank_jacobian<M: Periodic + ?Sized>(&self, model: &M, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+        let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
+        let mut matrix = equations.matrix();
+        let x = equations.unknowns(near);
+        equations.jacobian(&x, &mut matrix);
+        Ok(FirstJacobian::Given(matrix))
+    }
+
+    fn finish<M: Periodic + ?Sized>(
+        &self,
+        equations: &BalanceEquations<'_, M>,
+        root: Result<Root, RootError>,
+        held_in_gap: Option<usize>,
+    ) -> Result<Orbit, BalanceError> {
+        let orbit = |root: &Root| {
+            let mut orbit = equations.orbit(&root.x);
+            (orbit.iterations, orbit.evaluations, orbit.residual) = (root.iterations, root.evaluations, root.residual);
+            orbit.notes = equations.notes();
+            orbit
+        };
+        root.map(|root| orbit(&root)).map_err(|error| match error {
+            RootError::Singular { .. } if let Some(contact) = held_in_gap => BalanceError::StartInGap { contact },
+            RootError::Singular { unknown, last } => BalanceError::Floating {
+                coordinate: equations.layout.coordinate(unknown),
+                last: Box::new(orbit(&last)),
+                history: last.history,
+            },
+            RootError::NotConverged { last } => BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history },
+            RootError::NotFinite { last, .. } => BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history },
+            other => BalanceError::Root(other),
+        })
+    }
+}

@@ -1,0 +1,350 @@
+//! A periodic orbit as Fourier coefficients.
+
+use super::Harmonics;
+use super::stencil::Stencil;
+use super::switching::Switching;
+use super::transform::{Transform, unpack};
+use super::{BalanceNote, grid::Grid};
+use crate::analysis::ContactStatistics;
+use crate::error::{ParameterError, check};
+use crate::model::{Periodic, Piece, State};
+use crate::ode::{Failed, Integrator, Trajectory};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// A periodic orbit q_j(t) = Σ_k c_jk cos(k ω t) + s_jk sin(k ω t), with what is known of how good it is.
+///
+/// ```
+/// use gear_dynamics::{Harmonics, Orbit};
+/// let orbit = Orbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
+/// assert_eq!(orbit.amplitude(0, 1), 5.0);
+/// assert_eq!(orbit.state(0.0).q, [3.5]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Orbit {
+    harmonics: Harmonics,
+    span: f64,
+    coefficients: Vec<f64>,
+    pub(super) mean_acceleration: Vec<f64>,
+    pub(super) notes: Vec<BalanceNote>,
+    pub(super) iterations: usize,
+    pub(super) evaluations: usize,
+    pub(super) residual: f64,
+}
+
+impl Orbit {
+    /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
+    ///
+    /// # Errors
+    /// A span that is not positive, lists of the wrong length, numbers that are not finite.
+    pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
+        check::scale("span", span)?;
+        for (j, list) in coefficients.iter().enumerate() {
+            check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
+            check::all_finite(&format!("coefficients of coordinate {j}"), list)?;
+        }
+        Ok(Orbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
+    }
+
+    pub(super) fn of(harmonics: &Harmonics, span: f64, coefficients: Vec<f64>, dof: usize) -> Self {
+        Orbit {
+            harmonics: harmonics.clone(),
+            span,
+            coefficients,
+            mean_acceleration: vec![0.0; dof],
+            notes: Vec::new(),
+            iterations: 0,
+            evaluations: 0,
+            residual: f64::NAN,
+        }
+    }
+
+    /// Projects a run onto harmonics: one span is integrated from `start`, which has to lie on a settled orbit, and transformed.
+    ///
+    /// # Errors
+    /// [`Failed`] if the integration fails.
+    pub fn project<I: Integrator, M: Periodic + ?Sized>(
+        integrator: &I,
+        model: &M,
+        start: &State,
+        harmonics: &Harmonics,
+    ) -> Result<Self, Failed> {
+        let span = model.period() * harmonics.periods() as f64;
+        let (m, n) = (samples_for(harmonics.highest()), start.q.len());
+        let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
+        let run = integrator.sample(model, start, &times)?;
+        let mut transform = Transform::new(m);
+        let mut coefficients = vec![0.0; n * harmonics.unknowns()];
+        for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
+            let mut buffer: Vec<Complex64> = (0..m).map(|s| run.q(s)[j].into()).collect();
+            transform.analyse(&mut buffer);
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                // The run starts at some phase of the drives.
+                let turn = Complex64::cis(-TAU * (order as f64 * (start.t / span)).fract());
+                write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
+            }
+        }
+        Ok(Orbit::of(harmonics, span, coefficients, n))
+    }
+
+    /// The same orbit on other harmonics of the same base frequency: missing orders are zero, others are dropped.
+    pub fn on(&self, harmonics: &Harmonics) -> Self {
+        let n = self.dof();
+        let mut coefficients = vec![0.0; n * harmonics.unknowns()];
+        // Orders count 1/p of the model's frequency, and p may differ.
+        let (mine, theirs) = (self.harmonics.periods(), harmonics.periods());
+        for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                if order * mine % theirs == 0 {
+                    write(&mut part[harmonics.place(i)..], order, self.complex(j, order * mine / theirs));
+                }
+            }
+        }
+        Orbit {
+            mean_acceleration: self.mean_acceleration.clone(),
+            ..Orbit::of(harmonics, self.span / mine as f64 * theirs as f64, coefficients, n)
+        }
+    }
+
+    /// The harmonics.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    /// Number of coordinates.
+    pub fn dof(&self) -> usize {
+        self.mean_acceleration.len()
+    }
+    /// After what time it repeats: p periods of the model.
+    pub fn span(&self) -> f64 {
+        self.span
+    }
+    /// ω = 2π/span.
+    pub fn frequency(&self) -> f64 {
+        TAU / self.span
+    }
+    /// Coefficients of coordinate j: [mean, c, s, ...].
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn coefficients(&self, j: usize) -> &[f64] {
+        let width = self.harmonics.unknowns();
+        &self.coefficients[j * width..(j + 1) * width]
+    }
+    pub(super) fn all_coefficients(&self) -> &[f64] {
+        &self.coefficients
+    }
+
+    /// Q_k of Σ_k Q_k e^{i k ω t}: the mean, or (c - i s)/2.
+    fn complex(&self, j: usize, order: usize) -> Complex64 {
+        read(self.coefficients(j), &self.harmonics, order)
+    }
+
+    /// The mean of coordinate j, zero if order 0 is not kept.
+    pub fn mean(&self, j: usize) -> f64 {
+        self.complex(j, 0).re
+    }
+    /// A in A cos(k ω t + φ); for order 0 the size of the mean.
+    pub fn amplitude(&self, j: usize, order: usize) -> f64 {
+        if order == 0 { self.mean(j).abs() } else { 2.0 * self.complex(j, order).norm() }
+    }
+    /// φ in A cos(k ω t + φ) `[rad]`.
+    pub fn phase(&self, j: usize, order: usize) -> f64 {
+        self.complex(j, order).arg()
+    }
+
+    /// The state at any instant, to hand to an integrator.
+    pub fn state(&self, t: f64) -> State {
+        let mut state = State { t, ..State::at_rest(self.dof()) };
+        for j in 0..self.dof() {
+            let part = self.coefficients(j);
+            for (i, &order) in self.harmonics.orders().iter().enumerate() {
+                let at = self.harmonics.place(i);
+                if order == 0 {
+                    state.q[j] += part[at];
+                } else {
+                    let rate = order as f64 * self.frequency();
+                    let (sin, cos) = libm::sincos(TAU * (order as f64 * (t / self.span).fract()).fract());
+                    state.q[j] += part[at] * cos + part[at + 1] * sin;
+                    state.v[j] += rate * (part[at + 1] * cos - part[at] * sin);
+                }
+            }
+        }
+        state
+    }
+
+    /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
+    pub fn history(&self, samples: usize) -> Trajectory {
+        let n = self.dof();
+        let fine = samples.max(2 * self.harmonics.highest() + 1).div_ceil(samples.max(1)) * samples;
+        let mut z = vec![vec![Complex64::ZERO; fine]; n];
+        let mut transform = Transform::new(fine);
+        for (j, z) in z.iter_mut().enumerate() {
+            spread(self.coefficients(j), &self.harmonics, self.frequency(), z);
+            transform.synthesise(z);
+        }
+        let mut trajectory = Trajectory::empty(n, 0.0);
+        let mut y = vec![0.0; 2 * n];
+        for s in 0..samples {
+            let at = s * (fine / samples);
+            for j in 0..n {
+                (y[j], y[n + j]) = (z[j][at].re, z[j][at].im);
+            }
+            trajectory.push(self.span * s as f64 / samples as f64, &y);
+        }
+        trajectory
+    }
+
+    /// Highest less lowest value of coordinate j, extremes found between samples too.
+    pub fn peak_to_peak(&self, j: usize) -> f64 {
+        let mut z = vec![Complex64::ZERO; samples_for(self.harmonics.highest())];
+        spread(self.coefficients(j), &self.harmonics, self.frequency(), &mut z);
+        Transform::new(z.len()).synthesise(&mut z);
+        let h = self.span / z.len() as f64;
+        let range = (0..z.len()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| {
+            let (a, b) = (z[s], z[(s + 1) % z.len()]);
+            let inner = if a.im * b.im < 0.0 { hermite_extreme(a, b, h) } else { a.re };
+            [low.min(a.re).min(inner), high.max(a.re).max(inner)]
+        });
+        range[1] - range[0]
+    }
+
+    /// What each contact does over one span: intervals on its pieces, with exact ends.
+    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Vec<ContactHistory> {
+        let mut grid = Grid::new(model, &self.harmonics, samples_for(self.harmonics.highest()));
+        grid.set(&self.coefficients);
+        let mut switching = Switching::new(model.contacts(), grid.samples());
+        switching.locate(&mut grid, &Stencil::new());
+        (0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect()
+    }
+
+    /// Mean acceleration of every coordinate: zero unless a rigid motion is free and the torques do not balance.
+    pub fn mean_acceleration(&self) -> &[f64] {
+        &self.mean_acceleration
+    }
+    /// What has to be known before this orbit is believed.
+    pub fn notes(&self) -> &[BalanceNote] {
+        &self.notes
+    }
+    /// Iterations of the root finder.
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+    /// Residuals that it evaluated.
+    pub fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+    /// Largest residual of the balance in the scaled unknowns; NaN for an orbit that no solver has seen.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+    /// Whether one of the notes warns.
+    pub fn is_doubtful(&self) -> bool {
+        self.notes.iter().any(BalanceNote::is_warning)
+    }
+
+    /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each.
+    pub fn distance(&self, other: &Orbit) -> f64 {
+        let m = samples_for(self.harmonics.highest().max(other.harmonics.highest()));
+        let mut transform = Transform::new(m);
+        (0..self.dof()).fold(0.0, |worst: f64, j| {
+            let (mut a, mut b) = (vec![Complex64::ZERO; m], vec![Complex64::ZERO; m]);
+            spread(self.coefficients(j), &self.harmonics, 0.0, &mut a);
+            spread(other.coefficients(j), &other.harmonics, 0.0, &mut b);
+            a.iter_mut().zip(&b).for_each(|(a, b)| *a -= b);
+            transform.synthesise(&mut a);
+            worst.max(a.iter().fold(0.0, |m: f64, a| m.max(a.re.abs())) / self.peak_to_peak(j))
+        })
+    }
+}
+
+/// What one contact does over a span.
+///
+/// ```
+/// use gear_dynamics::{Harmonics, NfgPair, NfgParams, Balance, Piece, RattleState};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let orbit = Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Lower)?;
+/// let contact = &orbit.contacts(&pair)[0];
+/// assert_eq!(contact.statistics.state(), RattleState::None);
+/// assert_eq!(contact.intervals.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactHistory {
+    /// From when to when on which piece, in order; the first begins at the first switch, and one may end past the span.
+    pub intervals: Vec<(f64, f64, Piece)>,
+    /// Times and impacts.
+    pub statistics: ContactStatistics,
+}
+
+impl ContactHistory {
+    fn new(switching: &Switching, contact: usize, span: f64) -> Self {
+        let events: Vec<(f64, Piece)> =
+            switching.events().iter().filter(|e| e.contact == contact).map(|e| (e.time(span / switching.samples() as f64), e.to)).collect();
+        let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
+        if events.is_empty() {
+            history.intervals.push((0.0, span, switching.piece(contact, 0)));
+        }
+        for (i, &(start, piece)) in events.iter().enumerate() {
+            let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
+            history.intervals.push((start, end, piece));
+            match piece {
+                Piece::Lower => history.statistics.impacts[0] += 1,
+                Piece::Gap => {}
+                Piece::Upper => history.statistics.impacts[1] += 1,
+            }
+        }
+        for &(start, end, piece) in &history.intervals {
+            history.statistics.time[piece as usize] += end - start;
+        }
+        history
+    }
+}
+
+/// Samples that resolve the highest order 32 times: then local polynomials of degree 15 are exact to rounding.
+pub(super) fn samples_for(highest: usize) -> usize {
+    (32 * highest).next_power_of_two().max(256)
+}
+
+/// Extreme of the cubic through two samples q + i v.
+fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
+    let theta = a.im / (a.im - b.im);
+    let (p, q) = (theta, 1.0 - theta);
+    let value = |p: f64, q: f64| a.re * q * q * (1.0 + 2.0 * p) + b.re * p * p * (1.0 + 2.0 * q) + h * p * q * (a.im * q - b.im * p);
+    value(p, q)
+}
+
+pub(super) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex64 {
+    match harmonics.place_of(order) {
+        None => Complex64::ZERO,
+        Some(at) if order == 0 => part[at].into(),
+        Some(at) => Complex64::new(0.5 * part[at], -0.5 * part[at + 1]),
+    }
+}
+
+/// Cosine and sine from X_k.
+#[inline]
+pub(super) fn write(out: &mut [f64], order: usize, x: Complex64) {
+    if order == 0 {
+        out[0] = x.re;
+    } else {
+        (out[0], out[1]) = (2.0 * x.re, -2.0 * x.im);
+    }
+}
+
+/// The spectrum of q + i q' of one coordinate.
+pub(super) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
+    let m = z.len();
+    z.fill(Complex64::ZERO);
+    for (i, &order) in harmonics.orders().iter().enumerate() {
+        let at = harmonics.place(i);
+        if order == 0 {
+            z[0] += part[at];
+        } else {
+            // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
+            let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
+            z[order % m] += q * (1.0 - rate);
+            z[(m - order % m) % m] += q.conj() * (1.0 + rate);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Exact switching by Gauss quadrature on the smooth stretches between switches and jumps of the drives.
+
+use super::couplings::{Couplings, Slopes};
+use super::grid::Grid;
+use super::orbit::write;
+use super::spectra::Spectra;
+use super::stencil::Phasors;
+use super::switching::Switching;
+use crate::model::{Periodic, Side};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Nodes and weights of ten points on -1 .. 1, both signs.   Abramowitz & Stegun, Table 25.4.
+#[rustfmt::skip]
+const GAUSS: [[f64; 2]; 5] = [
+    [0.148_874_338_981_631_2, 0.295_524_224_714_752_9],
+    [0.433_395_394_129_247_2, 0.269_266_719_309_996_4],
+    [0.679_409_568_299_024_4, 0.219_086_362_515_982_04],
+    [0.865_063_366_688_984_5, 0.149_451_349_150_580_6],
+    [0.973_906_528_517_171_7, 0.066_671_344_308_688_14],
+];
+
+/// Scratch of a quadrature.
+pub(super) struct Panels {
+    /// Jumps of the drives inside the span.
+    edges: Vec<f64>,
+    breaks: Vec<f64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    u: Vec<f64>,
+    phasors: Vec<Complex64>,
+    force: Vec<Vec<Complex64>>,
+    slopes: Vec<Vec<Complex64>>,
+}
+
+impl Panels {
+    pub(super) fn new<M: Periodic + ?Sized>(grid: &Grid<'_, M>, varying: usize) -> Self {
+        let (n, highest) = (grid.dof(), grid.harmonics().highest());
+        Panels {
+            edges: drive_edges(grid.model, grid.span()),
+            breaks: Vec::new(),
+            q: vec![0.0; n],
+            v: vec![0.0; n],
+            a: vec![0.0; n],
+            u: vec![0.0; grid.model.drives()],
+            phasors: vec![Complex64::ZERO; 2 * highest + 1],
+            force: vec![vec![Complex64::ZERO; grid.harmonics().orders().len()]; n],
+            slopes: vec![vec![Complex64::ZERO; 2 * highest + 1]; varying],
+        }
+    }
+
+    /// Forces, and slopes if asked for.
+    pub(super) fn evaluate<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &Grid<'_, M>,
+        switching: &Switching,
+        coefficients: &[f64],
+        wanted: Option<(&mut Slopes<'_, M>, &Couplings)>,
+        out: &mut Spectra,
+    ) {
+        let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
+        let highest = harmonics.highest().max(8);
+        self.breaks.clear();
+        self.breaks.extend(self.edges.iter().copied().chain(switching.events().iter().map(|e| e.time(step))));
+        self.breaks.extend([0.0, span]);
+        self.breaks.sort_by(f64::total_cmp);
+        self.force.iter_mut().chain(&mut self.slopes).for_each(|f| f.fill(Complex64::ZERO));
+        let mut wanted = wanted;
+        for b in 1..self.breaks.len() {
+            let (start, end) = (self.breaks[b - 1], self.breaks[b]);
+            // Half a panel turns the highest order of the Jacobian, 2H, by 3 rad.
+            let pieces = ((end - start) / span * TAU * highest as f64 / 3.0).ceil();
+            let half = 0.5 * (end - start) / pieces;
+            for p in 0..pieces as usize {
+                let middle = start + half * (2 * p + 1) as f64;
+                for [node, weight] in GAUSS.into_iter().flat_map(|[x, w]| [[-x, w], [x, w]]) {
+                    let t = middle + half * node;
+                    let share = weight * half / span;
+                    self.phasors.iter_mut().zip(Phasors::new(TAU * (t / span))).for_each(|(p, z)| *p = z);
+                    self.move_to(grid, coefficients);
+                    grid.model.drive(t, Side::After, &mut self.u);
+                    grid.model.accel(&self.u, &self.q, &self.v, &mut self.a);
+                    for (force, a) in self.force.iter_mut().zip(&self.a) {
+                        for (f, &order) in force.iter_mut().zip(harmonics.orders()) {
+                            *f += self.phasors[order] * (share * a);
+                        }
+                    }
+                    if let Some((slopes, couplings)) = &mut wanted {
+                        slopes.at(None, &self.u, &self.q, &self.v);
+                        for (sum, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
+                            let d = share * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+                            sum.iter_mut().zip(&self.phasors).for_each(|(sum, z)| *sum += z * d);
+                        }
+                    }
+                }
+            }
+        }
+        for (force, values) in out.force.iter_mut().zip(&self.force) {
+            for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
+                write(&mut force[harmonics.place(i)..], order, *value);
+            }
+        }
+        if wanted.is_some() {
+            for (table, values) in out.slopes.iter_mut().zip(&self.slopes) {
+                values.iter().enumerate().for_each(|(k, d)| table.set(k, *d));
+            }
+        }
+    }
+
+    /// Coordinates and velocities at the instant of the phasors.
+    fn move_to<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, coefficients: &[f64]) {
+        let harmonics = grid.harmonics();
+        for (j, part) in coefficients.chunks_exact(harmonics.unknowns()).enumerate() {
+            let (mut q, mut v) = (0.0, 0.0);
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                let at = harmonics.place(i);
+                if order == 0 {
+                    q += part[at];
+                } else {
+                    let (cos, sin) = (self.phasors[order].re, -self.phasors[order].im);
+                    q += part[at] * cos + part[at + 1] * sin;
+                    v += order as f64 * (part[at + 1] * cos - part[at] * sin);
+                }
+            }
+            (self.q[j], self.v[j]) = (q, v * grid.omega());
+        }
+    }
+}
+
+/// Instants inside a span at which a drive jumps.
+pub(super) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
+    let mut edges = Vec::new();
+    let mut t = 0.0;
+    while let Some(edge) = model.next_edge(t).filter(|&edge| edge > t && edge < span) {
+        edges.push(edge);
+        t = edge;
+    }
+    edges
+}

@@ -1,0 +1,359 @@
+//! The equations of a balance, ready for any root finder.
+
+use super::assembly::Layout;
+use super::closed::Closed;
+use super::couplings::{Couplings, Slopes};
+use super::grid::Grid;
+use super::kinks::Kinks;
+use super::orbit::{Orbit, samples_for};
+use super::panels::{Panels, drive_edges};
+use super::spectra::{Samples, Spectra};
+use super::stencil::Stencil;
+use super::switching::Switching;
+use super::truncated::{Forces, Truncated};
+use super::{BalanceError, BalanceNote, Harmonics, Integrals};
+use crate::model::{Generic, Periodic, Piece, Side};
+use crate::root::{Matrix, Residual};
+
+/// R(x) = coefficients of q'' - a(u(t), q, q'), every coordinate over its scale; with rigid motions, their mean accelerations are
+/// unknowns too and the mean position along them is fixed.
+///
+/// It is a [`Residual`], so that root finders of one's own and path following can use it.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, Newton, NfgPair, NfgParams, Piece};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let balance = Balance::new(Harmonics::up_to(70));
+/// let start = balance.linearised(&pair, Piece::Lower)?;
+/// let mut equations = balance.equations(&pair, &start)?;
+/// let root = Newton::new().solve(&mut equations, &equations.unknowns(&start))?;
+/// let orbit = equations.orbit(&root.x);
+/// assert!(orbit.distance(&start) < 1e-9); // contact is not lost at 100 rad/s: the linear orbit is the orbit
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
+    pub(super) layout: Layout,
+    pub(super) couplings: Couplings,
+    pub(super) grid: Grid<'m, M>,
+    pub(super) slopes: Slopes<'m, M>,
+    pub(super) spectra: Spectra,
+    pub(super) stencil: Stencil,
+    pub(super) switching: Switching,
+    pub(super) method: Method<'m, M>,
+    empty: Matrix,
+    coefficients: Vec<f64>,
+    /// What `spectra` and `switching` belong to.
+    seen: Vec<f64>,
+    slopes_seen: bool,
+}
+
+/// How the integrals are taken.
+pub(super) enum Method<'m, M: ?Sized> {
+    Sampled(Samples),
+    Held(Samples, Vec<Piece>),
+    Kinks(Samples, Kinks),
+    Panels(Panels),
+    Closed(Closed),
+    Truncated(Samples, Box<dyn Truncated<M> + 'm>),
+}
+
+impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
+    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit) -> Result<Self, BalanceError> {
+        let n = model.dof();
+        crate::error::check::scale("period of the model", model.period())?;
+        if near.dof() != n || n == 0 {
+            return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
+        }
+        let size = sizes(near);
+        let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
+        let fastest = omega * harmonics.highest().max(1) as f64;
+        let mut slopes = Slopes::new(model, [size.clone(), size.iter().map(|s| s * fastest).collect()]);
+        let holds = model.contacts() > 0 && holds_pieces(model);
+        let couplings = Couplings::find(&mut slopes, holds);
+        let samples = match integrals {
+            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() => {
+                return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
+            }
+            Integrals::Sampled { samples } => samples,
+            _ => samples_for(harmonics.highest()),
+        };
+        let grid = Grid::new(model, harmonics, samples);
+        let varying = couplings.varying.len();
+        let edges = !drive_edges(model, model.period()).is_empty();
+        let method = match integrals {
+            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
+            Integrals::Sampled { .. } => Method::Sampled(Samples::new(n, varying, samples)),
+            Integrals::Kinks => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
+            Integrals::Panels => Method::Panels(Panels::new(&grid, varying)),
+            Integrals::Exact if edges || (model.contacts() > 0 && !holds) => Method::Panels(Panels::new(&grid, varying)),
+            Integrals::Exact if model.contacts() == 0 => Method::Sampled(Samples::new(n, varying, samples)),
+            Integrals::Exact | Integrals::Closed => match Closed::find(model, harmonics, &couplings, &mut slopes) {
+                Some(closed) => Method::Closed(closed),
+                None if integrals == Integrals::Closed => return Err(BalanceError::NotOffered { integrals }),
+                None => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
+            },
+        };
+        let rigid = if slopes.differenced { Vec::new() } else { rigid_modes(model, model.period()) };
+        let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
+        Ok(BalanceEquations {
+            empty: layout.matrix(&couplings)?,
+            spectra: Spectra::new(n, varying, harmonics),
+            stencil: Stencil::new(),
+            switching: Switching::new(model.contacts(), samples),
+            coefficients: vec![0.0; n * harmonics.unknowns()],
+            seen: Vec::new(),
+            slopes_seen: false,
+            layout,
+            couplings,
+            grid,
+            slopes,
+            method,
+        })
+    }
+
+    /// The same equations with every contact held on given pieces.
+    pub(super) fn held(mut self, pieces: &[Piece]) -> Self {
+        let (n, varying, m) = (self.layout.dof, self.couplings.varying.len(), self.grid.samples());
+        self.method = Method::Held(Samples::new(n, varying, m), pieces.to_vec());
+        self
+    }
+
+    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as the second paper
+    /// does.
+    pub fn truncating_forces(mut self) -> Self
+    where
+        M: Generic + Sized,
+    {
+        let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
+        let forces = Forces::new(n, contacts, &self.layout.harmonics, m);
+        self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
+        self.couplings = self.couplings.without_slopes();
+        self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
+        self.layout.make_dense();
+        self.empty = Matrix::dense(self.layout.size());
+        self
+    }
+
+    /// The unknowns of an orbit.
+    pub fn unknowns(&self, orbit: &Orbit) -> Vec<f64> {
+        let on = orbit.on(&self.layout.harmonics);
+        let width = self.layout.harmonics.unknowns();
+        let mut x = on.all_coefficients().to_vec();
+        for (part, scale) in x.chunks_exact_mut(width).zip(&self.layout.scales) {
+            part.iter_mut().for_each(|x| *x /= scale);
+        }
+        for rigid in &self.layout.rigid {
+            let along: f64 = rigid.iter().map(|r| r * r).sum();
+            let alpha: f64 = rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
+            x.push(alpha / self.layout.rigid_scale);
+        }
+        // The position along a rigid motion is fixed at zero: the guess has to stand there.
+        for rigid in &self.layout.rigid {
+            let along: f64 = rigid.iter().map(|r| r * r).sum();
+            let share: f64 = (0..self.layout.dof).map(|j| rigid[j] * x[j * width] * self.layout.scales[j]).sum::<f64>() / along;
+            for j in 0..self.layout.dof {
+                x[j * width] -= share * rigid[j] / self.layout.scales[j];
+            }
+        }
+        x
+    }
+
+    /// The orbit of unknowns.
+    pub fn orbit(&self, x: &[f64]) -> Orbit {
+        let n = self.layout.dof;
+        let width = self.layout.harmonics.unknowns();
+        let mut coefficients = x[..n * width].to_vec();
+        for (part, scale) in coefficients.chunks_exact_mut(width).zip(&self.layout.scales) {
+            part.iter_mut().for_each(|x| *x *= scale);
+        }
+        let mut orbit = Orbit::of(&self.layout.harmonics, self.grid.span(), coefficients, n);
+        for (rigid, alpha) in self.layout.rigid.iter().zip(&x[n * width..]) {
+            orbit.mean_acceleration.iter_mut().zip(rigid).for_each(|(a, r)| *a += r * alpha * self.layout.rigid_scale);
+        }
+        orbit
+    }
+
+    /// How the integrals are taken.
+    pub fn integrals(&self) -> Integrals {
+        match self.method {
+            Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => Integrals::Sampled { samples: self.grid.samples() },
+            Method::Kinks(..) => Integrals::Kinks,
+            Method::Panels(_) => Integrals::Panels,
+            Method::Closed(_) => Integrals::Closed,
+        }
+    }
+
+    /// Makes `spectra` belong to x.
+    fn look(&mut self, x: &[f64], slopes_too: bool) {
+        let known = self.seen == x;
+        if known && (self.slopes_seen || !slopes_too) {
+            return;
+        }
+        let width = self.layout.harmonics.unknowns();
+        if !known {
+            for ((part, x), scale) in self.coefficients.chunks_exact_mut(width).zip(x.chunks_exact(width)).zip(&self.layout.scales) {
+                part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
+            }
+            self.grid.set(&self.coefficients);
+            if !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..)) {
+                self.switching.locate(&mut self.grid, &self.stencil);
+            }
+            self.seen.clear();
+            self.seen.extend_from_slice(x);
+        }
+        self.slopes_seen = slopes_too;
+        let (grid, out) = (&mut self.grid, &mut self.spectra);
+        match &mut self.method {
+            Method::Sampled(samples) => {
+                if !known {
+                    samples.forces(grid, None);
+                    samples.transform_forces(grid, out);
+                }
+                if slopes_too {
+                    samples.slopes(grid, None, &mut self.slopes, &self.couplings);
+                    samples.transform_slopes(grid, out);
+                }
+            }
+            Method::Held(samples, pieces) => {
+                samples.forces(grid, Some(pieces));
+                samples.transform_forces(grid, out);
+                samples.slopes(grid, Some(pieces), &mut self.slopes, &self.couplings);
+                samples.transform_slopes(grid, out);
+            }
+            Method::Kinks(samples, kinks) => {
+                if !known {
+                    samples.forces(grid, None);
+                    kinks.correct_forces(grid, &self.stencil, &self.switching, samples);
+                    samples.transform_forces(grid, out);
+                }
+                if slopes_too {
+                    samples.slopes(grid, None, &mut self.slopes, &self.couplings);
+                    kinks.correct_slopes(grid, &self.stencil, &self.switching, &mut self.slopes, &self.couplings, samples);
+                    samples.transform_slopes(grid, out);
+                    kinks.jumps(grid, &self.stencil, &self.switching, out);
+                }
+            }
+            Method::Panels(panels) => {
+                let wanted = slopes_too.then_some((&mut self.slopes, &self.couplings));
+                panels.evaluate(grid, &self.switching, &self.coefficients, wanted, out);
+                if slopes_too {
+                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, &self.stencil, &self.switching, out);
+                }
+            }
+            Method::Closed(closed) => {
+                closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
+                self.slopes_seen = true;
+                if slopes_too {
+                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, &self.stencil, &self.switching, out);
+                }
+            }
+            Method::Truncated(samples, split) => {
+                split.look(grid, slopes_too, &mut samples.force);
+                samples.transform_forces(grid, out);
+            }
+        }
+    }
+
+    /// Whether, on this orbit, some contact never touches and nothing else holds the mean: then no mean is restored.
+    pub(super) fn floating_contact(&mut self, x: &[f64]) -> Option<usize> {
+        if !self.layout.harmonics.has_mean() || matches!(self.method, Method::Truncated(..)) {
+            return None;
+        }
+        self.look(x, false);
+        self.switching.locate(&mut self.grid, &self.stencil);
+        let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
+        let n = self.layout.dof;
+        // Mean stiffness over a coarse grid, rigid motions bordered.
+        let r = self.layout.rigid.len();
+        let mut mean = nalgebra::DMatrix::zeros(n + r, n + r);
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        let stride = (self.grid.samples() / 64).max(1);
+        for s in (0..self.grid.samples()).step_by(stride) {
+            self.grid.state(s, &mut q, &mut v);
+            self.slopes.at(None, self.grid.drives(s), &q, &v);
+            for i in 0..n {
+                for j in 0..n {
+                    mean[(i, j)] += self.slopes.jacobian.q[(i, j)] / (self.layout.rigid_scale / self.layout.scales[0]);
+                }
+            }
+        }
+        for (k, rigid) in self.layout.rigid.iter().enumerate() {
+            for i in 0..n {
+                mean[(n + k, i)] = rigid[i];
+                mean[(i, n + k)] = rigid[i];
+            }
+        }
+        let singular = mean.singular_values();
+        let (least, largest) = (singular.min(), singular.max());
+        (least <= 1e-12 * largest).then_some(contact)
+    }
+
+    /// Notes that hold for any orbit of these equations.
+    pub(super) fn notes(&self) -> Vec<BalanceNote> {
+        if self.slopes.differenced { vec![BalanceNote::Differences] } else { Vec::new() }
+    }
+}
+
+impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
+    fn size(&self) -> usize {
+        self.layout.size()
+    }
+
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+        self.look(x, false);
+        let (harmonics, width) = (&self.layout.harmonics, self.layout.harmonics.unknowns());
+        for (i, force) in self.spectra.force.iter().enumerate() {
+            let (part, scale) = (&self.coefficients[i * width..(i + 1) * width], self.layout.scales[i]);
+            let rows = &mut r[i * width..(i + 1) * width];
+            for (at, &order) in harmonics.orders().iter().enumerate() {
+                let (at, rate) = (harmonics.place(at), order as f64 * self.layout.omega);
+                rows[at] = (-rate * rate * part[at] - force[at]) / scale;
+                if order > 0 {
+                    rows[at + 1] = (-rate * rate * part[at + 1] - force[at + 1]) / scale;
+                }
+            }
+        }
+        let n = self.layout.dof;
+        for (k, rigid) in self.layout.rigid.iter().enumerate() {
+            let alpha = x[n * width + k] * self.layout.rigid_scale;
+            let mut place = 0.0;
+            for (i, share) in rigid.iter().enumerate() {
+                r[i * width] += alpha * share / self.layout.scales[i];
+                place += share * self.coefficients[i * width];
+            }
+            r[n * width + k] = place / self.layout.scales[0];
+        }
+    }
+
+    fn matrix(&self) -> Matrix {
+        self.empty.clone()
+    }
+
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+        self.look(x, true);
+        self.layout.fill(&self.couplings, &self.spectra, out);
+        if let Method::Truncated(_, split) = &mut self.method {
+            split.add_jacobian(&self.layout, out);
+        }
+        true
+    }
+}
+
+/// Whether a model offers held pieces.
+fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
+    let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
+    model.drive(0.0, Side::After, &mut u);
+    model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
+}
+
+/// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
+fn sizes(orbit: &Orbit) -> Vec<f64> {
+    let own: Vec<f64> = (0..orbit.dof()).map(|j| orbit.coefficients(j).iter().map(|c| c.abs()).sum()).collect();
+    let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
+    let fallback = if largest > 0.0 { largest } else { 1.0 };
+    own.iter().map(|&s| if s > 1e-6 * fallback { s } else { fallback }).collect()
+}
+
+fn rigid_modes<M: Periodic + ?Sized>(_: &M, _: f64) -> Vec<Vec<f64>> {
+    Vec::new()
+}

@@ -1,0 +1,138 @@
+//! Fourier coefficients of accelerations and of their slopes, from samples.
+
+use super::Harmonics;
+use super::couplings::{Couplings, Slopes};
+use super::grid::Grid;
+use super::orbit::write;
+use super::table::Table;
+use super::transform::unpack;
+use crate::model::{Periodic, Piece};
+use num_complex::Complex64;
+
+/// What the integrals give.
+pub(super) struct Spectra {
+    /// Coefficients of every acceleration, in the order of the harmonics.
+    pub(super) force: Vec<Vec<f64>>,
+    /// D_k of every periodic slope, up to 2H.
+    pub(super) slopes: Vec<Table>,
+    /// Jumps of the acceleration at switches.
+    pub(super) jumps: Vec<Jump>,
+}
+
+/// A jump of the acceleration that moves with the orbit.
+pub(super) struct Jump {
+    /// Phase ω t of the switch.
+    pub(super) phase: f64,
+    /// -(a before - a after)/(2π) over d(deflection - edge)/d(ω t), per coordinate.
+    pub(super) size: Vec<f64>,
+    /// ∂(deflection)/∂q_j.
+    pub(super) row: Vec<f64>,
+}
+
+impl Spectra {
+    pub(super) fn new(dof: usize, varying: usize, harmonics: &Harmonics) -> Self {
+        Spectra {
+            force: vec![vec![0.0; harmonics.unknowns()]; dof],
+            slopes: (0..varying).map(|_| Table::new(harmonics.highest())).collect(),
+            jumps: Vec::new(),
+        }
+    }
+}
+
+/// Accelerations and slopes at every sample.
+pub(super) struct Samples {
+    /// i x M.
+    pub(super) force: Vec<Vec<f64>>,
+    /// Periodic slopes x M.
+    pub(super) slopes: Vec<Vec<f64>>,
+    buffer: Vec<Complex64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Samples {
+    pub(super) fn new(dof: usize, varying: usize, samples: usize) -> Self {
+        Samples {
+            force: vec![vec![0.0; samples]; dof],
+            slopes: vec![vec![0.0; samples]; varying],
+            buffer: vec![Complex64::ZERO; samples],
+            q: vec![0.0; dof],
+            v: vec![0.0; dof],
+            a: vec![0.0; dof],
+        }
+    }
+
+    /// The acceleration at every sample, all contacts held on one piece or as they are.
+    pub(super) fn forces<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, held: Option<&[Piece]>) {
+        for s in 0..grid.samples() {
+            grid.state(s, &mut self.q, &mut self.v);
+            match held {
+                None => grid.model.accel(grid.drives(s), &self.q, &self.v, &mut self.a),
+                Some(_) => super::couplings::accelerate(grid.model, held, grid.drives(s), &self.q, &self.v, &mut self.a),
+            }
+            for (force, a) in self.force.iter_mut().zip(&self.a) {
+                force[s] = *a;
+            }
+        }
+    }
+
+    /// The periodic slopes at every sample.
+    pub(super) fn slopes<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &Grid<'_, M>,
+        held: Option<&[Piece]>,
+        slopes: &mut Slopes<'_, M>,
+        couplings: &Couplings,
+    ) {
+        for s in 0..grid.samples() {
+            grid.state(s, &mut self.q, &mut self.v);
+            slopes.at(held, grid.drives(s), &self.q, &self.v);
+            for (values, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
+                values[s] = if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+            }
+        }
+    }
+
+    /// Forces to coefficients at the kept orders.
+    pub(super) fn transform_forces<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, out: &mut Spectra) {
+        let width = out.force.len();
+        for pair in (0..width).step_by(2) {
+            let second = if pair + 1 < width { Some(&self.force[pair + 1]) } else { None };
+            pack(&mut self.buffer, &self.force[pair], second.map(|s| &s[..]));
+            grid.transform.analyse(&mut self.buffer);
+            let harmonics = grid.harmonics();
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                let ((x, y), at) = (unpack(&self.buffer, order), harmonics.place(i));
+                write(&mut out.force[pair][at..], order, x);
+                if pair + 1 < width {
+                    write(&mut out.force[pair + 1][at..], order, y);
+                }
+            }
+        }
+    }
+
+    /// Slopes to coefficients 0 ..= 2H.
+    pub(super) fn transform_slopes<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, out: &mut Spectra) {
+        let width = out.slopes.len();
+        for pair in (0..width).step_by(2) {
+            let second = if pair + 1 < width { Some(&self.slopes[pair + 1]) } else { None };
+            pack(&mut self.buffer, &self.slopes[pair], second.map(|s| &s[..]));
+            grid.transform.analyse(&mut self.buffer);
+            for k in 0..=out.slopes[pair].reach() {
+                let (x, y) = unpack(&self.buffer, k);
+                out.slopes[pair].set(k, x);
+                if pair + 1 < width {
+                    out.slopes[pair + 1].set(k, y);
+                }
+            }
+        }
+    }
+}
+
+fn pack(buffer: &mut [Complex64], x: &[f64], y: Option<&[f64]>) {
+    match y {
+        Some(y) => buffer.iter_mut().zip(x.iter().zip(y)).for_each(|(z, (x, y))| *z = Complex64::new(*x, *y)),
+        None => buffer.iter_mut().zip(x).for_each(|(z, x)| *z = Complex64::new(*x, 0.0)),
+    }
+}
