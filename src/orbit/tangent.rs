@@ -1,6 +1,7 @@
 //! A model together with small differences of its motion: the variational equations as a model of their own.
 
-use crate::model::{Contact, Jacobian, Model, Piece, Side, State};
+use super::slopes::{Slopes, accel};
+use crate::model::{Contact, Model, Piece, Side, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -15,19 +16,11 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     columns: usize,
     /// Sizes of coordinates and velocities.
     scale: &'m [f64],
-    work: RefCell<Work>,
-}
-
-struct Work {
-    jacobian: Jacobian,
-    y: Vec<f64>,
-    a: [Vec<f64>; 2],
+    slopes: RefCell<Slopes<'m, M>>,
 }
 
 /// Differences are held to the tolerance of the motion times this: they need not be better.
 const COLUMNS: f64 = 100.0;
-/// Step of a central difference in units of size, about ε^(1/3).
-const DIFFERENCE: f64 = 6e-6;
 /// Restarts at jumps of the force before a run is given up.
 const RESTARTS: usize = 1_000_000;
 /// A jump that changes the differences by less than this share is left out.
@@ -36,8 +29,7 @@ const NEGLIGIBLE: f64 = 1e-10;
 impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64]) -> Self {
         let n = model.dof();
-        let work = Work { jacobian: Jacobian::new(n), y: vec![0.0; 2 * n], a: [vec![0.0; n], vec![0.0; n]] };
-        Tangent { model, n, columns, scale, work: RefCell::new(work) }
+        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model)) }
     }
 
     /// The motion held to `tolerance` of its size, the differences a hundred times looser.
@@ -100,11 +92,9 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         if !accel(self.model, pieces, u, q, v, a) {
             return false;
         }
-        let work = &mut *self.work.borrow_mut();
-        if !self.model.jacobian(pieces, u, q, v, &mut work.jacobian) {
-            differences(self.model, pieces, u, (q, v), self.scale, work);
-        }
-        let (by_q, by_v) = (work.jacobian.q.as_slice(), work.jacobian.v.as_slice());
+        let mut slopes = self.slopes.borrow_mut();
+        let jacobian = slopes.read(pieces, u, q, v, self.scale);
+        let (by_q, by_v) = (jacobian.q.as_slice(), jacobian.v.as_slice());
         for ((dq, dv), da) in dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)) {
             da.fill(0.0);
             for j in 0..n {
@@ -115,45 +105,6 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             }
         }
         true
-    }
-}
-
-/// q'' as it is or on pieces.
-fn accel<M: Model + ?Sized>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-    match pieces {
-        Some(pieces) => model.accel_on_pieces(pieces, u, q, v, a),
-        None => {
-            model.accel(u, q, v, a);
-            true
-        }
-    }
-}
-
-/// ∂a/∂q and ∂a/∂v by central differences.
-fn differences<M: Model + ?Sized>(
-    model: &M,
-    pieces: Option<&[Piece]>,
-    u: &[f64],
-    (q, v): (&[f64], &[f64]),
-    scale: &[f64],
-    work: &mut Work,
-) {
-    let n = q.len();
-    work.y[..n].copy_from_slice(q);
-    work.y[n..].copy_from_slice(v);
-    for k in 0..2 * n {
-        let here = work.y[k];
-        let h = DIFFERENCE * scale[k].max(1e-3 * here.abs());
-        for (side, a) in [h, -h].into_iter().zip(&mut work.a) {
-            work.y[k] = here + side;
-            accel(model, pieces, u, &work.y[..n], &work.y[n..], a);
-        }
-        let width = (here + h) - (here - h);
-        work.y[k] = here;
-        let (half, j) = if k < n { (&mut work.jacobian.q, k) } else { (&mut work.jacobian.v, k - n) };
-        for i in 0..n {
-            half[(i, j)] = (work.a[0][i] - work.a[1][i]) / width;
-        }
     }
 }
 
