@@ -42,6 +42,7 @@ mod model;
 mod models;
 mod nonlinearity;
 mod ode;
+mod orbit;
 mod root;
 mod scalar;
 
@@ -68,6 +69,7 @@ pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
 };
+pub use orbit::{Cycle, Iterate, Multipliers, Shooting, ShootingError, Stability, Transition, Variation};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Dual, Scalar};
 

@@ -93,7 +93,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 None => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
             },
         };
-        let rigid = if slopes.differenced { Vec::new() } else { rigid_modes(model, model.period()) };
+        let rigid = if slopes.differenced { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings)?,
@@ -352,8 +352,4 @@ fn sizes(orbit: &Orbit) -> Vec<f64> {
     let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
     let fallback = if largest > 0.0 { largest } else { 1.0 };
     own.iter().map(|&s| if s > 1e-6 * fallback { s } else { fallback }).collect()
-}
-
-fn rigid_modes<M: Periodic + ?Sized>(_: &M, _: f64) -> Vec<Vec<f64>> {
-    Vec::new()
 }

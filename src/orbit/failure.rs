@@ -1,0 +1,87 @@
+//! Why no orbit is returned.
+
+use crate::error::ParameterError;
+use crate::model::State;
+use crate::ode::IntegrateError;
+use thiserror::Error;
+
+/// How far shooting came.
+///
+/// ```
+/// let last = gear_dynamics::Iterate { states: Vec::new(), corrections: vec![0.5, 0.1] };
+/// assert_eq!(last.corrections.len(), 2);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iterate {
+    /// The states at the nodes.
+    pub states: Vec<State>,
+    /// The corrections so far, as shares of the range of motion.
+    pub corrections: Vec<f64>,
+}
+
+/// Why [`Shooting`](crate::Shooting) returns no orbit.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, Shooting, ShootingError};
+/// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+/// let error = Shooting::new().most_iterations(1).run(&pair, &[pair.static_start()?]).unwrap_err();
+/// assert!(matches!(&error, ShootingError::NotConverged { last } if last.corrections.len() == 1));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ShootingError {
+    /// A guess or a setting that cannot be used.
+    #[error("shooting: {0}")]
+    Parameter(#[from] ParameterError),
+    /// States of the guess out of order, or past the period.
+    #[error("state {index} of the guess stands at t = {time}: times must increase and stay within the period from {from} to {to}")]
+    GuessTime {
+        /// Its place in the list.
+        index: usize,
+        /// Its time.
+        time: f64,
+        /// Where the period begins.
+        from: f64,
+        /// Where it ends.
+        to: f64,
+    },
+    /// A run over a segment failed.
+    #[error("segment {segment}: {error}")]
+    Flow {
+        /// Which one, from 0.
+        segment: usize,
+        /// Why.
+        error: IntegrateError,
+        /// How far it came.
+        last: Iterate,
+    },
+    /// Nothing fixes the orbit: it sits on a fold or a branching, or a coordinate floats in its gap.
+    #[error(
+        "the shooting equations are singular, most of all in component {component} of (coordinates, velocities): the orbit is at a fold \
+         or a branching, or this component floats"
+    )]
+    Singular {
+        /// The component that the equations fix least, from 0.
+        component: usize,
+        /// How far it came.
+        last: Iterate,
+    },
+    /// Corrections do not become small.
+    #[error("no orbit was met: after {} corrections the last was {:e} of the range of motion", last.corrections.len(),
+        last.corrections.last().copied().unwrap_or(f64::NAN))]
+    NotConverged {
+        /// How far it came.
+        last: Iterate,
+    },
+}
+
+impl ShootingError {
+    /// The last iterate, if iterations had begun.
+    pub fn last(&self) -> Option<&Iterate> {
+        match self {
+            ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,
+            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last } => Some(last),
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Periodic orbits by shooting, their stability, and the growth of small differences.
+
+mod cycle;
+mod cyclic;
+mod failure;
+mod floquet;
+mod guess;
+mod rigid;
+mod segments;
+mod shooting;
+mod size;
+mod slopes;
+mod tangent;
+mod variation;
+
+pub use cycle::Cycle;
+pub use failure::{Iterate, ShootingError};
+pub use floquet::{Multipliers, Stability};
+pub(crate) use rigid::rigid_modes;
+pub use shooting::Shooting;
+pub use variation::{Transition, Variation};

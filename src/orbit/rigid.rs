@@ -1,0 +1,126 @@
+//! Rigid modes: directions in which a model turns freely.
+
+use super::slopes::Slopes;
+use crate::model::{Model, Piece, Side};
+use nalgebra::DMatrix;
+
+/// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
+/// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at.
+pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
+    let n = model.dof();
+    let mut slopes = Slopes::new(model);
+    let mut u = vec![0.0; model.drives()];
+    let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
+    // All Jacobians below one another, each in units of its largest entry.
+    let mut seen = DMatrix::<f64>::zeros(0, n);
+    for (look, size) in SIZES.iter().enumerate() {
+        model.drive(span * golden(look + 1), Side::After, &mut u);
+        let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
+        let y: Vec<f64> = (0..2 * n).map(part).collect();
+        let ((q, v), scale) = (y.split_at(n), vec![*size; 2 * n]);
+        for flank in &flanks {
+            let jacobian = slopes.read(Some(flank), &u, q, v, &scale);
+            for half in [&jacobian.q, &jacobian.v] {
+                let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+                if largest > 0.0 {
+                    let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
+                    seen = compressed(seen, &scaled);
+                }
+            }
+        }
+    }
+    nullspace(&seen, n)
+}
+
+/// Sizes of the states looked at: one of them lies well past any rounding of a law, whatever its unit.
+const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
+/// A singular value below this share of the largest is zero; differences are good to about 1e-10.
+const ZERO: f64 = 1e-7;
+
+/// Multiples of the golden section: evenly spread over (0, 1), without a pattern.
+fn golden(i: usize) -> f64 {
+    (i as f64 * 0.618_033_988_749_894_9).fract()
+}
+
+/// Rows below one another, as no more than n of the same nullspace.
+fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, rows) = (below.ncols(), above.nrows());
+    let mut both = above.insert_rows(rows, below.nrows(), 0.0);
+    both.view_mut((rows, 0), (below.nrows(), n)).copy_from(below);
+    if both.nrows() <= n { both } else { both.qr().r() }
+}
+
+fn nullspace(seen: &DMatrix<f64>, n: usize) -> Vec<Vec<f64>> {
+    let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+    if seen.nrows() < n {
+        return (0..n).map(unit).collect();
+    }
+    // Coordinates in units of their columns, so that angles and lengths may stand side by side.
+    let size: Vec<f64> = seen.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+    let svd = DMatrix::from_fn(seen.nrows(), n, |i, j| seen[(i, j)] / size[j]).svd(false, true);
+    let largest = svd.singular_values.max();
+    let mut modes: Vec<Vec<f64>> = Vec::new();
+    if let Some(right) = svd.v_t {
+        for (row, value) in right.row_iter().zip(svd.singular_values.iter()) {
+            if *value <= ZERO * largest {
+                let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
+                modes.iter().for_each(|other| super::size::remove(other, &mut r));
+                let length = super::size::dot(&r, &r).sqrt();
+                r.iter_mut().for_each(|x| *x /= length);
+                modes.push(r);
+            }
+        }
+    }
+    modes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rigid_modes;
+    use crate::*;
+
+    #[test]
+    fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {
+        for frame in [Frame::Rigid, Frame::Inertial] {
+            for set in [RingSet::a(3, 1000.0), RingSet { mesh_damping: 0.0, ..RingSet::a(16, 5000.0) }] {
+                let mut params = set.params()?;
+                params.gears[1].base_radius *= 1.5;
+                let ring = Ring::as_printed(&params)?.in_frame(frame);
+                let modes = rigid_modes(&ring, ring.period());
+                assert_eq!(modes.len(), 1);
+                for (x, r) in modes[0].iter().zip(ring.rigid_motion()) {
+                    assert!((x / modes[0][0] - r).abs() < 1e-9, "{x} {r}");
+                }
+            }
+        }
+        let pair = NfgPair::new(&NfgParams { damping_ratio: 0.0, ..NfgParams::table1() })?;
+        assert!(rigid_modes(&pair, pair.period()).is_empty());
+        Ok(())
+    }
+
+    /// x'' = -k g(x - y), y'' = g(x - y) + shaft to z, and so on: without damping, Jacobian, pieces or contacts.
+    struct Plain {
+        law: fn(f64) -> f64,
+    }
+    impl Model for Plain {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            let w = (self.law)(q[0] - 2.0 * q[1]);
+            (a[0], a[1]) = (-w, 2.0 * w);
+        }
+    }
+
+    #[test]
+    fn plain_models() {
+        let laws: [fn(f64) -> f64; 4] =
+            [|x| x, |x| x * x * x, |x| (x - 1e-5).max(0.0) - (-x - 1e-5).max(0.0), |x| (x - 30.0).max(0.0) - (-x - 30.0).max(0.0)];
+        for law in laws {
+            let modes = rigid_modes(&Plain { law }, 1.0);
+            assert_eq!(modes.len(), 1);
+            assert!((modes[0][0] / modes[0][1] - 2.0).abs() < 1e-6);
+        }
+        assert_eq!(rigid_modes(&Plain { law: |_| 0.0 }, 1.0).len(), 2);
+    }
+}

@@ -1,0 +1,174 @@
+//! Multiple shooting: periodic orbits to the accuracy of the flow.
+
+use super::cycle::Cycle;
+use super::cyclic::Cyclic;
+use super::guess::{Guess, Plan};
+use super::segments::Segments;
+use super::{Iterate, ShootingError};
+use crate::error::{ParameterError, check};
+use crate::model::{Periodic, State};
+
+/// φ(x_i; t_i, t_{i+1}) = x_{i+1} around an orbit of p periods of the drives, x_N = x_0: Newton's method on the states at the nodes, with
+/// the exact derivative of the flow, tooth edges located. Damped by the natural monotonicity test.
+///
+/// The guess may be any orbit, known at a few instants or many, or a single state. Where the model turns freely (a ring) the drift over a
+/// period is an unknown, and position and speed of the rigid motion stay those of the guess.   Source: Deuflhard, Newton Methods for
+/// Nonlinear Problems, Sects. 3.3 and 7.1.
+///
+/// ```
+/// use gear_dynamics::{Model, Periodic, Shooting, State};
+/// struct Swing; // q'' + 0.1 q' + q = cos 2t
+/// impl Model for Swing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = (2.0 * u[0]).cos() - 0.1 * v[0] - q[0]; }
+/// }
+/// impl Periodic for Swing {
+///     fn period(&self) -> f64 { std::f64::consts::PI }
+/// }
+/// let cycle = Shooting::new().run(&Swing, &[State::at_rest(1)])?;
+/// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
+/// # Ok::<(), gear_dynamics::ShootingError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shooting {
+    multiple: usize,
+    segments: Option<usize>,
+    tolerance: f64,
+    flow_tolerance: f64,
+    most_iterations: usize,
+}
+
+impl Default for Shooting {
+    fn default() -> Self {
+        Shooting::new()
+    }
+}
+
+/// Damping below this is given up.
+const LEAST_DAMPING: f64 = 1.0 / 1024.0;
+/// Defects of so many flow tolerances are as small as they get.
+const NOISE: f64 = 64.0;
+/// The second flow, from which errors are estimated, is this much looser.
+const LOOSER: f64 = 100.0;
+
+impl Shooting {
+    /// Orbits of one period, to corrections of 1e-12 of the range of motion, within 40 iterations, the flow held to 1e-13.
+    pub fn new() -> Self {
+        Shooting { multiple: 1, segments: None, tolerance: 1e-12, flow_tolerance: 1e-13, most_iterations: 40 }
+    }
+    /// Periods of the drives in one period of the orbit.
+    pub fn multiple(self, multiple: usize) -> Self {
+        Shooting { multiple, ..self }
+    }
+    /// Number of segments: by default one for each state of the guess, and from a single state as many as the motion asks for. More
+    /// segments make orbits that are very unstable reachable.
+    pub fn segments(self, segments: usize) -> Self {
+        Shooting { segments: Some(segments), ..self }
+    }
+    /// Largest correction at the end, as a share of the range of each coordinate and velocity.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Shooting { tolerance, ..self }
+    }
+    /// Local error of the integration, as a share of the same ranges.
+    pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
+        Shooting { flow_tolerance, ..self }
+    }
+    /// Newton iterations before giving up.
+    pub fn most_iterations(self, most_iterations: usize) -> Self {
+        Shooting { most_iterations, ..self }
+    }
+
+    /// From states of a guess at increasing times within one period of the orbit, or from one state.
+    ///
+    /// # Errors
+    /// [`ShootingError`]; once iterations have begun it holds the last iterate and the history of corrections.
+    pub fn run<M: Periodic + ?Sized>(&self, model: &M, guess: &[State]) -> Result<Cycle, ShootingError> {
+        self.check()?;
+        let plan = Plan { multiple: self.multiple, segments: self.segments };
+        self.newton(model, Guess::of(model, &plan, guess)?)
+    }
+
+    /// The orbit of a neighbouring model, from a known one: nodes at the same phases, velocities in proportion to the frequency.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn again<M: Periodic + ?Sized>(&self, model: &M, cycle: &Cycle) -> Result<Cycle, ShootingError> {
+        let multiple = cycle.period_multiple();
+        let stretch = multiple as f64 * model.period() / cycle.period();
+        let moved = |state: &State| State { t: state.t * stretch, q: state.q.clone(), v: state.v.iter().map(|v| v / stretch).collect() };
+        let guess: Vec<State> = cycle.states().iter().map(moved).collect();
+        Shooting { multiple, ..*self }.run(model, &guess)
+    }
+
+    fn check(&self) -> Result<(), ShootingError> {
+        let count = |name: &str, value: usize| {
+            if value > 0 { Ok(()) } else { Err(ParameterError::TooFew { name: name.into(), value, least: 1 }) }
+        };
+        count("multiple", self.multiple)?;
+        count("segments", self.segments.unwrap_or(1))?;
+        count("most_iterations", self.most_iterations)?;
+        check::positive("tolerance", self.tolerance)?;
+        check::positive("flow_tolerance", self.flow_tolerance)?;
+        Ok(())
+    }
+
+    fn newton<M: Periodic + ?Sized>(&self, model: &M, guess: Guess) -> Result<Cycle, ShootingError> {
+        let segments = Segments::new(model, guess.scale, &guess.rigid, guess.end);
+        let mut corrections: Vec<f64> = Vec::new();
+        let mut first = 0.0;
+        let fail = |states: &[State], corrections: &[f64]| Iterate { states: states.to_vec(), corrections: corrections.to_vec() };
+        let mut here = match segments.round(guess.states, None, self.flow_tolerance) {
+            Ok(round) => round,
+            Err((segment, error, states)) => return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) }),
+        };
+        for _ in 0..self.most_iterations {
+            let last = |corrections: &[f64]| fail(&here.states, corrections);
+            let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
+                Ok(system) => system,
+                Err(component) => return Err(ShootingError::Singular { component, last: last(&corrections) }),
+            };
+            let (step, slack) = system.solve(&here.defects);
+            let size = segments.norm(&step);
+            if corrections.is_empty() {
+                first = segments.norm_of_coordinates(&step);
+            }
+            let stalled = corrections.last().is_some_and(|before| size > 0.5 * before);
+            corrections.push(size);
+            let noise = NOISE * (self.flow_tolerance + segments.rounding(&here.states));
+            if size <= self.tolerance || (stalled && here.defects.iter().all(|d| d.amax() <= noise)) {
+                let looser = segments.round(here.states.clone(), Some(&here.slack), LOOSER * self.flow_tolerance).ok();
+                return Cycle::new(model, &segments, here, looser, self, first, corrections).map_err(|(error, last)| match error {
+                    Some(error) => ShootingError::Flow { segment: 0, error, last },
+                    None => ShootingError::NotConverged { last },
+                });
+            }
+            // Natural monotonicity: the simplified correction must be smaller than the one just made.
+            let mut damping = 1.0;
+            let next = loop {
+                let (states, slacks) = segments.moved(&here, &step, &slack, damping);
+                if let Ok(trial) = segments.round(states, Some(&slacks), self.flow_tolerance) {
+                    let simplified = segments.norm(&system.solve(&trial.defects).0);
+                    if simplified <= (1.0 - 0.25 * damping) * size || simplified <= self.tolerance {
+                        break Some(trial);
+                    }
+                }
+                damping *= 0.5;
+                if damping < LEAST_DAMPING {
+                    break None;
+                }
+            };
+            here = match next {
+                Some(round) => round,
+                None => return Err(ShootingError::NotConverged { last: last(&corrections) }),
+            };
+        }
+        Err(ShootingError::NotConverged { last: fail(&here.states, &corrections) })
+    }
+
+    pub(super) fn flow(&self) -> f64 {
+        self.flow_tolerance
+    }
+    pub(super) fn periods(&self) -> usize {
+        self.multiple
+    }
+}

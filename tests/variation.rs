@@ -1,0 +1,175 @@
+//! The derivative of the flow against differences of the flow, and closed forms.
+
+mod common;
+
+use common::{FreeDeadZone, Impact};
+use gear_dynamics::*;
+use std::f64::consts::PI;
+
+/// Largest disagreement with central differences of the flow, in units of the largest entry of the same column, entries in units of the
+/// sizes given.
+fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f64]) -> f64 {
+    let n = model.dof();
+    let end = start.t + span;
+    let solver = Dop853::new().rtol(1e-13).atol_each(&size.iter().map(|s| 1e-14 * s).collect::<Vec<_>>());
+    let ours = Variation::new().tolerance(1e-13).run(model, start, end).unwrap();
+    let mut worst: f64 = 0.0;
+    for j in 0..2 * n {
+        let h = 2e-5 * size[j];
+        let moved = |h: f64| {
+            let mut from = start.clone();
+            if j < n {
+                from.q[j] += h
+            } else {
+                from.v[j - n] += h
+            }
+            let end = solver.end(model, &from, end).unwrap();
+            [end.q, end.v].concat()
+        };
+        // Richardson: two central differences.
+        let (far, near) = ([moved(h), moved(-h)], [moved(0.5 * h), moved(-0.5 * h)]);
+        let slope: Vec<f64> = (0..2 * n)
+            .map(|i| (4.0 * (near[0][i] - near[1][i]) / h - (far[0][i] - far[1][i]) / (2.0 * h)) / 3.0 * size[j] / size[i])
+            .collect();
+        let largest = slope.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for i in 0..2 * n {
+            worst = worst.max((ours.matrix[(i, j)] * size[j] / size[i] - slope[i]).abs() / largest);
+        }
+    }
+    println!("{} crossings, {worst:.2e}", ours.crossings);
+    worst
+}
+
+/// x'' + c x' (touching) + k g(x) = f + p cos(Ω t), the gap reaching from -b to b with b = 1 + w sin(3 t); without a Jacobian if so wanted.
+struct Jumping {
+    swing: f64,
+    jacobian: bool,
+}
+
+impl Jumping {
+    fn width(&self, t: f64) -> (f64, f64) {
+        (1.0 + self.swing * (3.0 * t).sin(), 3.0 * self.swing * (3.0 * t).cos())
+    }
+}
+
+impl Model for Jumping {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let b = self.width(u[0]).0;
+        let piece = if q[0] > b {
+            Piece::Upper
+        } else if q[0] < -b {
+            Piece::Lower
+        } else {
+            Piece::Gap
+        };
+        self.accel_on_pieces(&[piece], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let (b, rate) = self.width(u[0]);
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, lower_rate: -rate, upper_rate: rate, force: 0.0 };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let b = self.width(u[0]).0;
+        let tooth = |edge: f64| 4.0 * (q[0] - edge) + 0.6 * v[0];
+        a[0] = 0.3 + 0.5 * (0.9 * u[0]).cos()
+            - match pieces[0] {
+                Piece::Lower => tooth(-b),
+                Piece::Gap => 0.0,
+                Piece::Upper => tooth(b),
+            };
+        true
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        if let (true, Some(pieces)) = (self.jacobian, pieces) {
+            let touching = if pieces[0] == Piece::Gap { 0.0 } else { 1.0 };
+            (out.q[(0, 0)], out.v[(0, 0)]) = (-4.0 * touching, -0.6 * touching);
+            return true;
+        }
+        false
+    }
+}
+
+#[test]
+fn differences_of_small_models() {
+    assert!(against_differences(&Impact, &Impact::start(), 60.0, &[1.0; 2]) < 1e-7);
+    assert!(against_differences(&FreeDeadZone { b: 0.5 }, &State::new(0.0, &[1.2], &[0.1]), 25.0, &[1.0; 2]) < 1e-7);
+}
+
+/// The force jumps at edges at rest and at edges that move: without saltation matrices the error is of order one.
+#[test]
+fn differences_where_the_force_jumps() {
+    for swing in [0.0, 0.2] {
+        for jacobian in [true, false] {
+            let start = State::new(0.0, &[1.4], &[0.3]);
+            let worst = against_differences(&Jumping { swing, jacobian }, &start, 40.0, &[1.0; 2]);
+            assert!(worst < 1e-7, "swing {swing}, jacobian {jacobian}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn differences_of_the_pair() {
+    for reading in [NfgReading::exact(), NfgReading::published_on_base_radius()] {
+        let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
+        let worst = against_differences(&pair, &pair.static_start().unwrap(), 0.2 * pair.period(), &[1e-4; 2]);
+        assert!(worst < 1e-7, "{worst}");
+    }
+    let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
+    let worst = against_differences(&two, &two.static_start().unwrap(), 0.1 * two.period(), &[1e-4, 1e-4, 1.0, 1.0]);
+    assert!(worst < 1e-7, "{worst}");
+}
+
+#[test]
+fn differences_of_the_ring() {
+    for damping in [ContactDamping::Always, ContactDamping::InContact] {
+        let set = RingSet { error: 1e-5, ..RingSet::a(3, 5000.0) };
+        let mut params = set.params().unwrap();
+        params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
+        let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
+        let mut size = vec![1e-4; 14];
+        size[7..].fill(1.0);
+        let start = Dop853::new().end(&ring, &State::at_rest(7), 3.3 * ring.period()).unwrap();
+        let worst = against_differences(&ring, &start, 1.3 * ring.period(), &size);
+        assert!(worst < 2e-6, "{damping:?}: {worst}");
+    }
+}
+
+/// det Φ = exp(∫ trace), Liouville, for a damping that is constant.
+#[test]
+fn determinant() {
+    let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap();
+    let start = pair.static_start().unwrap();
+    let span = 0.3 * pair.period();
+    let through = Variation::new().run(&pair, &start, start.t + span).unwrap();
+    let exact = (-2.0 * pair.params().damping_ratio * span).exp();
+    assert!((through.matrix.determinant() / exact - 1.0).abs() < 1e-10, "{}", through.matrix.determinant() / exact - 1.0);
+}
+
+/// q'' + 2 ζ q' + q = 0 in closed form, at rest: the differences alone hold the steps back.
+#[test]
+fn damped_oscillator_at_rest() {
+    struct Damped;
+    impl Model for Damped {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = -0.2 * v[0] - q[0];
+        }
+    }
+    let (delta, omega, t) = (0.1, 0.99f64.sqrt(), 3.0 * PI);
+    let through = Variation::new().run(&Damped, &State::at_rest(1), t).unwrap();
+    let (e, c, s) = ((-delta * t).exp(), (omega * t).cos(), (omega * t).sin());
+    let exact = [[e * (c + delta / omega * s), e * s / omega], [-e * s / omega, e * (c - delta / omega * s)]];
+    for (i, row) in exact.iter().enumerate() {
+        for (j, exact) in row.iter().enumerate() {
+            assert!((through.matrix[(i, j)] - exact).abs() < 1e-10, "{} {exact}", through.matrix[(i, j)]);
+        }
+    }
+}
