@@ -1,11 +1,9 @@
 //! The Jacobian of a balance: Toeplitz plus Hankel in the coefficients of the slopes.
 
 use super::Harmonics;
-use super::couplings::{Couplings, Slope};
-use super::spectra::{Jump, Spectra};
-use crate::error::ParameterError;
+use super::couplings::{Coupling, Couplings, Slope};
+use super::spectra::Spectra;
 use crate::root::Matrix;
-use std::ops::Range;
 
 /// Where the unknowns of a balance stand, and how to fill its Jacobian.
 ///
@@ -20,6 +18,8 @@ pub(super) struct Layout {
     pub(super) rigid: Vec<Vec<f64>>,
     /// Unknown α over its scale.
     pub(super) rigid_scale: f64,
+    /// For each rigid motion the coordinate whose mean is held at zero.
+    pub(super) fixed: Vec<usize>,
     sparse: bool,
 }
 
@@ -27,14 +27,17 @@ impl Layout {
     pub(super) fn new(harmonics: &Harmonics, omega: f64, scales: Vec<f64>, rigid: Vec<Vec<f64>>, couplings: &Couplings) -> Self {
         let dof = scales.len();
         let varying = couplings.list.iter().filter(|c| is_varying(c.q) || is_varying(c.v)).count();
+        let rigid = if harmonics.has_mean() { rigid } else { Vec::new() };
+        let fixed = fixed_coordinates(&rigid, dof);
         Layout {
             harmonics: harmonics.clone(),
             dof,
             omega,
-            rigid: if harmonics.has_mean() { rigid } else { Vec::new() },
+            sparse: dof >= 4 && 3 * varying < dof * dof && (rigid.is_empty() || fixed == [dof - 1]),
+            rigid,
+            fixed,
             rigid_scale: scales[0] * couplings.stiffest.max(omega * omega),
             scales,
-            sparse: dof >= 4 && 3 * varying < dof * dof,
         }
     }
 
@@ -46,129 +49,101 @@ impl Layout {
         self.dof * self.harmonics.unknowns() + self.rigid.len()
     }
 
-    /// An empty Jacobian.
-    pub(super) fn matrix(&self, couplings: &Couplings) -> Result<Matrix, ParameterError> {
+    /// An empty Jacobian, its blocks in the order of the couplings; a dense one where most of them are full.
+    pub(super) fn matrix(&self, couplings: &Couplings) -> Matrix {
         if !self.sparse {
-            return Ok(Matrix::dense(self.size()));
+            return Matrix::dense(self.size());
         }
-        let width = self.harmonics.unknowns();
-        let mut columns = vec![Vec::new(); self.size()];
+        let mut heights = vec![self.harmonics.unknowns(); self.dof];
+        // The mean accelerations stand with the coordinate whose mean is fixed.
+        heights[self.dof - 1] += self.rigid.len();
+        let mut matrix = Matrix::of_heights(&heights);
+        matrix.eliminate_last(self.dof - 1);
+        let mut last_column = vec![false; self.dof];
         for c in &couplings.list {
-            let whole = is_varying(c.q) || is_varying(c.v);
-            for (i, &order) in self.harmonics.orders().iter().enumerate() {
-                let own = self.rows_of(i, order);
-                for column in own.clone() {
-                    let rows = if whole { 0..width } else { own.clone() };
-                    columns[c.j * width + column].extend(rows.map(|row| c.i * width + row));
-                }
-            }
+            let at_border = !self.rigid.is_empty() && (c.i == self.dof - 1 || c.j == self.dof - 1);
+            matrix.add_part(c.i, c.j, !(at_border || is_varying(c.q) || is_varying(c.v)));
+            last_column[c.i] |= c.j == self.dof - 1;
         }
-        for r in 0..self.rigid.len() {
-            let border = self.dof * width + r;
-            for j in 0..self.dof {
-                columns[j * width].push(border);
-                columns[border].push(j * width);
-            }
+        if !self.rigid.is_empty() {
+            (0..self.dof).filter(|&i| !last_column[i]).for_each(|i| matrix.add_part(i, self.dof - 1, false));
         }
-        Matrix::sparse(&columns)
-    }
-
-    /// The rows of one order inside a block.
-    fn rows_of(&self, index: usize, order: usize) -> Range<usize> {
-        let at = self.harmonics.place(index);
-        if order == 0 { at..at + 1 } else { at..at + 2 }
+        matrix
     }
 
     /// ∂R/∂x of R = q'' - a, all over the scales.
     pub(super) fn fill(&self, couplings: &Couplings, spectra: &Spectra, out: &mut Matrix) {
-        let width = self.harmonics.unknowns();
-        let tables = &spectra.slopes;
-        let mut list = couplings.list.iter().peekable();
-        for j in 0..self.dof {
-            let first = list.clone();
-            let count = std::iter::from_fn(|| list.next_if(|c| c.j == j)).count();
-            for (index, &order) in self.harmonics.orders().iter().enumerate() {
-                let own = self.rows_of(index, order);
-                let rate = order as f64 * self.omega;
-                for (parity, column) in own.clone().enumerate() {
-                    let entries = out.column_mut(j * width + column);
-                    entries.fill(0.0);
-                    let mut at = 0;
-                    for c in first.clone().take(count) {
-                        let whole = !self.sparse || is_varying(c.q) || is_varying(c.v);
-                        if !self.sparse {
-                            at = c.i * width;
-                        }
-                        let (length, diagonal) = if whole { (width, own.start) } else { (own.len(), 0) };
-                        let block = &mut entries[at..at + length];
-                        at += length;
-                        // The velocity of c cos is -kω c sin, of s sin it is +kω s cos.
-                        let turned = if parity == 0 { -rate } else { rate };
-                        let scale = -self.scales[j] / self.scales[c.i];
-                        match c.q {
-                            Slope::Constant(a) => block[diagonal + parity] += scale * a,
-                            Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 1, scale),
-                        }
-                        match c.v {
-                            _ if order == 0 => {}
-                            Slope::Constant(b) => block[diagonal + 1 - parity] += scale * turned * b,
-                            Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 0, scale * turned),
-                        }
-                        if c.i == j {
-                            block[diagonal + parity] -= rate * rate;
-                        }
-                    }
-                    for jump in &spectra.jumps {
-                        self.add_jump(jump, couplings, (j, order, parity), entries);
-                    }
-                    if order == 0 {
-                        let end = entries.len();
-                        for (r, rigid) in self.rigid.iter().enumerate() {
-                            let place = if self.sparse { end - self.rigid.len() + r } else { self.dof * width + r };
-                            entries[place] = self.scales[j] / self.scales[0] * rigid[j];
-                        }
-                    }
-                }
-            }
+        let (width, size) = (self.harmonics.unknowns(), self.size());
+        let heights: Vec<usize> = (0..out.block_rows()).map(|i| out.height(i)).collect();
+        for part in out.parts_mut() {
+            part.values.fill(0.0);
         }
-        for (r, rigid) in self.rigid.iter().enumerate() {
-            let entries = out.column_mut(self.dof * width + r);
-            entries.fill(0.0);
-            for (i, share) in rigid.iter().enumerate() {
-                entries[if self.sparse { i } else { i * width }] = self.rigid_scale / self.scales[i] * share;
+        for (number, c) in couplings.list.iter().enumerate() {
+            let (part, view) = if self.sparse {
+                let part = &mut out.parts_mut()[number];
+                let view = View { first: 0, stride: if part.pairs { 2 } else { heights[c.i] }, pairs: part.pairs };
+                (part, view)
+            } else {
+                (&mut out.parts_mut()[0], View { first: c.j * width * size + c.i * width, stride: size, pairs: false })
+            };
+            self.fill_block(c, spectra, &view, &mut part.values);
+        }
+        self.fill_border(out);
+    }
+
+    fn fill_block(&self, c: &Coupling, spectra: &Spectra, view: &View, values: &mut [f64]) {
+        let (width, tables) = (self.harmonics.unknowns(), &spectra.slopes);
+        let scale = -self.scales[c.j] / self.scales[c.i];
+        for (index, &order) in self.harmonics.orders().iter().enumerate() {
+            let (at, rate) = (self.harmonics.place(index), order as f64 * self.omega);
+            for parity in 0..if order == 0 { 1 } else { 2 } {
+                let start = view.first + (at + parity) * view.stride;
+                let (length, diagonal) = if view.pairs { (2, 0) } else { (width, at) };
+                let block = &mut values[start..start + length];
+                // The velocity of c cos is -kω c sin, of s sin it is +kω s cos.
+                let turned = scale * if parity == 0 { -rate } else { rate };
+                match c.q {
+                    Slope::Constant(a) => block[diagonal + parity] += scale * a,
+                    Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 1, scale),
+                }
+                match c.v {
+                    _ if order == 0 => {}
+                    Slope::Constant(b) => block[diagonal + 1 - parity] += turned * b,
+                    Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 0, turned),
+                }
+                if c.i == c.j {
+                    block[diagonal + parity] -= rate * rate;
+                }
+                for jump in spectra.jumps.iter().filter(|jump| !view.pairs && jump.row[c.j] != 0.0 && jump.size[c.i] != 0.0) {
+                    let (sin, cos) = libm::sincos(jump.phase * order as f64);
+                    let moved = jump.row[c.j] * if parity == 0 { cos } else { sin };
+                    jump.add(block, &self.harmonics, scale * moved * jump.size[c.i]);
+                }
             }
         }
     }
 
-    /// A force that jumps at a switch: the switch moves with the orbit.
-    fn add_jump(&self, jump: &Jump, couplings: &Couplings, (j, order, parity): (usize, usize, usize), entries: &mut [f64]) {
-        if jump.row[j] == 0.0 {
-            return;
-        }
-        let (sin, cos) = libm::sincos(jump.phase * order as f64);
-        let moved = jump.row[j] * if parity == 0 { cos } else { sin };
-        let width = self.harmonics.unknowns();
-        let mut at = 0;
-        for c in couplings.list.iter().filter(|c| c.j == j) {
-            let whole = !self.sparse || is_varying(c.q) || is_varying(c.v);
-            if !self.sparse {
-                at = c.i * width;
-            }
-            if whole {
-                let share = -moved * jump.size[c.i] * self.scales[j] / self.scales[c.i];
-                let block = &mut entries[at..at + width];
-                for (index, &k) in self.harmonics.orders().iter().enumerate() {
-                    let (sin, cos) = libm::sincos(jump.phase * k as f64);
-                    let place = self.harmonics.place(index);
-                    if k == 0 {
-                        block[place] += share;
-                    } else {
-                        block[place] += 2.0 * cos * share;
-                        block[place + 1] += 2.0 * sin * share;
+    /// Mean accelerations as unknowns, and the means that they replace.
+    fn fill_border(&self, out: &mut Matrix) {
+        let (width, size, n) = (self.harmonics.unknowns(), self.size(), self.dof);
+        let (last, sparse) = (n - 1, self.sparse);
+        let height = width + self.rigid.len();
+        for (r, rigid) in self.rigid.iter().enumerate() {
+            let fixed = self.fixed[r];
+            for part in out.parts_mut() {
+                if !sparse {
+                    part.values[fixed * width * size + n * width + r] = 1.0;
+                    for (i, share) in rigid.iter().enumerate() {
+                        part.values[(n * width + r) * size + i * width] = self.rigid_scale / self.scales[i] * share;
+                    }
+                } else if part.j == last {
+                    let stride = if part.i == last { height } else { width };
+                    part.values[(width + r) * stride] = self.rigid_scale / self.scales[part.i] * rigid[part.i];
+                    if part.i == last {
+                        part.values[width + r] = 1.0;
                     }
                 }
             }
-            at += if whole { width } else { 1 + usize::from(order > 0) };
         }
     }
 
@@ -176,6 +151,30 @@ impl Layout {
     pub(super) fn coordinate(&self, unknown: usize) -> usize {
         (unknown / self.harmonics.unknowns()).min(self.dof - 1)
     }
+}
+
+/// Where a block stands in its values.
+struct View {
+    first: usize,
+    stride: usize,
+    pairs: bool,
+}
+
+/// For each motion a coordinate that moves along with it and with none of the motions before, the last possible one.
+fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
+    let mut reduced = rigid.to_vec();
+    let mut fixed = Vec::new();
+    for r in 0..reduced.len() {
+        let largest = reduced[r].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let pivot = (0..dof).rev().find(|&j| reduced[r][j].abs() > 0.01 * largest).unwrap_or(dof - 1);
+        let (done, rest) = reduced.split_at_mut(r + 1);
+        for other in rest {
+            let share = other[pivot] / done[r][pivot];
+            other.iter_mut().zip(&done[r]).for_each(|(x, y)| *x -= share * y);
+        }
+        fixed.push(pivot);
+    }
+    fixed
 }
 
 pub(super) fn is_varying(slope: Slope) -> bool {

@@ -10,22 +10,13 @@
 use super::Harmonics;
 use super::couplings::{Couplings, Slope, Slopes};
 use super::grid::Grid;
+use super::look::{Look, Part, is_linear_on_pieces};
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
-use super::transform::{Transform, unpack};
-use crate::model::{Periodic, Piece, Side};
+use crate::model::{Periodic, Piece};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// Coefficients of a real periodic function, k = 0, 1, ... in the model's period.
-type Series = Vec<Complex64>;
-
-/// What one piece adds: forces at rest per coordinate, and periodic slopes by number. Empty series are zero.
-struct Part {
-    force: Vec<Series>,
-    slopes: Vec<Series>,
-}
 
 /// A model in closed form.
 pub(super) struct Closed {
@@ -38,23 +29,18 @@ pub(super) struct Closed {
 
 /// Samples of the drives tried at most.
 const MOST: usize = 16_384;
-/// Coefficients below this share of the largest are rounding.
-const ROUNDING: f64 = 4e-16;
-/// The highest quarter of the samples' orders must fall below this share.
-const SETTLED: f64 = 1e-13;
-
 impl Closed {
     /// `None` if the model is not linear on its pieces, its contacts do not add up, or its drives have too many harmonics.
-    pub(super) fn find<M: Periodic + ?Sized>(
-        model: &M,
+    pub(super) fn find<'m, M: Periodic + ?Sized>(
+        model: &'m M,
         harmonics: &Harmonics,
         couplings: &Couplings,
-        slopes: &mut Slopes<'_, M>,
+        slopes: &mut Slopes<'m, M>,
     ) -> Option<Self> {
         if !is_linear_on_pieces(model, slopes) {
             return None;
         }
-        let mut samples = 256;
+        let mut samples = 64;
         while samples <= MOST {
             if let Some(closed) = Closed::sampled(model, couplings, slopes, samples) {
                 let longest = closed.longest();
@@ -66,63 +52,39 @@ impl Closed {
         None
     }
 
-    fn sampled<M: Periodic + ?Sized>(model: &M, couplings: &Couplings, slopes: &mut Slopes<'_, M>, samples: usize) -> Option<Self> {
-        let (n, contacts) = (model.dof(), model.contacts());
-        let rest = vec![0.0; n];
-        let mut transform = Transform::new(samples);
-        let mut drives = vec![vec![0.0; model.drives()]; samples];
-        for (s, u) in drives.iter_mut().enumerate() {
-            model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
-        }
-        let mut look = |pieces: &[Piece]| {
-            let (mut force, mut slope) = (vec![vec![0.0; samples]; n], vec![vec![0.0; samples]; couplings.varying.len()]);
-            let mut a = vec![0.0; n];
-            for (s, u) in drives.iter().enumerate() {
-                model.accel_on_pieces(pieces, u, &rest, &rest, &mut a);
-                force.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
-                slopes.at(Some(pieces), u, &rest, &rest);
-                for (values, &(i, j, velocity)) in slope.iter_mut().zip(&couplings.varying) {
-                    values[s] = if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+    fn sampled<'m, M: Periodic + ?Sized>(model: &'m M, couplings: &Couplings, slopes: &mut Slopes<'m, M>, samples: usize) -> Option<Self> {
+        let contacts = model.contacts();
+        let mut look = Look::new(model, couplings, slopes, samples);
+        let gap = look.at(&vec![Piece::Gap; contacts], samples);
+        let reach = |contact: usize, look: &mut Look<'_, '_, M>| {
+            let mut pieces = vec![Piece::Gap; contacts];
+            pieces[contact] = Piece::Lower;
+            look.at(&pieces, 1).touched(&gap)
+        };
+        let base = gap.series(None, None)?;
+        let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut look)).collect();
+        let mut flanks: Vec<Option<[Part; 2]>> = (0..contacts).map(|_| None).collect();
+        // Contacts that reach nothing in common are looked at together.
+        while let Some(first) = flanks.iter().position(Option::is_none) {
+            let mut group: Vec<usize> = Vec::new();
+            let mut taken = vec![false; reaches[first].len()];
+            for c in (first..contacts).filter(|&c| flanks[c].is_none()) {
+                if reaches[c].iter().zip(&taken).all(|(reached, taken)| !(reached & taken)) {
+                    taken.iter_mut().zip(&reaches[c]).for_each(|(taken, reached)| *taken |= reached);
+                    group.push(c);
                 }
             }
-            (force, slope)
-        };
-        let mut series = |values: &[f64]| -> Option<Series> {
-            let mut buffer: Vec<Complex64> = values.iter().map(|&x| x.into()).collect();
-            transform.analyse(&mut buffer);
-            let mut series: Series = (0..samples / 2).map(|k| unpack(&buffer, k).0).collect();
-            let largest = series.iter().fold(0.0, |m: f64, c| m.max(c.norm()));
-            if series[3 * samples / 8..].iter().any(|c| c.norm() > SETTLED * largest) {
-                return None;
+            let mut on = |piece: Piece| {
+                let mut pieces = vec![Piece::Gap; contacts];
+                group.iter().for_each(|&c| pieces[c] = piece);
+                look.at(&pieces, samples)
+            };
+            let (lower, upper) = (on(Piece::Lower), on(Piece::Upper));
+            for &c in &group {
+                flanks[c] = Some([lower.series(Some(&gap), Some(&reaches[c]))?, upper.series(Some(&gap), Some(&reaches[c]))?]);
             }
-            let length = series.iter().rposition(|c| c.norm() > ROUNDING * largest).map_or(0, |last| last + 1);
-            series.truncate(length);
-            Some(series)
-        };
-        let mut pieces = vec![Piece::Gap; contacts];
-        let gap = look(&pieces);
-        let mut part = |(force, slope): &(Vec<Vec<f64>>, Vec<Vec<f64>>), less: Option<&(Vec<Vec<f64>>, Vec<Vec<f64>>)>| -> Option<Part> {
-            let mut list = |values: &[Vec<f64>], less: Option<&[Vec<f64>]>| -> Option<Vec<Series>> {
-                let difference = |i: usize| match less {
-                    None => values[i].clone(),
-                    Some(less) => values[i].iter().zip(&less[i]).map(|(x, y)| x - y).collect(),
-                };
-                (0..values.len()).map(|i| series(&difference(i))).collect()
-            };
-            Some(Part { force: list(force, less.map(|l| &l.0[..]))?, slopes: list(slope, less.map(|l| &l.1[..]))? })
-        };
-        let base = part(&gap, None)?;
-        let mut flanks = Vec::with_capacity(contacts);
-        for c in 0..contacts {
-            let mut flank = |piece: Piece| {
-                pieces[c] = piece;
-                let on = part(&look(&pieces), Some(&gap));
-                pieces[c] = Piece::Gap;
-                on
-            };
-            flanks.push([flank(Piece::Lower)?, flank(Piece::Upper)?]);
         }
-        Some(Closed { base, flanks, indicator: Vec::new() })
+        Some(Closed { base, flanks: flanks.into_iter().flatten().collect(), indicator: Vec::new() })
     }
 
     fn longest(&self) -> usize {
@@ -263,53 +225,4 @@ impl Indicator<'_> {
         }
         sum
     }
-}
-
-/// Whether held accelerations are linear in the state, and contacts add up.
-fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
-    let (n, contacts) = (model.dof(), model.contacts());
-    let rest = vec![0.0; n];
-    let mut u = vec![0.0; model.drives()];
-    let mut seed = 0u32;
-    let mut random = || {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(seed) / f64::from(u32::MAX)
-    };
-    let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-    for _ in 0..8 {
-        model.drive(model.period() * random(), Side::After, &mut u);
-        let pieces: Vec<Piece> = (0..contacts).map(|_| [Piece::Lower, Piece::Gap, Piece::Upper][(random() * 2.999) as usize]).collect();
-        let q: Vec<f64> = slopes.reach(0).iter().map(|size| size * (4.0 * random() - 2.0)).collect();
-        let v: Vec<f64> = slopes.reach(1).iter().map(|size| size * (4.0 * random() - 2.0)).collect();
-        if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {
-            return false;
-        }
-        // The same from the pieces one by one, each linear.
-        let mut held = vec![Piece::Gap; contacts];
-        let mut linear = |held: &[Piece], out: &mut [f64], at_rest: &mut [f64]| {
-            model.accel_on_pieces(held, &u, &rest, &rest, at_rest);
-            slopes.at(Some(held), &u, &rest, &rest);
-            for i in 0..n {
-                out[i] = at_rest[i] + (0..n).map(|j| slopes.jacobian.q[(i, j)] * q[j] + slopes.jacobian.v[(i, j)] * v[j]).sum::<f64>();
-            }
-        };
-        let mut at_rest = vec![0.0; n];
-        let mut gap = vec![0.0; n];
-        linear(&held, &mut gap, &mut at_rest);
-        let mut sum = gap.clone();
-        let mut size: Vec<f64> = gap.iter().map(|x| x.abs()).collect();
-        for c in 0..contacts {
-            held[c] = pieces[c];
-            linear(&held, &mut a[1], &mut at_rest);
-            held[c] = Piece::Gap;
-            for i in 0..n {
-                sum[i] += a[1][i] - gap[i];
-                size[i] += a[1][i].abs();
-            }
-        }
-        if (0..n).any(|i| (sum[i] - a[0][i]).abs() > 1e-9 * (size[i] + a[0][i].abs())) {
-            return false;
-        }
-    }
-    true
 }

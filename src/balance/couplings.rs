@@ -108,9 +108,9 @@ impl Couplings {
         let held: Vec<Vec<Piece>> = [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> = if holds { held.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for look in 0..LOOKS {
-            model.drive(model.period() * spread(look, 0), Side::After, &mut u);
+            model.drive(model.period() * even(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
-            let random = |half: usize, j: usize| size * slopes.size[half][j] * (2.0 * spread(look, 1 + 2 * j + half) - 1.0);
+            let random = |half: usize, j: usize| size * slopes.size[half][j] * (2.0 * even(look, 1 + 2 * j + half) - 1.0);
             let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|j| (random(0, j), random(1, j))).unzip();
             for &pieces in &ways {
                 slopes.at(pieces, &u, &q, &v);
@@ -156,6 +156,6 @@ impl Couplings {
 }
 
 /// Numbers spread over 0..1, different in every direction.   Weyl sequence of square roots.
-fn spread(index: usize, direction: usize) -> f64 {
+pub(super) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }

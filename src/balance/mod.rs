@@ -7,6 +7,7 @@ mod error;
 mod grid;
 mod harmonics;
 mod kinks;
+mod look;
 mod orbit;
 mod panels;
 mod proof;

@@ -96,7 +96,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let rigid = if slopes.differenced { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
-            empty: layout.matrix(&couplings)?,
+            empty: layout.matrix(&couplings),
             spectra: Spectra::new(n, varying, harmonics),
             stencil: Stencil::new(),
             switching: Switching::new(model.contacts(), samples),
@@ -147,12 +147,11 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             let alpha: f64 = rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
             x.push(alpha / self.layout.rigid_scale);
         }
-        // The position along a rigid motion is fixed at zero: the guess has to stand there.
-        for rigid in &self.layout.rigid {
-            let along: f64 = rigid.iter().map(|r| r * r).sum();
-            let share: f64 = (0..self.layout.dof).map(|j| rigid[j] * x[j * width] * self.layout.scales[j]).sum::<f64>() / along;
-            for j in 0..self.layout.dof {
-                x[j * width] -= share * rigid[j] / self.layout.scales[j];
+        // The position along a rigid motion is held by one mean, which is zero: the guess has to stand there.
+        for (rigid, &fixed) in self.layout.rigid.iter().zip(&self.layout.fixed) {
+            let share = x[fixed * width] * self.layout.scales[fixed] / rigid[fixed];
+            for (j, r) in rigid.iter().enumerate() {
+                x[j * width] -= share * r / self.layout.scales[j];
             }
         }
         x
@@ -316,12 +315,10 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
         let n = self.layout.dof;
         for (k, rigid) in self.layout.rigid.iter().enumerate() {
             let alpha = x[n * width + k] * self.layout.rigid_scale;
-            let mut place = 0.0;
             for (i, share) in rigid.iter().enumerate() {
                 r[i * width] += alpha * share / self.layout.scales[i];
-                place += share * self.coefficients[i * width];
             }
-            r[n * width + k] = place / self.layout.scales[0];
+            r[n * width + k] = x[self.layout.fixed[k] * width];
         }
     }
 

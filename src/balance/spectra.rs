@@ -29,6 +29,21 @@ pub(super) struct Jump {
     pub(super) row: Vec<f64>,
 }
 
+impl Jump {
+    /// Adds an impulse at the switch to the coefficients of a force, turned into those of the residual.
+    pub(super) fn add(&self, block: &mut [f64], harmonics: &Harmonics, share: f64) {
+        for (index, &order) in harmonics.orders().iter().enumerate() {
+            let (at, (sin, cos)) = (harmonics.place(index), libm::sincos(self.phase * order as f64));
+            if order == 0 {
+                block[at] += share;
+            } else {
+                block[at] += 2.0 * cos * share;
+                block[at + 1] += 2.0 * sin * share;
+            }
+        }
+    }
+}
+
 impl Spectra {
     pub(super) fn new(dof: usize, varying: usize, harmonics: &Harmonics) -> Self {
         Spectra {

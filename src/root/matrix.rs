@@ -1,180 +1,163 @@
-//! Jacobians, dense or sparse, and their factors.
+//! Jacobians: dense, or of blocks of which most are missing.
 
-use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{MatMut, MatRef};
-use nalgebra::{DMatrix, DVectorViewMut, Dyn};
+use super::blocks::{Block, Pairs};
+use crate::error::ParameterError;
+use nalgebra::DMatrix;
 
-/// A square matrix, filled column by column: all rows of a dense one, the rows of its pattern of a sparse one.
+/// A square matrix in blocks; a dense one is a single block. Entries are stored column by column inside each block.
 ///
 /// ```
 /// use gear_dynamics::Matrix;
-/// let mut sparse = Matrix::sparse(&[vec![0], vec![0, 1]])?;
-/// sparse.column_mut(1).copy_from_slice(&[2.0, 5.0]);
-/// assert_eq!(sparse.rows(1), Some(&[0, 1][..]));
-/// assert_eq!(sparse.times(&[1.0, 1.0]), [2.0, 5.0]);
+/// // A chain of three pairs of unknowns: the first and the last know nothing of each other.
+/// let mut chain = Matrix::blocks(&[2, 2, 2], &[(0, 0), (1, 1), (2, 2), (0, 1), (1, 0), (1, 2), (2, 1)])?;
+/// chain.block_mut(0, 1).copy_from_slice(&[1.0, 0.0, 0.0, 4.0]);
+/// assert_eq!(chain.size(), 6);
+/// assert_eq!(chain.times(&[0.0, 0.0, 1.0, 1.0, 0.0, 0.0]), [1.0, 4.0, 0.0, 0.0, 0.0, 0.0]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Matrix {
-    size: usize,
-    values: Vec<f64>,
-    pattern: Option<Pattern>,
+    /// Where each block row begins; one more at the end.
+    starts: Vec<usize>,
+    parts: Vec<Part>,
+    /// The block row to be eliminated last, if it matters.
+    last: Option<usize>,
 }
 
-/// Where a sparse matrix has entries, with the order of elimination that suits it.
+/// One stored block.
 #[derive(Clone, Debug)]
-struct Pattern {
-    columns: SymbolicSparseColMat<usize>,
-    elimination: SymbolicLu<usize>,
+pub(crate) struct Part {
+    pub(crate) i: usize,
+    pub(crate) j: usize,
+    /// Only pairs of rows on the diagonal are stored: two entries a column.
+    pub(crate) pairs: bool,
+    pub(crate) values: Vec<f64>,
 }
 
 impl Matrix {
     /// A dense matrix of zeros.
     pub fn dense(size: usize) -> Self {
-        Matrix { size, values: vec![0.0; size * size], pattern: None }
+        Matrix { starts: vec![0, size], parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }], last: None }
     }
 
-    /// A sparse matrix of zeros; `rows[j]` lists the rows of column j in increasing order.
+    /// Zeros in blocks of the given heights; `pattern` lists (block row, block column) of those that are stored.
     ///
     /// # Errors
-    /// A row outside the matrix, or out of order.
-    pub fn sparse(rows: &[Vec<usize>]) -> Result<Self, crate::ParameterError> {
-        let size = rows.len();
-        for (j, column) in rows.iter().enumerate() {
-            let out_of_order = column.windows(2).find(|w| w[0] >= w[1]).map(|w| w[1]);
-            if let Some(row) = out_of_order.or_else(|| column.iter().copied().find(|&i| i >= size)) {
-                let allowed = "increasing rows inside the matrix";
-                return Err(crate::ParameterError::OutOfRange { name: format!("row of column {j}"), value: row as f64, allowed });
+    /// A block outside the matrix, or twice.
+    pub fn blocks(heights: &[usize], pattern: &[(usize, usize)]) -> Result<Self, ParameterError> {
+        let mut matrix = Matrix::of_heights(heights);
+        for (k, &(i, j)) in pattern.iter().enumerate() {
+            if i.max(j) >= heights.len() || pattern[..k].contains(&(i, j)) {
+                let value = if i >= heights.len() { i } else { j } as f64;
+                return Err(ParameterError::OutOfRange { name: format!("block {k}"), value, allowed: "the matrix, each block once" });
             }
+            matrix.add_part(i, j, false);
         }
+        Ok(matrix)
+    }
+
+    /// No blocks yet.
+    pub(crate) fn of_heights(heights: &[usize]) -> Self {
         let mut starts = vec![0];
-        for column in rows {
-            starts.push(starts[starts.len() - 1] + column.len());
+        for height in heights {
+            starts.push(starts[starts.len() - 1] + height);
         }
-        let entries = rows.concat();
-        let values = vec![0.0; entries.len()];
-        let columns = SymbolicSparseColMat::new_checked(size, size, starts, None, entries);
-        let elimination = SymbolicLu::try_new(columns.as_ref()).map_err(|_| crate::ParameterError::TooFew {
-            name: "memory for the sparse pattern".into(),
-            value: size,
-            least: size,
-        })?;
-        Ok(Matrix { size, values, pattern: Some(Pattern { columns, elimination }) })
+        Matrix { starts, parts: Vec::new(), last: None }
+    }
+
+    pub(crate) fn add_part(&mut self, i: usize, j: usize, pairs: bool) {
+        let entries = self.height(j) * if pairs { 2 } else { self.height(i) };
+        self.parts.push(Part { i, j, pairs, values: vec![0.0; entries] });
+    }
+
+    pub(crate) fn eliminate_last(&mut self, block: usize) {
+        self.last = Some(block);
+    }
+    pub(crate) fn last(&self) -> Option<usize> {
+        self.last
+    }
+
+    pub(crate) fn height(&self, i: usize) -> usize {
+        self.starts[i + 1] - self.starts[i]
+    }
+    pub(crate) fn start(&self, i: usize) -> usize {
+        self.starts[i]
+    }
+    pub(crate) fn block_rows(&self) -> usize {
+        self.starts.len() - 1
+    }
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+    pub(crate) fn parts_mut(&mut self) -> &mut [Part] {
+        &mut self.parts
+    }
+    /// The single block of a dense matrix.
+    pub(crate) fn single(&self) -> Option<&[f64]> {
+        (self.block_rows() == 1 && !self.parts[0].pairs).then_some(&self.parts[0].values)
     }
 
     /// Rows, equal to columns.
     pub fn size(&self) -> usize {
-        self.size
+        self.starts[self.starts.len() - 1]
     }
 
-    /// The rows that column j stores; `None`: all.
-    pub fn rows(&self, j: usize) -> Option<&[usize]> {
-        self.pattern.as_ref().map(|p| &p.columns.row_idx()[p.columns.col_range(j)])
+    /// The entries of a block, column by column.
+    ///
+    /// # Panics
+    /// If the block is not stored.
+    pub fn block_mut(&mut self, i: usize, j: usize) -> &mut [f64] {
+        let found = self.parts.iter_mut().find(|part| part.i == i && part.j == j && !part.pairs);
+        assert!(found.is_some(), "block ({i}, {j}) is not stored");
+        found.map_or(&mut [], |part| &mut part.values[..])
     }
 
-    /// The stored entries of column j.
-    pub fn column(&self, j: usize) -> &[f64] {
-        &self.values[self.range(j)]
-    }
-
-    /// The stored entries of column j, to be written.
+    /// Column j of a dense matrix.
+    ///
+    /// # Panics
+    /// If the matrix has more than one block, or no column j.
     pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
-        let range = self.range(j);
-        &mut self.values[range]
+        assert_eq!(self.block_rows(), 1, "only a dense matrix has whole columns");
+        let n = self.size();
+        &mut self.parts[0].values[j * n..(j + 1) * n]
     }
 
-    #[inline]
-    fn range(&self, j: usize) -> std::ops::Range<usize> {
-        match &self.pattern {
-            None => j * self.size..(j + 1) * self.size,
-            Some(p) => p.columns.col_range(j),
+    /// Sets every stored entry of column j.
+    pub(crate) fn set_column(&mut self, j: usize, value: impl Fn(usize) -> f64) {
+        let starts = &self.starts;
+        for part in &mut self.parts {
+            let (first, height) = (starts[part.i], starts[part.i + 1] - starts[part.i]);
+            let Some(column) = j.checked_sub(starts[part.j]).filter(|c| *c < starts[part.j + 1] - starts[part.j]) else {
+                continue;
+            };
+            let (rows, stored) = if part.pairs { (Pairs::rows(height, column), 2) } else { (0..height, height) };
+            part.values[column * stored..(column + 1) * stored].iter_mut().zip(rows).for_each(|(x, row)| *x = value(first + row));
         }
     }
 
     /// A x.
     pub fn times(&self, x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; self.size];
-        for (j, x) in x.iter().enumerate() {
-            match self.rows(j) {
-                None => y.iter_mut().zip(self.column(j)).for_each(|(y, a)| *y += a * x),
-                Some(rows) => rows.iter().zip(self.column(j)).for_each(|(&i, a)| y[i] += a * x),
-            }
-        }
-        y
-    }
-}
-
-/// LU factors of a [`Matrix`].
-pub(crate) enum Factors {
-    Small(nalgebra::LU<f64, Dyn, Dyn>),
-    Dense(PartialPivLu<f64>),
-    Sparse(Lu<usize, f64>),
-}
-
-/// The unknown that the equations leave free.
-pub(crate) struct Floating(pub(crate) usize);
-
-/// Up to this size plain elimination beats blocks.
-const SMALL: usize = 40;
-
-impl Factors {
-    pub(crate) fn new(a: &Matrix) -> Result<Self, Floating> {
-        if let Some(p) = &a.pattern {
-            let matrix = SparseColMatRef::new(p.columns.as_ref(), &a.values[..]);
-            return Lu::try_new_with_symbolic(p.elimination.clone(), matrix).map(Factors::Sparse).map_err(|_| Floating(0));
-        }
-        if a.size <= SMALL {
-            let lu = nalgebra::LU::new(DMatrix::from_column_slice(a.size, a.size, &a.values));
-            let u = lu.lu_internal();
-            return match floating(a.size, |i, j| u[(i, j)]) {
-                Some(unknown) => Err(Floating(unknown)),
-                None => Ok(Factors::Small(lu)),
-            };
-        }
-        let lu = MatRef::from_column_major_slice(&a.values, a.size, a.size).partial_piv_lu();
-        let u = lu.U();
-        match floating(a.size, |i, j| u[(i, j)]) {
-            Some(unknown) => Err(Floating(unknown)),
-            None => Ok(Factors::Dense(lu)),
-        }
+        let full = DMatrix::from(self);
+        (full * nalgebra::DVector::from_column_slice(x)).as_slice().to_vec()
     }
 
-    /// x becomes A⁻¹ x.
-    pub(crate) fn solve(&self, x: &mut [f64]) {
-        let n = x.len();
-        match self {
-            Factors::Small(lu) => {
-                lu.solve_mut(&mut DVectorViewMut::from_slice(x, n));
-            }
-            Factors::Dense(lu) => lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1)),
-            Factors::Sparse(lu) => lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1)),
-        }
+    pub(crate) fn block(&self, part: &Part) -> Block {
+        let (height, width) = (self.height(part.i), self.height(part.j));
+        if part.pairs { Block::Pairs(Pairs::new(&part.values, width)) } else { Block::dense(&part.values, height, width) }
     }
-}
-
-/// If U is singular to rounding, the largest entry of its null vector.
-fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
-    let largest = (0..n).fold(0.0, |m: f64, i| m.max(u(i, i).abs()));
-    let column = (0..n).find(|&i| u(i, i).abs() <= n as f64 * f64::EPSILON * largest || u(i, i).is_nan())?;
-    let mut null = vec![0.0; column + 1];
-    null[column] = 1.0;
-    for i in (0..column).rev() {
-        let sum: f64 = (i + 1..=column).map(|j| u(i, j) * null[j]).sum();
-        null[i] = -sum / u(i, i);
-    }
-    (0..=column).max_by(|&a, &b| null[a].abs().total_cmp(&null[b].abs()))
 }
 
 impl From<&Matrix> for DMatrix<f64> {
-    /// All entries, the zeros of a sparse matrix included.
+    /// All entries, missing ones zero.
     fn from(a: &Matrix) -> Self {
-        let mut full = DMatrix::zeros(a.size, a.size);
-        for j in 0..a.size {
-            match a.rows(j) {
-                None => full.column_mut(j).copy_from_slice(a.column(j)),
-                Some(rows) => rows.iter().zip(a.column(j)).for_each(|(&i, x)| full[(i, j)] = *x),
+        let mut full = DMatrix::zeros(a.size(), a.size());
+        for part in &a.parts {
+            let (first, height) = (a.starts[part.i], a.height(part.i));
+            for column in 0..a.height(part.j) {
+                let (rows, stored) = if part.pairs { (Pairs::rows(height, column), 2) } else { (0..height, height) };
+                for (row, value) in rows.zip(&part.values[column * stored..]) {
+                    full[(first + row, a.starts[part.j] + column)] += *value;
+                }
             }
         }
         full

@@ -1,12 +1,14 @@
 //! Roots of nonlinear equations.
 
+mod blocks;
 mod broyden;
+mod factors;
 mod matrix;
 mod newton;
 
 pub use broyden::{Broyden, FirstJacobian};
+pub(crate) use factors::{Factors, Floating};
 pub use matrix::Matrix;
-pub(crate) use matrix::{Factors, Floating};
 pub use newton::Newton;
 
 use thiserror::Error;
@@ -93,11 +95,7 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
         moved[j] = x[j] - h;
         equations.residual(&moved, &mut minus);
         moved[j] = x[j];
-        let rows = out.rows(j).map(<[usize]>::to_vec);
-        for (k, entry) in out.column_mut(j).iter_mut().enumerate() {
-            let i = rows.as_ref().map_or(k, |rows| rows[k]);
-            *entry = (plus[i] - minus[i]) / (2.0 * h);
-        }
+        out.set_column(j, |i| (plus[i] - minus[i]) / (2.0 * h));
     }
 }
 

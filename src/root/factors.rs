@@ -1,0 +1,69 @@
+//! LU factors of a Jacobian.
+
+use super::Matrix;
+use super::blocks::Elimination;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{MatMut, MatRef};
+use nalgebra::{DMatrix, DVectorViewMut, Dyn};
+
+/// LU factors of a [`Matrix`].
+pub(crate) enum Factors {
+    Small(nalgebra::LU<f64, Dyn, Dyn>),
+    Dense(PartialPivLu<f64>),
+    Blocks(Elimination),
+}
+
+/// The unknown that the equations leave free.
+pub(crate) struct Floating(pub(crate) usize);
+
+/// Up to this size plain elimination beats blocks.
+const SMALL: usize = 40;
+
+impl Factors {
+    pub(crate) fn new(a: &Matrix) -> Result<Self, Floating> {
+        let n = a.size();
+        let (found, factors) = match a.single() {
+            None => return Elimination::new(a).map(Factors::Blocks).map_err(Floating),
+            Some(values) if n <= SMALL => {
+                let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
+                let u = lu.lu_internal();
+                (floating(n, |i, j| u[(i, j)]), Factors::Small(lu))
+            }
+            Some(values) => {
+                let lu = MatRef::from_column_major_slice(values, n, n).partial_piv_lu();
+                let u = lu.U();
+                (floating(n, |i, j| u[(i, j)]), Factors::Dense(lu))
+            }
+        };
+        found.map_or(Ok(factors), |unknown| Err(Floating(unknown)))
+    }
+
+    /// x becomes A⁻¹ x.
+    pub(crate) fn solve(&self, x: &mut [f64]) {
+        let n = x.len();
+        match self {
+            Factors::Small(lu) => {
+                lu.solve_mut(&mut DVectorViewMut::from_slice(x, n));
+            }
+            Factors::Dense(lu) => lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1)),
+            Factors::Blocks(elimination) => elimination.solve(x),
+        }
+    }
+}
+
+/// If U is singular to rounding, the largest entry of its null vector.
+pub(super) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
+    // Each pivot against its own column: equations may be of very different size.
+    let vanishes = |i: usize| {
+        let size = (0..=i).fold(0.0, |m: f64, k| m.max(u(k, i).abs()));
+        u(i, i).is_nan() || u(i, i).abs() <= 16.0 * f64::EPSILON * size
+    };
+    let column = (0..n).find(|&i| vanishes(i))?;
+    let mut null = vec![0.0; column + 1];
+    null[column] = 1.0;
+    for i in (0..column).rev() {
+        let sum: f64 = (i + 1..=column).map(|j| u(i, j) * null[j]).sum();
+        null[i] = -sum / u(i, i);
+    }
+    (0..=column).max_by(|&a, &b| null[a].abs().total_cmp(&null[b].abs()))
+}
