@@ -4,6 +4,7 @@ mod assembly;
 mod closed;
 mod couplings;
 mod error;
+mod floquet;
 mod grid;
 mod harmonics;
 mod kinks;

@@ -3,6 +3,7 @@
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
 use crate::model::{Periodic, Piece};
+use crate::orbit::Cycle;
 use crate::root::{Factors, Residual};
 use nalgebra::{DMatrix, DVector};
 
@@ -24,6 +25,11 @@ pub struct Proof {
     pub finer: Orbit,
     /// The correction that exact integrals ask for, over the peak-to-peak; zero when they are exact.
     pub aliasing: f64,
+    /// The first correction of multiple shooting, over the range of motion: a few times smaller than the error when it is small; above 0.1,
+    /// and infinite when shooting finds nothing, there is no orbit of the equation near.
+    pub shooting: f64,
+    /// The orbit of the equation itself, to 1e-12, with its monodromy, if shooting found it.
+    pub polished: Option<Cycle>,
 }
 
 /// Orders must pass the fastest local natural order by this factor.
@@ -32,7 +38,7 @@ const RESOLVED: f64 = 1.2;
 const ALIASED: f64 = 1e-3;
 
 impl Balance {
-    /// Solves again on 1.3 H orders and compares.
+    /// Solves again on 1.3 H orders, asks for the correction of exact integrals where these were sampled, and shoots from the orbit.
     ///
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
@@ -42,7 +48,9 @@ impl Balance {
             Integrals::Sampled { .. } => aliasing(&self.equations(model, orbit)?, orbit)?,
             _ => 0.0,
         };
-        Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing })
+        let polished = orbit.polish(model).ok();
+        let shooting = polished.as_ref().map_or(f64::INFINITY, Cycle::first_correction);
+        Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
     }
 
     /// Adds orders until the truncation error falls below `accuracy`, a share of the peak-to-peak, up to order `highest`.

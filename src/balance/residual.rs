@@ -75,6 +75,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
             }
             Integrals::Sampled { samples } => samples,
+            // Without contacts a smooth force has few orders more than the motion.
+            Integrals::Exact if model.contacts() == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
             _ => samples_for(harmonics.highest()),
         };
         let grid = Grid::new(model, harmonics, samples);
