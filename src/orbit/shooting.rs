@@ -95,11 +95,7 @@ impl Shooting {
     pub fn again<M: Periodic + ?Sized>(&self, model: &M, cycle: &Cycle) -> Result<Cycle, ShootingError> {
         let multiple = cycle.period_multiple();
         let stretch = multiple as f64 * model.period() / cycle.period();
-        let moved = |state: &State| State {
-            t: state.t * stretch,
-            q: state.q.clone(),
-            v: state.v.iter().map(|v| v / stretch).collect(),
-        };
+        let moved = |state: &State| State { t: state.t * stretch, q: state.q.clone(), v: state.v.iter().map(|v| v / stretch).collect() };
         let guess: Vec<State> = cycle.states().iter().map(moved).collect();
         Shooting { multiple, ..*self }.run(model, &guess)
     }

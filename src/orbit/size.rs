@@ -58,8 +58,7 @@ impl Sizes {
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let fellows = |part: std::ops::Range<usize>| part.map(range).fold(0.0, f64::max);
-        let q: Vec<f64> =
-            (0..n).map(|i| positive(range(i)).or(positive(fellows(0..n))).or(positive(value(i))).unwrap_or(1.0)).collect();
+        let q: Vec<f64> = (0..n).map(|i| positive(range(i)).or(positive(fellows(0..n))).or(positive(value(i))).unwrap_or(1.0)).collect();
         let span = self.last - self.first;
         let rate = |i: usize| if span > 0.0 { TAU * q[i] / span } else { q[i] };
         let v = (0..n).map(|i| positive(range(n + i)).or(positive(fellows(n..2 * n))).or(positive(value(n + i))).unwrap_or(rate(i)));
