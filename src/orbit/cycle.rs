@@ -4,7 +4,7 @@ use super::floquet::{Multipliers, Stability};
 use super::segments::{Round, Segments};
 use super::tangent::{NONE, finest};
 use super::variation::unscaled;
-use super::{Iterate, Shooting};
+use super::{Iterate, Shooting, ShootingError};
 use crate::model::{Model, Periodic, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Stats, Step};
 use nalgebra::DMatrix;
@@ -51,10 +51,11 @@ impl Cycle {
         shooting: &Shooting,
         first: f64,
         corrections: Vec<f64>,
-    ) -> Result<Self, (Option<IntegrateError>, Iterate)> {
+    ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
-        let fail = |error| (error, Iterate { states: round.states.clone(), corrections: corrections.clone() });
-        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| fail(None))?;
+        let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
+        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY)
+            .ok_or_else(|| ShootingError::NotConverged { last: last() })?;
         let other = looser.and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = Cycle {
@@ -73,7 +74,9 @@ impl Cycle {
         };
         for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
             let start = &cycle.states[0];
-            let later = cycle.at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64).map_err(|e| fail(Some(e)))?;
+            let later = cycle
+                .at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64)
+                .map_err(|error| ShootingError::Flow { segment: 0, error, last: last() })?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
                 cycle.least = shorter;
                 break;
@@ -124,9 +127,13 @@ impl Cycle {
     pub fn first_correction(&self) -> f64 {
         self.first
     }
-    /// All corrections, of coordinates and velocities, as shares of their range; the last one was left out and tells the accuracy.
+    /// All corrections, of coordinates and velocities, as shares of their range; the last one was not made.
     pub fn corrections(&self) -> &[f64] {
         &self.corrections
+    }
+    /// The last correction: how far off the states may still be, as a share of their range.
+    pub fn accuracy(&self) -> f64 {
+        self.corrections.last().copied().unwrap_or(f64::INFINITY)
     }
     /// How far coordinates and velocities drift along rigid modes in one period of the orbit; zeros without rigid modes.
     pub fn drift(&self) -> (&[f64], &[f64]) {
