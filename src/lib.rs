@@ -69,7 +69,9 @@ pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
 };
-pub use orbit::{Cycle, Iterate, Multipliers, Shooting, ShootingError, Stability, Transition, Variation};
+pub use orbit::{
+    Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability, Transition, Variation,
+};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Dual, Scalar};
 

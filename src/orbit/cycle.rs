@@ -2,8 +2,9 @@
 
 use super::floquet::{Multipliers, Stability};
 use super::segments::{Round, Segments};
+use super::tangent::{NONE, finest};
 use super::variation::unscaled;
-use super::{Iterate, Shooting};
+use super::{Iterate, Shooting, ShootingError};
 use crate::model::{Model, Periodic, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Stats, Step};
 use nalgebra::DMatrix;
@@ -50,10 +51,11 @@ impl Cycle {
         shooting: &Shooting,
         first: f64,
         corrections: Vec<f64>,
-    ) -> Result<Self, (Option<IntegrateError>, Iterate)> {
+    ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
-        let fail = |error| (error, Iterate { states: round.states.clone(), corrections: corrections.clone() });
-        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| fail(None))?;
+        let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
+        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY)
+            .ok_or_else(|| ShootingError::NotConverged { last: last() })?;
         let other = looser.and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = Cycle {
@@ -70,9 +72,11 @@ impl Cycle {
             states: round.states.clone(),
             corrections: corrections.clone(),
         };
-        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple % p == 0) {
+        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
             let start = &cycle.states[0];
-            let later = cycle.at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64).map_err(|e| fail(Some(e)))?;
+            let later = cycle
+                .at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64)
+                .map_err(|error| ShootingError::Flow { segment: 0, error, last: last() })?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
                 cycle.least = shorter;
                 break;
@@ -123,9 +127,13 @@ impl Cycle {
     pub fn first_correction(&self) -> f64 {
         self.first
     }
-    /// All corrections, of coordinates and velocities, as shares of their range; the last one was left out and tells the accuracy.
+    /// All corrections, of coordinates and velocities, as shares of their range; the last one was not made.
     pub fn corrections(&self) -> &[f64] {
         &self.corrections
+    }
+    /// The last correction: how far off the states may still be, as a share of their range.
+    pub fn accuracy(&self) -> f64 {
+        self.corrections.last().copied().unwrap_or(f64::INFINITY)
     }
     /// How far coordinates and velocities drift along rigid modes in one period of the orbit; zeros without rigid modes.
     pub fn drift(&self) -> (&[f64], &[f64]) {
@@ -136,8 +144,9 @@ impl Cycle {
         self.drift[1].iter().map(|dv| dv / self.period()).collect()
     }
 
-    fn solver(&self) -> Dop853 {
-        Dop853::new().rtol(self.flow).atol_each(&self.scale.iter().map(|s| self.flow * s).collect::<Vec<_>>())
+    fn solver(&self, from: &State) -> Dop853 {
+        let atol = from.q.iter().chain(&from.v).zip(&self.scale).map(|(y, s)| finest(self.flow * s, *y));
+        Dop853::new().rtol(NONE).atol_each(&atol.collect::<Vec<_>>())
     }
 
     /// The state at any instant, integrated from the node before it.
@@ -153,7 +162,7 @@ impl Cycle {
         let inside = (t - turns * period).clamp(start, self.end);
         let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
         let from = &self.states[node];
-        let mut state = if inside > from.t { self.solver().end(model, from, inside)? } else { from.clone() };
+        let mut state = if inside > from.t { self.solver(from).end(model, from, inside)? } else { from.clone() };
         // The rigid motion gains the drift with every turn, and what its speed has gained adds up.
         let since = inside - start;
         for ((q, v), (dq, dv)) in state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1])) {
@@ -169,10 +178,10 @@ impl Cycle {
     /// # Errors
     /// [`IntegrateError`].
     pub fn observe<M: Model + ?Sized, O: Observer>(&self, model: &M, observer: &mut O) -> Result<Stats, IntegrateError> {
-        let (solver, mut all) = (self.solver(), Stats::default());
+        let mut all = Stats::default();
         for (i, from) in self.states.iter().enumerate() {
             let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
-            let run = solver.run(model, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
+            let run = self.solver(from).run(model, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
             all.steps += run.stats.steps;
             all.rejected += run.stats.rejected;
             all.evaluations += run.stats.evaluations;

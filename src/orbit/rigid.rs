@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 /// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at.
 pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
     let n = model.dof();
-    let mut slopes = Slopes::new(model);
+    let mut slopes = Slopes::new(model, 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
     // All Jacobians below one another, each in units of its largest entry.

@@ -113,12 +113,6 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         z - &self.rigid * self.rigid.tr_mul(z)
     }
 
-    /// What rounding of the states themselves amounts to.
-    pub(super) fn rounding(&self, states: &[State]) -> f64 {
-        let one = |s: &State| s.q.iter().chain(&s.v).zip(&self.scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
-        f64::EPSILON * states.iter().map(one).fold(0.0, f64::max)
-    }
-
     /// The product of all transitions.
     pub(super) fn monodromy(&self, round: &Round) -> DMatrix<f64> {
         let m = self.scale.len();

@@ -3,7 +3,7 @@
 use super::cycle::Cycle;
 use super::cyclic::Cyclic;
 use super::guess::{Guess, Plan};
-use super::segments::Segments;
+use super::segments::{Round, Segments};
 use super::{Iterate, ShootingError};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
@@ -46,8 +46,8 @@ impl Default for Shooting {
 
 /// Damping below this is given up.
 const LEAST_DAMPING: f64 = 1.0 / 1024.0;
-/// Defects of so many flow tolerances are as small as they get.
-const NOISE: f64 = 64.0;
+/// A correction below this that no longer falls is the noise of the flow: rounding, and edges met as closely as they can be.
+const NOISE: f64 = 1e-9;
 /// The second flow, from which errors are estimated, is this much looser.
 const LOOSER: f64 = 100.0;
 
@@ -65,7 +65,8 @@ impl Shooting {
     pub fn segments(self, segments: usize) -> Self {
         Shooting { segments: Some(segments), ..self }
     }
-    /// Largest correction at the end, as a share of the range of each coordinate and velocity.
+    /// Largest correction at the end, as a share of the range of each coordinate and velocity. Where the noise of the flow lies higher, an
+    /// orbit is accepted once corrections no longer fall, below 1e-9: [`Cycle::accuracy`] says how far it came.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Shooting { tolerance, ..self }
     }
@@ -134,35 +135,43 @@ impl Shooting {
             }
             let stalled = corrections.last().is_some_and(|before| size > 0.5 * before);
             corrections.push(size);
-            let noise = NOISE * (self.flow_tolerance + segments.rounding(&here.states));
-            if size <= self.tolerance || (stalled && here.defects.iter().all(|d| d.amax() <= noise)) {
-                let looser = segments.round(here.states.clone(), Some(&here.slack), LOOSER * self.flow_tolerance).ok();
-                return Cycle::new(model, &segments, here, looser, self, first, corrections).map_err(|(error, last)| match error {
-                    Some(error) => ShootingError::Flow { segment: 0, error, last },
-                    None => ShootingError::NotConverged { last },
-                });
+            if size <= self.tolerance || (stalled && size <= NOISE) {
+                return self.finish(model, &segments, here, first, corrections);
             }
             // Natural monotonicity: the simplified correction must be smaller than the one just made.
             let mut damping = 1.0;
             let next = loop {
-                let (states, slacks) = segments.moved(&here, &step, &slack, damping);
-                if let Ok(trial) = segments.round(states, Some(&slacks), self.flow_tolerance) {
+                let (states, slack) = segments.moved(&here, &step, &slack, damping);
+                if let Ok(trial) = segments.round(states, Some(&slack), self.flow_tolerance) {
                     let simplified = segments.norm(&system.solve(&trial.defects).0);
                     if simplified <= (1.0 - 0.25 * damping) * size || simplified <= self.tolerance {
                         break Some(trial);
                     }
                 }
                 damping *= 0.5;
-                if damping < LEAST_DAMPING {
+                if damping < LEAST_DAMPING || size <= NOISE {
                     break None;
                 }
             };
             here = match next {
                 Some(round) => round,
+                None if size <= NOISE => return self.finish(model, &segments, here, first, corrections),
                 None => return Err(ShootingError::NotConverged { last: last(&corrections) }),
             };
         }
         Err(ShootingError::NotConverged { last: fail(&here.states, &corrections) })
+    }
+
+    fn finish<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        segments: &Segments<'_, M>,
+        round: Round,
+        first: f64,
+        corrections: Vec<f64>,
+    ) -> Result<Cycle, ShootingError> {
+        let looser = segments.round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance).ok();
+        Cycle::new(model, segments, round, looser, self, first, corrections)
     }
 
     pub(super) fn flow(&self) -> f64 {

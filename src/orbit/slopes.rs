@@ -8,15 +8,16 @@ pub(crate) struct Slopes<'m, M: ?Sized> {
     jacobian: Jacobian,
     y: Vec<f64>,
     a: [Vec<f64>; 2],
+    /// Of central differences, in units of size.
+    step: f64,
 }
 
-/// Step of a central difference in units of size, about ε^(1/3).
-const STEP: f64 = 6e-6;
-
 impl<'m, M: Model + ?Sized> Slopes<'m, M> {
-    pub(crate) fn new(model: &'m M) -> Self {
-        let n = model.dof();
-        Slopes { model, jacobian: Jacobian::new(n), y: vec![0.0; 2 * n], a: [vec![0.0; n], vec![0.0; n]] }
+    /// For a flow of this tolerance: steps are 5e-6 of the size for the finest flow and grow with its cube root, so that flows of two
+    /// tolerances show the error of the differences as well.
+    pub(crate) fn new(model: &'m M, tolerance: f64) -> Self {
+        let (n, step) = (model.dof(), (1e-3 * tolerance).cbrt().clamp(5e-6, 1e-3));
+        Slopes { model, jacobian: Jacobian::new(n), y: vec![0.0; 2 * n], a: [vec![0.0; n], vec![0.0; n]], step }
     }
 
     /// With the contacts as they are or held on pieces, where the model can hold them; `scale`: sizes of coordinates and velocities.
@@ -34,7 +35,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         self.y[n..].copy_from_slice(v);
         for (k, size) in scale.iter().enumerate() {
             let here = self.y[k];
-            let h = STEP * size.max(1e-3 * here.abs());
+            let h = self.step * size.max(1e-3 * here.abs());
             for (side, a) in [h, -h].into_iter().zip(&mut self.a) {
                 self.y[k] = here + side;
                 let (q, v) = self.y.split_at(n);

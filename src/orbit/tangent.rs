@@ -19,29 +19,37 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     slopes: RefCell<Slopes<'m, M>>,
 }
 
-/// Differences are held to the tolerance of the motion times this: they need not be better.
-const COLUMNS: f64 = 100.0;
+/// Differences are held to the tolerance of the motion times this.
+const COLUMNS: f64 = 10.0;
 /// Restarts at jumps of the force before a run is given up.
 const RESTARTS: usize = 1_000_000;
+/// A relative tolerance that leaves the absolute ones alone.
+pub(crate) const NONE: f64 = 1e-300;
+
+/// An absolute tolerance, no finer than the rounding of the value itself.
+pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
+    tolerance.max(4.0 * f64::EPSILON * value.abs())
+}
+
 /// A jump that changes the differences by less than this share is left out.
 const NEGLIGIBLE: f64 = 1e-10;
 
 impl<'m, M: Model + ?Sized> Tangent<'m, M> {
-    pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64]) -> Self {
+    pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64], tolerance: f64) -> Self {
         let n = model.dof();
-        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model)) }
+        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model, tolerance)) }
     }
 
-    /// The motion held to `tolerance` of its size, the differences a hundred times looser.
-    pub(crate) fn solver(&self, tolerance: f64) -> Dop853 {
+    /// The motion held to `tolerance` of its size, or to rounding; the differences ten times looser.
+    pub(crate) fn solver(&self, tolerance: f64, start: &State) -> Dop853 {
         // The norm is a mean over all components: differences must not hide an error of the motion.
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
-        let (q, v) = self.scale.split_at(self.n);
-        let half = |scale: &[f64]| -> Vec<f64> {
-            let motion = scale.iter().map(|s| share * s);
+        let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
+            let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
             motion.chain((0..self.columns).flat_map(|_| scale.iter().map(|s| COLUMNS * tolerance * s))).collect()
         };
-        Dop853::new().rtol(share).atol_each(&[half(q), half(v)].concat())
+        let (q, v) = self.scale.split_at(self.n);
+        Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
     }
 
     /// A state with difference k equal to the size of component k, in that component alone.

@@ -40,7 +40,7 @@ impl Variation {
     pub fn new() -> Self {
         Variation { tolerance: 1e-12 }
     }
-    /// Local error of the motion, as a share of the range of each coordinate and velocity; that of the derivative is a hundred times
+    /// Local error of the motion, as a share of the range of each coordinate and velocity; that of the derivative is ten times
     /// larger.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Variation { tolerance }
@@ -93,8 +93,8 @@ pub(super) fn transition<M: Model + ?Sized>(
     start: &State,
     t_end: f64,
 ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
-    let tangent = Tangent::new(model, scale.len(), scale);
-    let (end, crossings) = tangent.run(&tangent.solver(tolerance), tangent.start(start), t_end)?;
+    let tangent = Tangent::new(model, scale.len(), scale, tolerance);
+    let (end, crossings) = tangent.run(&tangent.solver(tolerance, start), tangent.start(start), t_end)?;
     let matrix = DMatrix::from_fn(scale.len(), scale.len(), |i, k| tangent.scaled(&end, i, k));
     Ok((tangent.motion(&end), matrix, crossings))
 }

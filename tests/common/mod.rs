@@ -1,6 +1,8 @@
 //! Small problems with known answers.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub mod oscillators;
+
 use gear_dynamics::*;
 
 /// q'' = -(1 + t²/10) q + r(t), r chosen so that q = exp(-t/5) cos(t²/2 + t): non-autonomous in every term.

@@ -1,0 +1,187 @@
+//! Oscillators of the literature, periodic in time.
+
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+/// μ q'' + ζ q' + κ q + γ q³ = P cos Ωt, after Krack & Gross (2019), example 01: μ = 1, ζ = 0.05, κ = 1, γ = 0.1, P = 0.18.
+pub struct Duffing {
+    pub omega: f64,
+}
+
+impl Model for Duffing {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = 0.18 * (self.omega * u[0]).cos() - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3);
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        (out.q[(0, 0)], out.v[(0, 0)]) = (-1.0 - 0.3 * q[0] * q[0], -0.05);
+        true
+    }
+}
+
+impl Periodic for Duffing {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// x'' + 2 ζ x' + (1 + a cos Ωt) g(x) = F + P cos Ωt, g the dead zone of half width 1.   After Kahraman & Singh (1990).
+pub struct DeadZone {
+    pub omega: f64,
+    pub zeta: f64,
+    pub mean: f64,
+    pub amplitude: f64,
+    pub stiffness: f64,
+}
+
+impl DeadZone {
+    fn forces(&self, t: f64) -> (f64, f64) {
+        let wave = (self.omega * t).cos();
+        (1.0 + self.stiffness * wave, self.mean + self.amplitude * wave)
+    }
+}
+
+/// x - edge on a flank, 0 in the gap, with its slope.
+fn tooth(piece: Piece, x: f64) -> (f64, f64) {
+    match piece {
+        Piece::Lower => (x + 1.0, 1.0),
+        Piece::Gap => (0.0, 0.0),
+        Piece::Upper => (x - 1.0, 1.0),
+    }
+}
+
+fn piece_of(x: f64) -> Piece {
+    if x > 1.0 {
+        Piece::Upper
+    } else if x < -1.0 {
+        Piece::Lower
+    } else {
+        Piece::Gap
+    }
+}
+
+impl Model for DeadZone {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.accel_on_pieces(&[piece_of(q[0])], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force: tooth(piece_of(q[0]), q[0]).0, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let (stiffness, force) = self.forces(u[0]);
+        a[0] = force - 2.0 * self.zeta * v[0] - stiffness * tooth(pieces[0], q[0]).0;
+        true
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        let piece = pieces.map_or(piece_of(q[0]), |pieces| pieces[0]);
+        (out.q[(0, 0)], out.v[(0, 0)]) = (-self.forces(u[0]).0 * tooth(piece, q[0]).1, -2.0 * self.zeta);
+        true
+    }
+}
+
+impl Periodic for DeadZone {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// Two masses in a chain with cubic springs, forced on the first: Krack & Gross (2019), example 02. No Jacobian of its own.
+pub struct CubicChain {
+    pub omega: f64,
+}
+
+impl Model for CubicChain {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
+        let link = 0.0453 * x + 0.013 * rate + 0.0042 * x.powi(3);
+        a[0] = 0.11 * (self.omega * u[0]).cos() - q[0] - q[0].powi(3) - 0.002 * v[0] - link;
+        a[1] = link / 0.05;
+    }
+}
+
+impl Periodic for CubicChain {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// x'' + 2 ζ x' + (1 + κ cos Ωt) x = 0.
+pub struct Mathieu {
+    pub omega: f64,
+    pub zeta: f64,
+    pub depth: f64,
+}
+
+impl Model for Mathieu {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = -2.0 * self.zeta * v[0] - (1.0 + self.depth * (self.omega * u[0]).cos()) * q[0];
+    }
+}
+
+impl Periodic for Mathieu {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// p'' = M⁻¹ (F - w), w_i = c p_i' + (1 + a_i cos Ωt) g(p_i): two meshes on an idler, p their deflections.
+pub struct Idler {
+    pub omega: f64,
+    /// Phase of the second mesh.
+    pub phase: f64,
+}
+
+impl Idler {
+    fn stiffness(&self, t: f64) -> [f64; 2] {
+        [1.0 + 0.2 * (self.omega * t).cos(), 1.0 + 0.15 * (self.omega * t + self.phase).cos()]
+    }
+    /// M⁻¹ of masses 1, 1.5, 0.8.
+    fn inverse(w: [f64; 2]) -> [f64; 2] {
+        let (m1, m2, m3) = (1.0, 1.5, 0.8);
+        [(1.0 / m1 + 1.0 / m2) * w[0] - w[1] / m2, -w[0] / m2 + (1.0 / m2 + 1.0 / m3) * w[1]]
+    }
+}
+
+impl Model for Idler {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.accel_on_pieces(&[piece_of(q[0]), piece_of(q[1])], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        2
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = Contact { deflection: q[i], rate: v[i], lower: -1.0, upper: 1.0, ..Contact::default() };
+        }
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let k = self.stiffness(u[0]);
+        let w = [0, 1].map(|i| [0.1, 0.12][i] - 0.06 * v[i] - k[i] * tooth(pieces[i], q[i]).0);
+        a.copy_from_slice(&Idler::inverse(w));
+        true
+    }
+}
+
+impl Periodic for Idler {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}

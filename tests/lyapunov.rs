@@ -1,0 +1,96 @@
+//! Lyapunov exponents against closed forms, multipliers, the divergence and independent figures.
+
+mod common;
+
+use common::oscillators::{DeadZone, Duffing};
+use gear_dynamics::*;
+
+/// ẍ + 0.2 x' + x = 0 for |x| in the gap or not: two real directions of an overdamped pair, in closed form.
+struct Overdamped;
+
+impl Model for Overdamped {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = -3.0 * v[0] - 2.0 * q[0]; // λ = -1, -2
+    }
+}
+
+#[test]
+fn overdamped_oscillator() {
+    let exponents = Lyapunov::new().settle(0).align(10).periods(50).run_over(&Overdamped, &State::at_rest(1), 1.0).unwrap();
+    let values = exponents.values();
+    println!("{values:?} {:?}", exponents.standard_error());
+    assert!((values[0] + 1.0).abs() < 1e-8 && (values[1] + 2.0).abs() < 1e-8);
+}
+
+/// On a stable orbit with real multipliers the exponents are ln|μ|/T, for a force that jumps as well.
+#[test]
+fn of_a_periodic_orbit() {
+    let model = DeadZone { omega: 0.85, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.2 };
+    let cycle = Shooting::new().run(&model, &[State::new(0.0, &[1.17], &[0.02])]).unwrap();
+    let growth = cycle.multipliers().growth(cycle.period());
+    let exponents = Lyapunov::new().settle(0).align(50).periods(2000).run(&model, &cycle.states()[0]).unwrap();
+    println!("{:?} {growth:?} {:?}", exponents.values(), exponents.standard_error());
+    for (ours, exact) in exponents.values().iter().zip(&growth) {
+        // A complex pair turns: the mean converges as 1/periods.
+        assert!((ours - exact).abs() < 1e-4, "{ours} {exact}");
+    }
+    let duffing = Duffing { omega: 1.25 };
+    let cycle = Shooting::new().run(&duffing, &[State::new(0.0, &[-0.98292], &[3.00552])]).unwrap();
+    assert_eq!(cycle.stability(), Stability::Unstable);
+    let growth = cycle.multipliers().growth(cycle.period());
+    let exponents = Lyapunov::new().settle(0).align(8).periods(12).tolerance(1e-12).run(&duffing, &cycle.states()[0]).unwrap();
+    println!("{:?} {growth:?}", exponents.values());
+    for (ours, exact) in exponents.values().iter().zip(&growth) {
+        assert!((ours - exact).abs() < 1e-3, "{ours} {exact}");
+    }
+}
+
+/// The pair, reading A: Lyapunov exponents per turn of the face gear against tests/data/nfg.json, and their sum against -2 ζ.
+#[test]
+fn of_the_rattling_pair() {
+    let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string("tests/data/nfg.json").unwrap()).unwrap();
+    let theirs = file["bifurcation_modelA"]["lyapunov_per_carrier_period"].as_object().unwrap();
+    for (speed, theirs) in theirs {
+        let (speed, theirs): (f64, f64) = (speed.parse().unwrap(), theirs.as_f64().unwrap());
+        let params = NfgParams { speed, ..NfgParams::table1() };
+        let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+        let exponents = Lyapunov::new().settle(40).align(5).periods(150).run(&pair, &pair.static_start().unwrap()).unwrap();
+        let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
+        println!("{speed}: {ours:.2} ± {error:.2}, theirs {theirs}");
+        if theirs > 0.0 {
+            assert!((ours / theirs - 1.0).abs() < 0.15, "{speed}: {ours} {theirs}");
+        } else {
+            assert!(ours < 0.0);
+        }
+        let sum: f64 = exponents.values().iter().sum();
+        assert!((sum + 2.0 * params.damping_ratio).abs() < 1e-9, "{speed}: {sum}");
+    }
+}
+
+/// A failure keeps what was measured before it; bad settings are named.
+#[test]
+fn bad_input() {
+    struct Breaks;
+    impl Model for Breaks {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = if u[0] < 5.5 { -q[0] - 0.1 * v[0] } else { f64::NAN };
+        }
+    }
+    let solve = Lyapunov::new().settle(0).align(0);
+    match solve.run_over(&Breaks, &State::new(0.0, &[1.0], &[0.0]), 1.0) {
+        Err(LyapunovError::Flow { so_far, .. }) => assert_eq!(so_far.history(0).len(), 5),
+        other => panic!("{other:?}"),
+    }
+    let start = State::at_rest(1);
+    for lyapunov in [solve.count(0), solve.count(3), solve.periods(0), solve.renormalisations(0), solve.tolerance(f64::NAN)] {
+        assert!(matches!(lyapunov.run_over(&Overdamped, &start, 1.0), Err(LyapunovError::Parameter(_))));
+    }
+    assert!(matches!(solve.run_over(&Overdamped, &start, f64::NAN), Err(LyapunovError::Parameter(_))));
+    assert!(matches!(solve.run_over(&Overdamped, &State::at_rest(2), 1.0), Err(LyapunovError::Parameter(_))));
+}

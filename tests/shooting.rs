@@ -1,0 +1,260 @@
+//! Periodic orbits by multiple shooting against independently computed ones.
+
+mod common;
+
+use common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
+use gear_dynamics::*;
+use num_complex::Complex64;
+use serde_json::Value;
+
+fn data(file: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(format!("tests/data/{file}")).unwrap()).unwrap()
+}
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(number).collect()
+}
+
+fn complex(v: &Value) -> Vec<Complex64> {
+    v.as_array().unwrap().iter().map(|z| Complex64::new(number(&z[0]), number(&z[1]))).collect()
+}
+
+/// The largest distance of one list from the other, pairs as they fit best.
+fn apart(ours: &[Complex64], theirs: &[Complex64]) -> f64 {
+    assert_eq!(ours.len(), theirs.len());
+    let nearest = |z: &Complex64, list: &[Complex64]| list.iter().map(|w| (z - w).norm()).fold(f64::INFINITY, f64::min);
+    ours.iter().map(|z| nearest(z, theirs)).chain(theirs.iter().map(|z| nearest(z, ours))).fold(0.0, f64::max)
+}
+
+fn state(t: f64, y: &[f64]) -> State {
+    let (q, v) = y.split_at(y.len() / 2);
+    State::new(t, q, v)
+}
+
+/// Every component pushed off by about 1e-3, both ways.
+fn pushed(y: &[f64]) -> State {
+    let y: Vec<f64> = y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
+    state(0.0, &y)
+}
+
+fn powers(x: &[f64]) -> String {
+    x.iter().map(|x| format!(" {x:.0e}")).collect()
+}
+
+fn off(cycle: &Cycle, y: &[f64]) -> f64 {
+    let first = &cycle.states()[0];
+    first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+/// Shoots every point from near it, and reads the multipliers of every bifurcation at the state given.
+fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
+    let all = &data("periodic_orbits.json")["time_domain"][system];
+    for point in all["points"].as_array().unwrap() {
+        let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
+        let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
+        let (state, multipliers) = (off(&cycle, &x0), apart(cycle.multipliers().values(), &complex(&point["multipliers"])));
+        println!(
+            "{system} {}: state {state:.1e}, multipliers {multipliers:.1e} (estimate {:.1e}), corrections {}, {} segments",
+            point["Omega"],
+            cycle.multipliers().error(),
+            powers(cycle.corrections()),
+            cycle.states().len()
+        );
+        assert!(state < 1e-9 && multipliers < 1e-9);
+        assert_eq!(cycle.crossings(), point["n_switch"].as_u64().unwrap());
+    }
+    for point in all["bifurcations"].as_array().unwrap() {
+        let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
+        let turn = Variation::new().tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
+        let multipliers = Multipliers::of(&turn.matrix, 1e-9).unwrap();
+        let error = apart(multipliers.values(), &complex(&point["multipliers"]));
+        println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
+        // At a fold the double eigenvalue makes no trouble here: the others stay away from 1.
+        assert!(error < 1e-9);
+        assert_eq!(turn.crossings, point["n_switch"].as_u64().unwrap());
+        if point["type"] != "LP" {
+            let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
+            println!("    state {:.1e}, corrections {}", off(&cycle, &x0), powers(cycle.corrections()));
+            assert!(off(&cycle, &x0) < 1e-9);
+            assert_eq!(cycle.stability(), Stability::Undecided);
+        }
+    }
+}
+
+#[test]
+fn duffing() {
+    every_orbit("duffing_nlvib01", |omega| Duffing { omega });
+}
+
+#[test]
+fn dead_zone_of_a_spur_pair() {
+    every_orbit("deadzone_KS90", |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 });
+}
+
+#[test]
+fn dead_zone_under_a_strong_force() {
+    every_orbit("deadzone_Fm25_Fp25", |omega| DeadZone { omega, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 });
+}
+
+#[test]
+fn cubic_chain() {
+    every_orbit("nlvib02_2dof_cubic", |omega| CubicChain { omega });
+}
+
+#[test]
+fn spur_pairs_of_the_classics() {
+    let mut count = 0;
+    for (_, case) in data("classic_orbits.json")["sdof_spur_pair"].as_object().unwrap() {
+        let equation = &case["equation"];
+        for solutions in case["solutions_at_W"].as_object().unwrap().values() {
+            for solution in solutions.as_array().unwrap() {
+                let omega = number(&solution["W"]);
+                let model = DeadZone {
+                    omega,
+                    zeta: number(&equation["zeta"]),
+                    mean: number(&equation["Fm"]),
+                    amplitude: number(&equation["Fah"]) * omega * omega,
+                    stiffness: numbers(&equation["a"]).first().copied().unwrap_or(0.0),
+                };
+                let y = [number(&solution["x0"]), number(&solution["v0"])];
+                let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
+                let multipliers = apart(cycle.multipliers().values(), &complex(&solution["floquet"]));
+                println!("{omega}: state {:.1e}, multipliers {multipliers:.1e}", off(&cycle, &y));
+                assert!(off(&cycle, &y) < 1e-9 && multipliers < 1e-9);
+                assert_eq!(cycle.stability() == Stability::Stable, solution["stable"].as_bool().unwrap());
+                assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
+                let (mut statistics, mut rattle) = (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
+                cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
+                let q = statistics.summary("q1").unwrap();
+                let ours = [q.max, q.min, q.mean, q.standard_deviation(), rattle.contact(0).loss_fraction()];
+                // Their extremes are the largest of 4000 samples of a period.
+                assert!((-1e-9..2e-7).contains(&(ours[0] - number(&solution["max"]))));
+                assert!((-1e-9..2e-7).contains(&(number(&solution["min"]) - ours[1])));
+                for (ours, key) in ours[2..].iter().zip(["mean", "rms_about_mean", "gap_fraction"]) {
+                    assert!((ours - number(&solution[key])).abs() < 1e-9, "{key}: {ours} {}", solution[key]);
+                }
+                count += 1;
+            }
+        }
+    }
+    assert_eq!(count, 14);
+}
+
+#[test]
+fn idlers_of_the_classics() {
+    let (name, phase) = ("idler_inphase", 0.0);
+    {
+        let case = &data("classic_orbits.json")["multi_dof"][name];
+        for point in case["points"].as_array().unwrap() {
+            let (model, y) = (Idler { omega: number(&point["W"]), phase }, numbers(&point["state"]));
+            let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
+            let largest = (cycle.multipliers().largest() - number(&point["max_multiplier_modulus"])).abs();
+            println!("{name} {}: state {:.1e}, multiplier {largest:.1e}, theirs {}", model.omega, off(&cycle, &y), point["n_vs_2n"]);
+            assert!(off(&cycle, &y) < 1e-9 && largest < 1e-9);
+        }
+    }
+}
+
+/// The face gear pair, reading A, from a settled state.
+#[test]
+fn face_gear_pair() {
+    let wanted = [120.0, 140.0, 148.0, 180.0, 220.0];
+    let file = data("nfg.json");
+    let cases = file["cases"].as_array().unwrap();
+    for speed in wanted {
+        let case = cases
+            .iter()
+            .find(|case| {
+                let over = case["params_override"].as_object().unwrap();
+                over.len() == 1 && over["w1"] == speed && case["options"]["rmode"] == "et" && case["options"]["radius"] == "base"
+            })
+            .unwrap();
+        let params = NfgParams { speed, ..NfgParams::table1() };
+        let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+        let settled = Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
+        let cycle = Shooting::new().segments(63).run(&pair, &[settled.state]).unwrap();
+        let first = &cycle.states()[0];
+        let ppv = number(&case["ppv"]);
+        let off = ((first.q[0] - number(&case["q0"])) / ppv).abs().max(((first.v[0] - number(&case["v0"])) / ppv).abs());
+        let mut statistics = Statistics::new(&pair, &["q1"]).unwrap();
+        cycle.observe(&pair, &mut statistics).unwrap();
+        let q = statistics.summary("q1").unwrap();
+        println!(
+            "{speed}: {off:.1e} ppv {:.1e} mean {:.1e}, {} crossings, corrections {}, multipliers {} {} error {:.1e}",
+            q.peak_to_peak() / ppv - 1.0,
+            (q.mean - number(&case["mean"])) / ppv,
+            cycle.crossings(),
+            powers(cycle.corrections()),
+            cycle.multipliers().values()[0],
+            cycle.multipliers().values()[1],
+            cycle.multipliers().error(),
+        );
+        assert!(off < 1e-9);
+        assert!((q.peak_to_peak() / ppv - 1.0).abs() < 1e-9);
+        assert!(((q.mean - number(&case["mean"])) / ppv).abs() < 1e-9);
+        assert_eq!(cycle.crossings() as f64, number(&case["events_per_period"]));
+        assert_eq!(cycle.stability(), Stability::Stable);
+        // Liouville: the product of the multipliers is exp(-2 ζ T).
+        let product = cycle.multipliers().values().iter().product::<Complex64>().norm();
+        let exact = (-2.0 * params.damping_ratio * pair.period()).exp();
+        assert!((product - exact).abs() < 1e-9);
+    }
+}
+
+/// The ring of three gears: the orbit equals a settled run in all relative coordinates, and its rigid multipliers are left out.
+#[test]
+fn ring_of_three() {
+    let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    // 0.9981 is the largest multiplier: transients need 10⁴ periods to fall to 1e-8.
+    let settled = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
+    let near = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 30.0 * ring.period()).unwrap();
+    let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
+    let view = ring.relative(2.65e-5, 1000.0).unwrap();
+    let (ours, theirs) = (view.of(&cycle.states()[0]), view.of(&State { t: 0.0, ..settled }));
+    for (ours, theirs) in [(&ours.0, &theirs.0), (&ours.1, &theirs.1)] {
+        let size = theirs.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let off = ours.iter().zip(theirs).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / size;
+        println!("relative motion off by {off:.1e}");
+        assert!(off < 1e-6);
+    }
+}
+
+/// At 5000 r/min the ring settles too slowly to wait for it: the orbit is checked by another solver, and both frames agree.
+#[test]
+fn ring_of_three_at_speed() {
+    let params = RingSet::a(3, 5000.0).params().unwrap();
+    let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
+    let near = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();
+    let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
+    println!("corrections{}, largest {}", powers(cycle.corrections()), cycle.multipliers().largest());
+    assert_eq!(cycle.multipliers().values().len(), 12);
+    assert_eq!(cycle.stability(), Stability::Stable);
+    assert!(cycle.mean_acceleration().iter().all(|a| a.abs() < 1e-6));
+
+    let start = &cycle.states()[0];
+    let later = Rk45::new().rtol(1e-11).atol(1e-14).end(&ring, start, start.t + 20.0 * ring.period()).unwrap();
+    let ours = cycle.at(&ring, later.t).unwrap();
+    let view = ring.relative(2.65e-5, 1000.0).unwrap();
+    for (a, b) in view.of(&later).0.iter().zip(view.of(&ours).0) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+    // The angles themselves drift with the rigid motion.
+    for (a, b) in later.q.iter().zip(&ours.q) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+
+    let inertial = Ring::as_printed(&params).unwrap();
+    let same = Shooting::new().run(&inertial, &[start.clone()]).unwrap();
+    for (a, r) in same.mean_acceleration().iter().zip(inertial.rigid_motion()) {
+        assert!((a / (r * inertial.rigid_acceleration()) - 1.0).abs() < 1e-9, "{a}");
+    }
+    assert!(apart_by(cycle.multipliers(), same.multipliers()) < 1e-8);
+}
+
+fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
+    apart(a.values(), b.values())
+}
