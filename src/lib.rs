@@ -41,6 +41,7 @@ mod model;
 mod models;
 mod nonlinearity;
 mod ode;
+mod piece;
 mod scalar;
 
 pub use analysis::{
@@ -55,7 +56,7 @@ pub use excitation::{
 };
 pub use held::{CounterRng, Held, HeldProcess};
 pub use mesh::{ContactDamping, Mesh};
-pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
+pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State, dual_jacobian};
 pub use models::{
     CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, Radius,
     RelativeView, Ring, RingParams, RingSet, Shaft,
@@ -65,6 +66,7 @@ pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
 };
+pub use piece::{Piece, Side};
 pub use scalar::{Dual, Scalar};
 
 /// Guide pages: theory, the two models, errata of their papers, references.

@@ -6,7 +6,8 @@ use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
 use super::vector::Vector;
 use super::{Finish, IntegrateError, Stats};
-use crate::model::{Model, Piece, Side, State};
+use crate::model::{Model, State};
+use crate::piece::{Piece, Side};
 use std::marker::PhantomData;
 
 /// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.

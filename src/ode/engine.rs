@@ -1,7 +1,8 @@
 //! Stages, norms and dense output of one explicit step: the arithmetic that all tableaux share.
 
 use super::vector::Vector;
-use crate::model::{Contact, Model, Piece, Side, State};
+use crate::model::{Contact, Model, State};
+use crate::piece::{Piece, Side};
 
 /// A row of a tableau: (column from 0, coefficient), zeros left out.
 pub type Row<const L: usize> = [(usize, f64); L];
