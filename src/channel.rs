@@ -1,7 +1,8 @@
 //! Named output channels, the same for every solver.
 
 use crate::error::ParameterError;
-use crate::model::{Channel, Contact, Model, Side};
+use crate::model::{Channel, Contact, Model};
+use crate::piece::Side;
 
 /// Reads every channel of a model at one instant.
 ///

@@ -5,7 +5,8 @@ mod finding;
 pub use finding::Finding;
 
 use crate::channel::Probe;
-use crate::model::{AsIs, Contact, Generic, Jacobian, Model, OnPieces, Periodic, Piece, Side, State};
+use crate::model::{AsIs, Contact, Generic, Jacobian, Model, OnPieces, Periodic, State};
+use crate::piece::{Piece, Side};
 
 /// Relative agreement asked of differences, and of two ways to one number.
 const ROUGH: f64 = 1e-4;

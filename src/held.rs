@@ -2,7 +2,8 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::earlier;
-use crate::model::{Channel, Contact, Jacobian, Model, Piece, Side};
+use crate::model::{Channel, Contact, Jacobian, Model};
+use crate::piece::{Piece, Side};
 use rand::TryRng;
 use rand_distr::Distribution;
 use std::convert::Infallible;

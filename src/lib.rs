@@ -43,6 +43,7 @@ mod models;
 mod nonlinearity;
 mod ode;
 mod orbit;
+mod piece;
 mod root;
 mod scalar;
 
@@ -59,7 +60,7 @@ pub use excitation::{
 };
 pub use held::{CounterRng, Held, HeldProcess};
 pub use mesh::{ContactDamping, Mesh};
-pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
+pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State, dual_jacobian};
 pub use models::{
     CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, Radius,
     RelativeView, Ring, RingParams, RingSet, Shaft,
@@ -72,6 +73,7 @@ pub use ode::{
 pub use orbit::{
     Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability, Transition, Variation,
 };
+pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Dual, Scalar};
 

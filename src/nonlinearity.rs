@@ -7,7 +7,7 @@ pub use backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 pub use smooth::{Cubic, Linear, SmoothedBacklash};
 
 use crate::excitation::Repeats;
-use crate::model::{Piece, Side};
+use crate::piece::{Piece, Side};
 use crate::scalar::{Dual, Scalar};
 
 /// The edges of a gap and how fast they move.

@@ -177,6 +177,43 @@ fn a_model_that_returns_nan_midway() {
     }
 }
 
+/// The acceleration that fails is named, in small models and in large ones, midway and at the start.
+#[test]
+fn the_component_that_is_not_finite() {
+    struct Fails {
+        dof: usize,
+        component: usize,
+        from: f64,
+    }
+    impl Model for Fails {
+        fn dof(&self) -> usize {
+            self.dof
+        }
+        fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            for (a, q) in a.iter_mut().zip(q) {
+                *a = -q;
+            }
+            if u[0] >= self.from {
+                a[self.component] = f64::NAN;
+            }
+        }
+    }
+    for dof in 1..=4 {
+        let start = State::new(0.0, &vec![1.0; dof], &vec![0.0; dof]);
+        for (component, from) in (0..dof).flat_map(|c| [(c, 0.5), (c, 0.0)]) {
+            let model = Fails { dof, component, from };
+            for failed in [
+                Rk4::new(0.01).trajectory(&model, &start, 1.0).unwrap_err(),
+                Rk45::new().trajectory(&model, &start, 1.0).unwrap_err(),
+                Dop853::new().trajectory(&model, &start, 1.0).unwrap_err(),
+            ] {
+                let named = |c: usize| c == dof + component;
+                assert!(matches!(failed.error, IntegrateError::NotFinite { component, .. } if named(component)), "{}", failed.error);
+            }
+        }
+    }
+}
+
 #[test]
 fn step_underflow() {
     /// q'' = 1/(1 - t)²: no step is short enough at the pole.

@@ -127,15 +127,69 @@ impl Periodic for Flawed {
     }
 }
 
+/// The same model in another unit of time: τ = t/unit.
+struct InUnit {
+    model: Flawed,
+    unit: f64,
+}
+
+impl Model for InUnit {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, &[v[0] * self.unit], a);
+        a[0] /= self.unit * self.unit;
+    }
+    fn drives(&self) -> usize {
+        3
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t / self.unit, side, u);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+        out[0].lower_rate /= self.unit;
+        out[0].upper_rate /= self.unit;
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.model.accel_on_pieces(pieces, u, q, &[v[0] * self.unit], a);
+        a[0] /= self.unit * self.unit;
+        true
+    }
+}
+
+impl Periodic for InUnit {
+    fn period(&self) -> f64 {
+        self.unit * self.model.period()
+    }
+}
+
+fn findings(wrong: Wrong, unit: f64) -> Vec<Finding> {
+    check_periodic(&InUnit { model: Flawed(wrong), unit }, &State::new(0.4 * unit, &[1.7], &[0.5 / unit]))
+}
+
 #[test]
 fn each_flaw_is_named() {
-    let findings = |wrong| check_periodic(&Flawed(wrong), &State::new(0.4, &[1.7], &[0.5]));
-    assert_eq!(findings(Wrong::Nothing), []);
-    assert!(matches!(findings(Wrong::Period)[0], Finding::Period { drive: 0, .. }));
-    assert!(matches!(findings(Wrong::Rate)[..], [Finding::ContactRate { contact: 0, .. }]));
-    assert!(matches!(findings(Wrong::EdgeRate)[0], Finding::EdgeRate { contact: 0, .. }));
-    assert!(matches!(findings(Wrong::Edge)[..], [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]));
-    assert!(matches!(findings(Wrong::Pieces)[..], [Finding::Pieces { component: 0, .. }]));
-    assert!(matches!(findings(Wrong::Jump)[0], Finding::UnannouncedJump { drive: 0, .. }));
-    assert!(matches!(findings(Wrong::Nan)[..], [Finding::NotFinite { what: "acceleration", index: 0, .. }]));
+    for unit in [1.0, 1e-9, 1e9] {
+        let findings = |wrong| findings(wrong, unit);
+        assert_eq!(findings(Wrong::Nothing), []);
+        assert!(matches!(findings(Wrong::Period)[0], Finding::Period { drive: 0, .. }));
+        assert!(matches!(findings(Wrong::Edge)[..], [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]));
+        assert!(matches!(findings(Wrong::Pieces)[..], [Finding::Pieces { component: 0, .. }]));
+        assert!(matches!(findings(Wrong::Jump)[0], Finding::UnannouncedJump { drive: 0, .. }));
+        assert!(matches!(findings(Wrong::Nan)[..], [Finding::NotFinite { what: "acceleration", index: 0, .. }]));
+    }
+}
+
+/// Rates are compared over steps of at most 1e-4 of the time unit: where everything takes 1e9 units that is lost in rounding.
+#[test]
+fn wrong_rates_are_named() {
+    for unit in [1.0, 1e-9] {
+        assert!(matches!(findings(Wrong::Rate, unit)[..], [Finding::ContactRate { contact: 0, .. }]));
+        assert!(matches!(findings(Wrong::EdgeRate, unit)[0], Finding::EdgeRate { contact: 0, .. }));
+    }
 }

@@ -168,3 +168,21 @@ fn contact_laws() {
         assert!((gap / (0.5 * s) - 1.0).abs() < s);
     }
 }
+
+/// A thousand million periods out, the edges of a wave still come one by one, two to a period, and part its levels.
+#[test]
+fn a_wave_far_out() {
+    for period in [1e-3, 0.1, 7.3] {
+        let wave = RectangularWave::new(1.0, 2.0, 0.3, period).unwrap().with_phase(0.7).unwrap();
+        let begin = 1e9 * period;
+        let mut t = begin;
+        for count in 0..1000 {
+            let edge = wave.next_edge(t).unwrap();
+            assert!(edge > t && (count == 0 || edge - t < 0.7 * period * (1.0 + 1e-5)), "{t} {edge}");
+            let [before, after] = [Side::Before, Side::After].map(|side| wave.value(edge, side));
+            assert!(before != after && wave.value(0.5 * (t + edge), Side::After) == before, "{edge}");
+            t = edge;
+        }
+        assert!(((t - begin) / period - 500.0).abs() < 1.0);
+    }
+}

@@ -159,3 +159,20 @@ fn random_torque_and_clearance() {
     let fine = Dop853::new().rtol(1e-12).atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat()).end(&clearance, &start, 0.03).unwrap();
     assert!((fine.q[0] - ends[2].q[0]).abs() < 1e-8 * fine.q[0].abs());
 }
+
+/// A thousand million holds out, the value and the edge still belong to the right hold, from either side.
+#[test]
+fn far_out() {
+    for hold in [1e-4, 0.1, 3.7] {
+        let held = Held::new(Damped).shared(&[0], 1.0, process(hold, 1)).unwrap();
+        let p = process(hold, 1);
+        for k in [1_000_000_000u64, 1_000_000_007, 1_234_567_891] {
+            let t = k as f64 * hold;
+            assert_eq!(p.value(t, Side::After, 0), p.held(0, k));
+            assert_eq!(p.value(t, Side::Before, 0), p.held(0, k - 1));
+            assert_eq!(p.value((k as f64 + 0.5) * hold, Side::Before, 0), p.held(0, k));
+            assert_eq!(held.next_edge(t), Some((k + 1) as f64 * hold));
+            assert_eq!(held.next_edge(t.next_down()), Some(t));
+        }
+    }
+}

@@ -221,3 +221,35 @@ fn a_symmetric_ring_stays_at_rest() {
         }
     }
 }
+
+/// An edge just left is not met again: free motion crosses after π in contact and 2b/(A-b) in the gap, in turn, and at no other time.
+#[test]
+fn an_edge_just_left_is_not_crossed_again() {
+    fn crossings(solver: &impl Integrator, model: &impl Model) -> Vec<(f64, Crossing)> {
+        let mut seen = Vec::new();
+        let start = State::new(0.0, &[1.5], &[0.0]);
+        solver
+            .run(model, &start, 145.0, &mut |step: &mut Step<'_>| {
+                seen.extend(step.crossings().iter().map(|crossing| (step.t1(), *crossing)));
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+        seen
+    }
+    let free = FreeDeadZone { b: 1.0 };
+    let (dop853, rk45) = (Dop853::new().rtol(1e-12).atol(1e-14), Rk45::new().rtol(1e-12).atol(1e-14));
+    for seen in [
+        crossings(&dop853, &free),
+        crossings(&dop853, &Unheld(FreeDeadZone { b: 1.0 })),
+        crossings(&rk45, &free),
+        crossings(&rk45, &Unheld(FreeDeadZone { b: 1.0 })),
+        crossings(&Rk4::new(1e-3), &free),
+    ] {
+        assert_eq!(seen.len(), 41); // π/2, then 4 and π in turn: 20 whole pairs
+        for (i, pair) in seen.windows(2).enumerate() {
+            let expected = if i % 2 == 0 { 4.0 } else { std::f64::consts::PI };
+            assert!((pair[1].0 - pair[0].0 - expected).abs() < 1e-8, "{i} {pair:?}");
+            assert_eq!(pair[0].1.to, pair[1].1.from);
+        }
+    }
+}

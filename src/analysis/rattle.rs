@@ -2,8 +2,9 @@
 
 use super::GAUSS;
 use crate::channel::Probe;
-use crate::model::{Model, Piece, Side};
+use crate::model::Model;
 use crate::ode::{Observer, Step};
+use crate::piece::{Piece, Side};
 use std::ops::ControlFlow;
 
 /// The rattle state of a mesh, numbered as rsv in the second paper; a mesh that never touches is floating.

@@ -3,8 +3,9 @@
 use super::GAUSS;
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Periodic, Side, State};
+use crate::model::{Model, Periodic, State};
 use crate::ode::{Failed, Integrator, Observer, Step, Trajectory};
+use crate::piece::Side;
 use std::ops::ControlFlow;
 
 /// The Poincaré section of the forcing: `count` states, one period of the drives apart, the first after one period.

@@ -3,8 +3,9 @@
 use super::GAUSS;
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Side};
+use crate::model::Model;
 use crate::ode::{Observer, Step};
+use crate::piece::Side;
 use std::ops::ControlFlow;
 
 /// What a channel did over a window of time.

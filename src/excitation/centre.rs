@@ -2,7 +2,7 @@
 
 use super::{Excitation, Jet, Repeats};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use std::f64::consts::TAU;
 
 /// The moving instantaneous centre of an eccentric gear: ε its eccentric ratio, x = ω_c t its phase.

@@ -2,7 +2,7 @@
 
 use super::{Excitation, Jet, Repeats, Shared, earlier};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use std::fmt;
 
 /// f(t) + g(t) + ...

@@ -2,7 +2,7 @@
 
 use super::{Excitation, Jet, Repeats};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use std::f64::consts::TAU;
 
 /// f(t) = mean + Σ_n c_n cos(n ω t) + s_n sin(n ω t), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).

@@ -15,7 +15,7 @@ pub use rectangle::RectangularWave;
 pub use table::Table;
 
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use std::fmt::Debug;
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use super::{Excitation, Fourier, Jet, Repeats};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use std::f64::consts::{PI, TAU};
 
 /// High while one pair of teeth more is in mesh, low otherwise; the high part lasts a share `duty` of the period and is centred on t = 0.

@@ -2,7 +2,7 @@
 
 use super::{Excitation, Jet, Repeats};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 
 /// Uniform samples of one period, the first at t = 0, joined by the periodic cubic spline (twice continuously differentiable).
 ///

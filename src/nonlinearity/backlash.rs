@@ -3,7 +3,7 @@
 use super::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Repeats, Shared};
-use crate::model::{Piece, Side};
+use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
 /// max(x - upper, 0) - max(lower - x, 0).

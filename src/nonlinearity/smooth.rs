@@ -2,7 +2,7 @@
 
 use super::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::model::Side;
+use crate::piece::Side;
 use crate::scalar::Scalar;
 
 /// f(x) = x: a mesh that never separates.

@@ -70,13 +70,16 @@ impl StepRule<'_> {
 /// Steps below this share of the time itself are lost in rounding.
 pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
-/// Where the next step ends: on the grid start + steps h with a fixed step, `h` further on with an adaptive one.
+/// Where the next step ends: on the grid start + count h with a fixed step, `h` further on with an adaptive one.
 pub(crate) struct Pace {
     pub(crate) h: f64,
     /// The next point of the grid; for an adaptive step, what the controller proposes for the step after.
     pub(crate) next: f64,
+    /// The point after that, known a step ahead: no drive waits for it.
+    after: f64,
+    /// Where the grid begins, and the number of `after` on it.
     start: f64,
-    steps: f64,
+    count: f64,
     max: f64,
     pub(crate) controller: Controller,
 }
@@ -85,7 +88,7 @@ impl Pace {
     pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
         let next = if T::ADAPTIVE { h } else { start + h };
         let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
-        Pace { h, next, start, steps: 1.0, max, controller: Controller::new::<T>(beta) }
+        Pace { h, next, after: start + 2.0 * h, start, count: 2.0, max, controller: Controller::new::<T>(beta) }
     }
 
     /// The end of the step from `t`, at `stop` at the latest.
@@ -94,6 +97,7 @@ impl Pace {
         let h = if T::ADAPTIVE { self.h.min(self.max) } else { self.h };
         let aim = if T::ADAPTIVE { t + h } else { self.next };
         if aim + 1e-10 * h >= stop {
+            seldom();
             stop
         } else if T::ADAPTIVE && aim + 0.5 * h > stop {
             t + 0.5 * (stop - t) // two even steps rather than one and a crumb
@@ -108,8 +112,9 @@ impl Pace {
         if T::ADAPTIVE {
             self.h = self.next;
         } else {
-            self.steps += 1.0;
-            self.next = self.start + self.steps * self.h;
+            self.next = self.after;
+            self.count += 1.0;
+            self.after = self.start + self.count * self.h;
         }
     }
 
@@ -182,3 +187,8 @@ pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut En
     let h = (100.0 * h0).min(h1).min(longest);
     if h.is_finite() && h > 0.0 { h } else { h0 }
 }
+
+/// Marks a branch as seldom taken: the processor then runs ahead on the other one, where a select would have it wait for both.
+#[cold]
+#[inline]
+fn seldom() {}

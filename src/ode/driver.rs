@@ -6,7 +6,8 @@ use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
 use super::vector::Vector;
 use super::{Finish, IntegrateError, Stats};
-use crate::model::{Model, Piece, Side, State};
+use crate::model::{Model, State};
+use crate::piece::{Piece, Side};
 use std::marker::PhantomData;
 
 /// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.
@@ -48,7 +49,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
     let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;
-    for attempts in 1..=limits.max_steps as u64 {
+    for attempt in 0..limits.max_steps as u64 {
         let aim = run.pace.aim::<T>(run.e.t, run.stop);
         if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
             // Steps that shrink towards something that is not a number blame the model, not the tolerance.
@@ -61,7 +62,6 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
             run.stats.rejected += 1;
             continue;
         }
-        run.stats.steps += 1;
         // Nearly every step ends neither on an edge nor at the end.
         let ordinary = run.e.t1 < run.stop && (!LOCATE || run.crossings.is_empty());
         let at_edge = !ordinary && run.edge == run.e.t1;
@@ -69,21 +69,24 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
             let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &run.crossings))
         };
-        if flow.is_break() || (!ordinary && run.e.t1 >= t_end) {
-            let (q, v) = run.e.y1.slice().split_at(model.dof());
-            let stats = Stats { evaluations: run.e.evaluations + attempts * T::EVALUATIONS, ..run.stats };
-            return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
-        }
-        if ordinary {
+        if ordinary && flow.is_continue() {
             run.pace.arrive::<T>();
             run.e.accept::<T, LOCATE>();
             if LOCATE {
                 run.locator.accept(&run.e);
             }
-        } else {
-            run.pace.pass::<T>(run.e.t1);
-            run.pass_edges::<T, LOCATE>(at_edge, t_end)?;
+            continue;
         }
+        if flow.is_break() || run.e.t1 >= t_end {
+            let (q, v) = run.e.y1.slice().split_at(model.dof());
+            // Every attempt was a step or was rejected; the other evaluations were counted where they were made.
+            let attempts = attempt + 1;
+            let evaluations = attempts * T::EVALUATIONS + run.e.evaluations;
+            let stats = Stats { steps: attempts - run.stats.rejected, evaluations, ..run.stats };
+            return Ok(Finish { state: State::new(run.e.t1, q, v), stopped: flow.is_break(), stats });
+        }
+        run.pace.pass::<T>(run.e.t1);
+        run.pass_edges::<T, LOCATE>(at_edge, t_end)?;
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
 }

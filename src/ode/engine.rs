@@ -1,7 +1,8 @@
 //! Stages, norms and dense output of one explicit step: the arithmetic that all tableaux share.
 
 use super::vector::Vector;
-use crate::model::{Contact, Model, Piece, Side, State};
+use crate::model::{Contact, Model, State};
+use crate::piece::{Piece, Side};
 
 /// A row of a tableau: (column from 0, coefficient), zeros left out.
 pub type Row<const L: usize> = [(usize, f64); L];
@@ -142,10 +143,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         if V::LOCAL {
             let mut stage = V::zeros(0);
-            combine(&mut stage, &self.y, &self.k, self.h, row);
+            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
         } else {
-            combine(&mut self.stage, &self.y, &self.k, self.h, row);
+            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
         }
     }
@@ -155,10 +156,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         if V::LOCAL {
             let mut stage = V::zeros(0);
-            combine(&mut stage, &self.y, &self.k, self.h, row);
+            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
         } else {
-            combine(&mut self.stage, &self.y, &self.k, self.h, row);
+            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
         }
     }
@@ -166,7 +167,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// y1 = y0 + h Σ b k.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
-        combine(&mut self.y1, &self.y, &self.k, self.h, row);
+        combine(self.y1.slice_mut(), &self.y, &self.k, self.h, row);
     }
 
     /// f(t1, y1) into its slot, once.
@@ -244,7 +245,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn norm<const L: usize>(&self, row: &Row<L>) -> f64 {
         let (y, m) = (self.y.slice(), self.y.slice().len());
         let (y1, atol) = (&self.y1.slice()[..m], &self.atol.slice()[..m]);
-        let k: [&[f64]; L] = std::array::from_fn(|l| &self.k[row[l].0].slice()[..m]);
+        let k = columns(&self.k, row, m);
         let mut sum = 0.0;
         for j in 0..m {
             let mut e = row[0].1 * k[0][j];
@@ -337,13 +338,23 @@ fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut 
     }
 }
 
+/// The k that a row asks for, all of length m: by a loop, since a closure here is not always inlined.
+#[inline(always)]
+fn columns<'k, V: Vector, const L: usize>(k: &'k [V; SLOTS], row: &Row<L>, m: usize) -> [&'k [f64]; L] {
+    let mut columns: [&[f64]; L] = [&[]; L];
+    for (column, &(slot, _)) in columns.iter_mut().zip(row) {
+        *column = &k[slot].slice()[..m];
+    }
+    columns
+}
+
 /// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
 #[inline(always)]
-fn combine<V: Vector, const L: usize>(out: &mut V, y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
+fn combine<V: Vector, const L: usize>(out: &mut [f64], y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
     let m = y.slice().len();
-    let (out, y) = (&mut out.slice_mut()[..m], y.slice());
+    let (out, y) = (&mut out[..m], y.slice());
     let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
-    let k: [&[f64]; L] = std::array::from_fn(|l| &k[row[l].0].slice()[..m]);
+    let k = columns(k, row, m);
     for j in 0..m {
         let mut sum = a[0] * k[0][j];
         for l in 1..L {

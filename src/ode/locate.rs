@@ -2,7 +2,8 @@
 
 use super::engine::{Engine, Tableau};
 use super::vector::Vector;
-use crate::model::{Contact, Model, Piece};
+use crate::model::{Contact, Model};
+use crate::piece::Piece;
 
 /// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
 /// the stiffness times it, far below the tolerance of any step.

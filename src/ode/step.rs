@@ -1,6 +1,6 @@
 //! What an observer sees of a run: one accepted step at a time.
 
-use crate::model::Piece;
+use crate::piece::Piece;
 use std::ops::ControlFlow;
 
 /// A contact that changed its piece at the end of a step.

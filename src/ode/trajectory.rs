@@ -3,7 +3,8 @@
 use super::{Finish, IntegrateError, Stats};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Side, State};
+use crate::model::{Model, State};
+use crate::piece::Side;
 use thiserror::Error;
 
 /// States in the order of time.

@@ -3,8 +3,9 @@
 use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Excitation, Fourier, InstantCentre, Jet};
-use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
+use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State, dual_jacobian};
 use crate::nonlinearity::Backlash;
+use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 

@@ -3,8 +3,8 @@
 use super::system::Ring;
 use crate::error::{ParameterError, check};
 use crate::excitation::Excitation;
-use crate::model::Side;
 use crate::nonlinearity::Nonlinearity;
+use crate::piece::Side;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::f64::consts::TAU;

@@ -2,8 +2,9 @@
 
 use super::system::Ring;
 use crate::error::{ParameterError, check};
-use crate::model::{Side, State};
+use crate::model::State;
 use crate::nonlinearity::Nonlinearity;
+use crate::piece::Side;
 use nalgebra::DMatrix;
 
 /// [θ_M - θ_1, d_1/b_e, ..., d_n/b_e, θ_1 - θ_L1, ..., θ_n - θ_Ln] over τ = ω_n t: q1..q7 of the paper for n = 3.

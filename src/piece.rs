@@ -1,0 +1,36 @@
+//! Which smooth piece is meant where something jumps or kinks: in time, the side of an instant; in deflection, the piece of a law.
+
+/// The side from which an instant is seen. Drives may jump at an edge (a hold of a random process, a step of the stiffness).
+///
+/// ```
+/// use gear_dynamics::{Excitation, RectangularWave, Side};
+/// let wave = RectangularWave::new(1.0, 3.0, 0.5, 1.0)?; // high for the quarter period on either side of t = 0
+/// assert_eq!(wave.value(0.25, Side::Before), 3.0);
+/// assert_eq!(wave.value(0.25, Side::After), 1.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The limit from earlier times: the end of a step.
+    Before,
+    /// The limit from later times: the start of a step.
+    After,
+}
+
+/// The piece of a backlash law on which a contact stands.
+///
+/// ```
+/// use gear_dynamics::{Contact, Piece};
+/// let contact = Contact { deflection: -3.0, lower: -1.0, upper: 1.0, ..Contact::default() };
+/// assert_eq!(contact.piece(), Piece::Lower);
+/// assert_eq!(Piece::Lower as usize, 0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Piece {
+    /// Deflection below the lower edge: that flank carries.
+    Lower,
+    /// Between the edges: the teeth are apart.
+    Gap,
+    /// Deflection above the upper edge.
+    Upper,
+}
