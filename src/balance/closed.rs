@@ -14,7 +14,8 @@ use super::look::{Look, Part, is_linear_on_pieces};
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
-use crate::model::{Periodic, Piece};
+use crate::model::Periodic;
+use crate::piece::Piece;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -1,6 +1,7 @@
 //! Which accelerations depend on which coordinates, and how to ask for the slopes.
 
-use crate::model::{Jacobian, Model, Periodic, Piece, Side};
+use crate::model::{Jacobian, Model, Periodic};
+use crate::piece::{Piece, Side};
 
 /// Slopes of the acceleration at one instant: the model's own, or central differences.
 pub(super) struct Slopes<'m, M: ?Sized> {

@@ -3,7 +3,8 @@
 use super::Harmonics;
 use super::orbit::spread;
 use super::transform::Transform;
-use crate::model::{Periodic, Side};
+use crate::model::Periodic;
+use crate::piece::Side;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

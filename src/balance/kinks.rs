@@ -9,7 +9,8 @@ use super::grid::Grid;
 use super::spectra::{Jump, Samples, Spectra};
 use super::stencil::{NODES, Stencil};
 use super::switching::{Event, Switching};
-use crate::model::{Contact, Periodic, Piece, Side};
+use crate::model::{Contact, Periodic};
+use crate::piece::{Piece, Side};
 use std::f64::consts::TAU;
 
 /// Scratch for evaluations on both sides of a switch.

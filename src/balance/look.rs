@@ -2,7 +2,8 @@
 
 use super::couplings::{Couplings, Slopes, even};
 use super::transform::{Transform, unpack};
-use crate::model::{Periodic, Piece, Side};
+use crate::model::Periodic;
+use crate::piece::{Piece, Side};
 use num_complex::Complex64;
 
 /// Coefficients of a real periodic function, k = 0, 1, ... in the model's period.

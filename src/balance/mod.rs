@@ -26,7 +26,8 @@ pub use orbit::{ContactHistory, Orbit};
 pub use proof::Proof;
 pub use residual::BalanceEquations;
 
-use crate::model::{Generic, Periodic, Piece};
+use crate::model::{Generic, Periodic};
+use crate::piece::Piece;
 use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
 
 /// How the integrals of a balance are taken.

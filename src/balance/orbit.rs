@@ -7,9 +7,10 @@ use super::transform::{Transform, unpack};
 use super::{BalanceNote, grid::Grid};
 use crate::analysis::ContactStatistics;
 use crate::error::{ParameterError, check};
-use crate::model::{Periodic, Piece, State};
+use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
 use crate::orbit::{Cycle, Shooting, ShootingError};
+use crate::piece::Piece;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -6,7 +6,8 @@ use super::orbit::write;
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
-use crate::model::{Periodic, Side};
+use crate::model::Periodic;
+use crate::piece::Side;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -2,8 +2,9 @@
 
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
-use crate::model::{Periodic, Piece};
+use crate::model::Periodic;
 use crate::orbit::Cycle;
+use crate::piece::Piece;
 use crate::root::{Factors, Residual};
 use nalgebra::{DMatrix, DVector};
 

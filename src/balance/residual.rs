@@ -12,7 +12,8 @@ use super::stencil::Stencil;
 use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
-use crate::model::{Generic, Periodic, Piece, Side};
+use crate::model::{Generic, Periodic};
+use crate::piece::{Piece, Side};
 use crate::root::{Matrix, Residual};
 
 /// R(x) = coefficients of q'' - a(u(t), q, q'), every coordinate over its scale; with rigid motions, their mean accelerations are

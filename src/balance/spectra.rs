@@ -6,7 +6,8 @@ use super::grid::Grid;
 use super::orbit::write;
 use super::table::Table;
 use super::transform::unpack;
-use crate::model::{Periodic, Piece};
+use crate::model::Periodic;
+use crate::piece::Piece;
 use num_complex::Complex64;
 
 /// What the integrals give.

@@ -2,7 +2,8 @@
 
 use super::grid::Grid;
 use super::stencil::{Polynomial, Stencil};
-use crate::model::{Contact, Periodic, Piece};
+use crate::model::{Contact, Periodic};
+use crate::piece::Piece;
 
 /// One change of piece.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,8 @@
 //! Rigid modes: directions in which a model turns freely.
 
 use super::slopes::Slopes;
-use crate::model::{Model, Piece, Side};
+use crate::model::Model;
+use crate::piece::{Piece, Side};
 use nalgebra::DMatrix;
 
 /// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which

@@ -1,6 +1,7 @@
 //! ∂a/∂q and ∂a/∂v of any model: its own, or central differences.
 
-use crate::model::{Jacobian, Model, Piece};
+use crate::model::{Jacobian, Model};
+use crate::piece::Piece;
 
 /// Reads Jacobians, its arrays made once.
 pub(crate) struct Slopes<'m, M: ?Sized> {

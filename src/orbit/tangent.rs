@@ -1,8 +1,9 @@
 //! A model together with small differences of its motion: the variational equations as a model of their own.
 
 use super::slopes::{Slopes, accel};
-use crate::model::{Contact, Model, Piece, Side, State};
+use crate::model::{Contact, Model, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
+use crate::piece::{Piece, Side};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
