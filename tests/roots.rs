@@ -1,0 +1,197 @@
+//! Newton and Broyden, dense and in blocks, against closed forms.
+
+use approx::assert_relative_eq;
+use gear_dynamics::*;
+use proptest::prelude::*;
+
+/// Rosenbrock's valley as equations: root (1, 1).
+struct Valley {
+    own_jacobian: bool,
+}
+
+impl Residual for Valley {
+    fn size(&self) -> usize {
+        2
+    }
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+        (r[0], r[1]) = (10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]);
+    }
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+        if self.own_jacobian {
+            out.column_mut(0).copy_from_slice(&[-20.0 * x[0], -1.0]);
+            out.column_mut(1).copy_from_slice(&[10.0, 0.0]);
+        }
+        self.own_jacobian
+    }
+}
+
+#[test]
+fn newton_with_either_jacobian() -> Result<(), RootError> {
+    for own_jacobian in [true, false] {
+        let root = Newton::new().solve(&mut Valley { own_jacobian }, &[-1.2, 1.0])?;
+        assert_relative_eq!(root.x[0], 1.0, epsilon = 1e-12);
+        assert_relative_eq!(root.x[1], 1.0, epsilon = 1e-12);
+        assert_eq!(root.history.len(), root.iterations + 1);
+    }
+    Ok(())
+}
+
+/// Undamped, Newton on atan diverges from |x| > 1.39.
+#[test]
+fn damping_reaches_far() -> Result<(), RootError> {
+    for start in [2.0, 10.0, 50.0] {
+        let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[start])?;
+        assert!(root.x[0].abs() < 1e-10);
+    }
+    Ok(())
+}
+
+/// The scaling of the equations does not change what damped Newton does.
+#[test]
+fn newton_is_affine_invariant() -> Result<(), RootError> {
+    let plain =
+        Newton::new().solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0] * x[1] - 1.0, x[0] - x[1].exp() + 1.0)), &[2.0, 2.0])?;
+    let scaled = Newton::new()
+        .solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (1e8 * (x[0] * x[1] - 1.0), 1e-6 * (x[0] - x[1].exp() + 1.0))), &[2.0, 2.0])?;
+    assert_eq!(plain.iterations, scaled.iterations);
+    assert_relative_eq!(plain.x[0], scaled.x[0], epsilon = 1e-10);
+    Ok(())
+}
+
+/// Good Broyden ends on linear problems after at most 2n steps (Gay 1979).
+#[test]
+fn broyden_ends_on_linear_problems() -> Result<(), RootError> {
+    let a = [[2.0, 1.0, 0.0, 0.2], [0.5, 1.5, 0.3, 0.0], [0.0, 0.1, 1.2, 0.4], [0.3, 0.0, 0.0, 0.9]];
+    let mut equations = Equations::new(4, |x: &[f64], r: &mut [f64]| {
+        for (r, row) in r.iter_mut().zip(&a) {
+            *r = row.iter().zip(x).map(|(a, x)| a * (x - 1.0)).sum();
+        }
+    });
+    let root = Broyden::new().tolerance(1e-12).solve(&mut equations, &[0.0; 4])?;
+    assert!(root.iterations <= 9, "{}", root.iterations);
+    assert!(root.x.iter().all(|x| (x - 1.0).abs() < 1e-11));
+    Ok(())
+}
+
+#[test]
+fn every_broyden_finds_the_root() -> Result<(), RootError> {
+    let equations = || {
+        Equations::new(3, |x: &[f64], r: &mut [f64]| {
+            r[0] = x[0] + 0.1 * (x[1] * x[2]).sin() - 0.3;
+            r[1] = 1.3 * x[1] - 0.2 * x[0] * x[0] + 0.1;
+            r[2] = 0.8 * x[2] + 0.05 * (x[0] + x[1]).exp() - 1.0;
+        })
+    };
+    let reference = Newton::new().tolerance(1e-13).solve(&mut equations(), &[0.0; 3])?;
+    let first = FirstJacobian::Given({
+        let mut matrix = Matrix::dense(3);
+        for (j, d) in [1.0, 1.3, 0.8].into_iter().enumerate() {
+            matrix.column_mut(j)[j] = d;
+        }
+        matrix
+    });
+    for broyden in [
+        Broyden::new(),
+        Broyden::new().bad(),
+        Broyden::new().first(FirstJacobian::Own),
+        Broyden::new().first(first),
+        Broyden::new().restart(3),
+    ] {
+        let root = broyden.tolerance(1e-12).solve(&mut equations(), &[0.0; 3])?;
+        for (x, y) in root.x.iter().zip(&reference.x) {
+            assert_relative_eq!(x, y, epsilon = 1e-10);
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    /// A ring of blocks with leaves, solved in blocks and as one dense matrix.
+    #[test]
+    fn blocks_solve_as_dense(seed in 0u64..200, gears in 3usize..7, height in 1usize..5) {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(1);
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut pattern = Vec::new();
+        for i in 0..gears {
+            let (next, leaf) = ((i + 1) % gears, gears + i);
+            pattern.extend([(i, i), (leaf, leaf), (i, leaf), (leaf, i), (i, next), (next, i)]);
+        }
+        let heights = vec![height; 2 * gears];
+        struct Linear { matrix: Matrix, right: Vec<f64> }
+        impl Residual for Linear {
+            fn size(&self) -> usize { self.right.len() }
+            fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+                r.iter_mut().zip(self.matrix.times(x)).zip(&self.right).for_each(|((r, ax), b)| *r = ax - b);
+            }
+            fn matrix(&self) -> Matrix { self.matrix.clone() }
+            fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool { *out = self.matrix.clone(); true }
+        }
+        let mut matrix = Matrix::blocks(&heights, &pattern).unwrap();
+        for &(i, j) in &pattern {
+            for (k, entry) in matrix.block_mut(i, j).iter_mut().enumerate() {
+                *entry = random() + if i == j && k % (height + 1) == 0 { 4.0 } else { 0.0 };
+            }
+        }
+        let right: Vec<f64> = (0..matrix.size()).map(|_| random()).collect();
+        let full = nalgebra::DMatrix::from(&matrix);
+        let expected = full.lu().solve(&nalgebra::DVector::from_column_slice(&right)).unwrap();
+        let zero = vec![0.0; right.len()];
+        let root = Newton::new().solve(&mut Linear { matrix, right }, &zero).unwrap();
+        for (x, y) in root.x.iter().zip(expected.iter()) {
+            prop_assert!((x - y).abs() < 1e-12, "{} against {}", x, y);
+        }
+    }
+}
+
+#[test]
+fn wrong_length_is_refused() {
+    let error = Newton::new().solve(&mut Valley { own_jacobian: true }, &[1.0]).unwrap_err();
+    assert_eq!(error, RootError::Length { expected: 2, found: 1 });
+    let error =
+        Broyden::new().first(FirstJacobian::Given(Matrix::dense(3))).solve(&mut Valley { own_jacobian: true }, &[1.0, 1.0]).unwrap_err();
+    assert_eq!(error, RootError::Length { expected: 2, found: 3 });
+}
+
+#[test]
+fn tolerance_that_is_not_positive_is_refused() {
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = Newton::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
+        assert!(matches!(error, RootError::Setting { name: "tolerance", .. }));
+        let error = Broyden::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
+        assert!(matches!(error, RootError::Setting { name: "tolerance", .. }));
+    }
+}
+
+#[test]
+fn residual_that_is_not_a_number_is_named() {
+    let error = Newton::new().solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0], x[1].ln())), &[1.0, -1.0]).unwrap_err();
+    assert!(matches!(error, RootError::NotFinite { equation: 1, .. }));
+    assert_eq!(error.last().unwrap().x, [1.0, -1.0]);
+}
+
+#[test]
+fn singular_jacobian_names_the_free_unknown() {
+    // x[2] does not occur.
+    let mut equations = Equations::new(3, |x: &[f64], r: &mut [f64]| (r[0], r[1], r[2]) = (x[0] - 1.0, x[1] + x[0], x[0] - x[1]));
+    assert!(matches!(Newton::new().solve(&mut equations, &[0.1, 0.2, 0.3]), Err(RootError::Singular { unknown: 2, .. })));
+}
+
+#[test]
+fn no_root_hands_back_the_last_iterate() {
+    let mut equations = Equations::new(1, |x: &[f64], r: &mut [f64]| r[0] = x[0] * x[0] + 0.1);
+    let error = Newton::new().solve(&mut equations, &[1.0]).unwrap_err();
+    let RootError::NotConverged { last } = error else { panic!("{error}") };
+    assert!(last.x[0].abs() < 1.0 && last.residual >= 0.1);
+    let error = Broyden::new().max_iterations(7).solve(&mut equations, &[1.0]).unwrap_err();
+    let RootError::NotConverged { last } = error else { panic!("{error}") };
+    assert_eq!(last.history.len(), 8);
+}
+
+#[test]
+fn blocks_outside_or_twice_are_refused() {
+    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 2)]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
+    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 1), (0, 1)]), Err(ParameterError::OutOfRange { .. })));
+}
