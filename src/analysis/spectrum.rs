@@ -66,6 +66,9 @@ impl Spectrum {
     /// Of uniform samples `spacing` apart `[s]`; lines at k/(n spacing) up to half the sampling rate.
     /// A channel that jumps (a mesh force under a rectangular stiffness) aliases: sample finely, and take its mean from
     /// [`Statistics`](crate::Statistics).
+    ///
+    /// # Errors
+    /// Fewer than 2 samples; one that is not finite; a spacing that is not positive and finite.
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {
@@ -99,6 +102,9 @@ impl Spectrum {
         &self.phases
     }
     /// The frequencies as orders of a base frequency `[Hz]`: of the shaft, of the mesh.
+    ///
+    /// # Errors
+    /// A base frequency that is not positive and finite.
     pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
         let base = check::positive("base frequency", base)?;
         Ok(self.frequencies.iter().map(|f| f / base).collect())

@@ -29,6 +29,9 @@ pub struct Summary {
 
 impl Summary {
     /// Of equally spaced samples.
+    ///
+    /// # Errors
+    /// No samples; one that is not finite.
     pub fn of(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.is_empty() {
             return Err(ParameterError::Empty { name: "samples".into(), least: 1 });

@@ -24,6 +24,9 @@ pub struct InstantCentre {
 
 impl InstantCentre {
     /// Eccentric ratio ε in [0, 1) and frequency ω_c [rad/s].
+    ///
+    /// # Errors
+    /// An eccentric ratio outside [0, 1); a frequency outside 1e-100 .. 1e100.
     pub fn new(eccentric: f64, omega: f64) -> Result<Self, ParameterError> {
         Ok(InstantCentre {
             eccentric: check::fraction("eccentric ratio", eccentric)?,
@@ -41,10 +44,16 @@ impl InstantCentre {
     }
 
     /// r(t) = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
+    ///
+    /// # Errors
+    /// A mean radius that is not positive and finite.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Radius(check::positive("mean radius", mean)?)))
     }
     /// i(t) = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
+    ///
+    /// # Errors
+    /// A reduction ratio that is not positive and finite.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Ratio(check::positive("reduction ratio", reduction)?)))
     }

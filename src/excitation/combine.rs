@@ -80,6 +80,9 @@ pub struct Scaled {
 
 impl Scaled {
     /// A finite factor and what it scales.
+    ///
+    /// # Errors
+    /// A factor that is not finite.
     pub fn new(factor: f64, inner: Shared) -> Result<Self, ParameterError> {
         Ok(Scaled { factor: check::finite("factor", factor)?, inner })
     }
@@ -116,6 +119,9 @@ impl<F: Fn(Jet) -> Jet + Send + Sync> Function<F> {
     }
 
     /// The same, known to repeat with a period `[s]`.
+    ///
+    /// # Errors
+    /// A period outside 1e-100 .. 1e100.
     pub fn with_period(self, period: f64) -> Result<Self, ParameterError> {
         Ok(Function { repeats: Repeats::Every(check::scale("period", period)?), ..self })
     }

@@ -22,6 +22,9 @@ pub struct Fourier {
 
 impl Fourier {
     /// Mean, cosine and sine coefficients by order from 1, and base frequency ω [rad/s].
+    ///
+    /// # Errors
+    /// A mean or coefficient that is not finite; a frequency outside 1e-100 .. 1e100.
     pub fn new(mean: f64, pairs: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
         check::finite("mean", mean)?;
         for (i, pair) in pairs.iter().enumerate() {
@@ -32,6 +35,9 @@ impl Fourier {
     }
 
     /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n `[rad]`).
+    ///
+    /// # Errors
+    /// A mean, amplitude or phase that is not finite; a frequency outside 1e-100 .. 1e100.
     pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
         for (i, pair) in amplitudes.iter().enumerate() {
             check::finite(format!("amplitude of order {}", i + 1), pair[0])?;
@@ -70,6 +76,9 @@ impl Fourier {
     }
 
     /// The same shape ahead by a phase φ `[rad]` of its base frequency: f(t + φ/ω).
+    ///
+    /// # Errors
+    /// A phase that is not finite.
     pub fn with_phase(mut self, phase: f64) -> Result<Self, ParameterError> {
         let phase = check::finite("phase", phase)? % TAU;
         for (i, pair) in self.pairs.iter_mut().enumerate() {

@@ -125,6 +125,9 @@ pub struct Constant(f64);
 
 impl Constant {
     /// A finite constant.
+    ///
+    /// # Errors
+    /// A value that is not finite.
     pub fn new(value: f64) -> Result<Self, ParameterError> {
         Ok(Constant(check::finite("constant excitation", value)?))
     }

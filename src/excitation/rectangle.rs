@@ -31,6 +31,9 @@ pub struct RectangularWave {
 
 impl RectangularWave {
     /// Two levels, duty in [0, 1), period `[s]`.
+    ///
+    /// # Errors
+    /// A level that is not finite; a duty outside [0, 1); a period outside 1e-100 .. 1e100.
     pub fn new(low: f64, high: f64, duty: f64, period: f64) -> Result<Self, ParameterError> {
         Ok(RectangularWave {
             low: check::finite("low level", low)?,
@@ -43,6 +46,9 @@ impl RectangularWave {
 
     /// The duty is the contact ratio less its whole part: 0.52 of the period with two pairs for a contact ratio of 1.52. `low` is the stiffness
     /// of the whole part of the ratio, so a contact ratio of 2 is constant at `low`, that of two pairs.
+    ///
+    /// # Errors
+    /// A contact ratio below 1 or not finite; levels and period as in [`new`](RectangularWave::new).
     pub fn from_contact_ratio(contact_ratio: f64, low: f64, high: f64, period: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
         if check::finite(name, contact_ratio)? < 1.0 {
@@ -52,6 +58,9 @@ impl RectangularWave {
     }
 
     /// The same wave ahead by a phase `[rad]`.
+    ///
+    /// # Errors
+    /// A phase that is not finite.
     pub fn with_phase(self, phase: f64) -> Result<Self, ParameterError> {
         Ok(RectangularWave { centre: self.centre - (check::finite("phase", phase)? / TAU).fract(), ..self })
     }
@@ -62,6 +71,9 @@ impl RectangularWave {
     }
 
     /// The Fourier series to an order: amplitudes 2 (high - low)/(j π) sin(j π duty).
+    ///
+    /// # Errors
+    /// Levels so far apart that a coefficient is not finite.
     pub fn series(&self, order: usize) -> Result<Fourier, ParameterError> {
         let pairs: Vec<_> = (1..=order)
             .map(|j| {

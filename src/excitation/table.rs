@@ -23,6 +23,9 @@ pub struct Table {
 
 impl Table {
     /// At least 3 samples and the period `[s]` that they fill.
+    ///
+    /// # Errors
+    /// Fewer than 3 samples; one that is not finite; a period outside 1e-100 .. 1e100.
     pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });

@@ -38,6 +38,9 @@ pub struct Backlash {
 
 impl Backlash {
     /// Half width b, not negative.
+    ///
+    /// # Errors
+    /// A half width that is negative or not finite.
     pub fn new(half_width: f64) -> Result<Self, ParameterError> {
         Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
     }
@@ -83,6 +86,9 @@ pub struct AsymmetricBacklash {
 
 impl AsymmetricBacklash {
     /// lower <= upper, both flanks of relative stiffness 1.
+    ///
+    /// # Errors
+    /// An edge that is not finite; a lower edge above the upper one.
     pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
         check::finite("lower edge", lower)?;
         check::finite("upper edge", upper)?;
@@ -91,6 +97,9 @@ impl AsymmetricBacklash {
     }
 
     /// Relative stiffness of the lower and the upper flank, both positive.
+    ///
+    /// # Errors
+    /// A slope that is not positive and finite.
     pub fn with_slopes(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
         let slopes = [check::positive("slope of the lower flank", lower)?, check::positive("slope of the upper flank", upper)?];
         Ok(AsymmetricBacklash { slopes, ..self })

@@ -40,6 +40,9 @@ pub struct Cubic {
 
 impl Cubic {
     /// Linear slope s and cubic coefficient κ, any finite numbers.
+    ///
+    /// # Errors
+    /// A coefficient that is not finite.
     pub fn new(linear: f64, cubic: f64) -> Result<Self, ParameterError> {
         Ok(Cubic { linear: check::finite("linear slope", linear)?, cubic: check::finite("cubic coefficient", cubic)? })
     }
@@ -75,6 +78,9 @@ pub struct SmoothedBacklash {
 
 impl SmoothedBacklash {
     /// Half width b, not negative, and rounding length s, positive, in the unit of the deflection.
+    ///
+    /// # Errors
+    /// A half width that is negative or not finite; a rounding length that is not positive and finite.
     pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
         Ok(SmoothedBacklash {
             half_width: check::not_negative("half width b", half_width)?,

@@ -72,11 +72,17 @@ struct At<S> {
 
 impl NfgPair {
     /// The exact reading.
+    ///
+    /// # Errors
+    /// Every parameter out of its range, by the name of its field.
     pub fn new(params: &NfgParams) -> Result<Self, ParameterError> {
         NfgPair::with_reading(params, NfgReading::exact())
     }
 
     /// Any reading.
+    ///
+    /// # Errors
+    /// As [`new`](NfgPair::new).
     pub fn with_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
         let radius = match reading.radius {
@@ -132,6 +138,9 @@ impl NfgPair {
     }
 
     /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0.
+    ///
+    /// # Errors
+    /// A mesh stiffness that is not positive at the start.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = [0.0; PHASES + CONSTANTS];
         self.drive(0.0, Side::After, &mut u);

@@ -59,11 +59,17 @@ const DRIVES: usize = 10;
 
 impl NfgPair2 {
     /// The exact reading, the pinion of inertia I1 [kg m²].
+    ///
+    /// # Errors
+    /// A pinion inertia that is not positive and finite; every parameter out of its range, by the name of its field.
     pub fn new(params: &NfgParams, pinion_inertia: f64) -> Result<Self, ParameterError> {
         NfgPair2::with_reading(params, pinion_inertia, NfgReading::exact())
     }
 
     /// Radius and centre forcing as read.
+    ///
+    /// # Errors
+    /// As [`new`](NfgPair2::new).
     pub fn with_reading(params: &NfgParams, pinion_inertia: f64, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
         let cos = libm::cos(params.pressure_angle);
@@ -92,6 +98,9 @@ impl NfgPair2 {
     }
 
     /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.
+    ///
+    /// # Errors
+    /// A torque that is not finite.
     pub fn with_torque(self, torque: f64) -> Result<Self, ParameterError> {
         Ok(NfgPair2 { torque: Some(check::finite("torque on the pinion", torque)?), ..self })
     }
@@ -106,6 +115,9 @@ impl NfgPair2 {
     }
 
     /// At t = 0: the pinion at q1 = 0, the face gear at rest on the drive flank.
+    ///
+    /// # Errors
+    /// A mesh stiffness that is not positive at the start.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = [0.0; DRIVES];
         self.drive(0.0, Side::After, &mut u);

@@ -220,6 +220,9 @@ impl RingSet {
     }
 
     /// The ring as full parameters.
+    ///
+    /// # Errors
+    /// No teeth; a speed or mean stiffness that is not positive; phases not as many as gears; a number that is not finite.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
         if self.teeth == 0 {
             return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, least: 1 });

@@ -34,6 +34,9 @@ const CLOSURE: f64 = 1e-9;
 
 impl<N: Nonlinearity> Ring<N> {
     /// Relative coordinates with nominal size b_e `[m]` and frequency ω_n [rad/s].
+    ///
+    /// # Errors
+    /// A nominal size or a frequency that is not positive and finite.
     pub fn relative(&self, nominal_size: f64, frequency: f64) -> Result<RelativeView<'_, N>, ParameterError> {
         Ok(RelativeView {
             ring: self,
@@ -75,6 +78,9 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     }
 
     /// Sets the last mesh coordinate and its rate so that the ring closes.
+    ///
+    /// # Errors
+    /// Coordinates or rates other than 2n + 1 in number.
     pub fn close(&self, t: f64, q: &mut [f64], v: &mut [f64]) -> Result<(), ParameterError> {
         let n = self.ring.gears();
         check::length("relative coordinates", q.len(), 2 * n + 1)?;
@@ -128,6 +134,9 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
 
     /// The matrices ξ_ij and k_ij of q'' + 2 ξ q' + k g(q) = f with their signs: B M⁻¹ Bᵀ times the dampings and (given) mesh and
     /// shaft stiffnesses, in the units of the relative coordinates.   Source: Yao 2020, coefficient list under Eq. (2), corrected.
+    ///
+    /// # Errors
+    /// Mesh stiffnesses not as many as meshes, negative or not finite.
     pub fn coefficients(&self, mesh_stiffness: &[f64]) -> Result<(DMatrix<f64>, DMatrix<f64>), ParameterError> {
         let (dampings, stiffnesses) = (self.ring.link_dampings(), self.ring.link_stiffnesses(mesh_stiffness)?);
         let b = self.ring.mesh_matrix();

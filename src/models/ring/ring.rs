@@ -81,6 +81,9 @@ impl<N: Nonlinearity> Ring<N> {
 
     /// The equations as printed, for any n: with odd n they stand for a ring with one mesh that does not reverse. The paper's n = 3
     /// is such a ring.
+    ///
+    /// # Errors
+    /// Every parameter out of its range, named with its place in the lists.
     pub fn as_printed(params: &RingParams<N>) -> Result<Self, ParameterError>
     where
         N: Clone,
