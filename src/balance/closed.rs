@@ -8,9 +8,9 @@
 //! and everything else is a product of short series.
 
 use super::Harmonics;
-use super::couplings::{Couplings, Slope, Slopes};
+use super::couplings::{Couplings, Slope, Slopes, even};
 use super::grid::Grid;
-use super::look::{Look, Part, is_linear_on_pieces};
+use super::look::{Look, Part, Series, is_linear_on_pieces, value_at};
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
@@ -18,6 +18,11 @@ use crate::model::Periodic;
 use crate::piece::Piece;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+
+/// Instants at which a model is looked at beside the samples.
+const LOOKS: usize = 5;
+/// How closely the series have to give it there.
+const AGREE: f64 = 1e-11;
 
 /// A model in closed form.
 pub(super) struct Closed {
@@ -60,7 +65,7 @@ impl Closed {
         let reach = |contact: usize, look: &mut Look<'_, '_, M>| {
             let mut pieces = vec![Piece::Gap; contacts];
             pieces[contact] = Piece::Lower;
-            look.at(&pieces, 1).touched(&gap)
+            look.at(&pieces, LOOKS).touched(&gap)
         };
         let base = gap.series(None, None)?;
         let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut look)).collect();
@@ -85,7 +90,35 @@ impl Closed {
                 flanks[c] = Some([lower.series(Some(&gap), Some(&reaches[c]))?, upper.series(Some(&gap), Some(&reaches[c]))?]);
             }
         }
-        Some(Closed { base, flanks: flanks.into_iter().flatten().collect(), indicator: Vec::new() })
+        let closed = Closed { base, flanks: flanks.into_iter().flatten().collect(), indicator: Vec::new() };
+        // Orders that the samples fold onto lower ones show between the samples.
+        [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().all(|piece| closed.agrees(&mut look, piece)).then_some(closed)
+    }
+
+    /// Whether the series give what the model gives between samples, all contacts on one piece.
+    fn agrees<M: Periodic + ?Sized>(&self, look: &mut Look<'_, '_, M>, piece: Piece) -> bool {
+        let parts = || {
+            let flank = |on: &'_ [Part; 2]| match piece {
+                Piece::Lower => 0,
+                _ => on.len() - 1,
+            };
+            let flanks = self.flanks.iter().filter(|_| piece != Piece::Gap).map(move |on| &on[flank(on)]);
+            std::iter::once(&self.base).chain(flanks)
+        };
+        (0..LOOKS).all(|k| {
+            let share = even(k, 0);
+            let seen = look.between(piece, share);
+            let agree = |seen: &[Vec<f64>], series: &dyn Fn(&Part) -> &[Series]| {
+                seen.iter().enumerate().all(|(i, seen)| {
+                    let (sum, size) = parts().fold((0.0, seen[0].abs()), |(sum, size), part| {
+                        let value = value_at(&series(part)[i], share);
+                        (sum + value, size + value.abs())
+                    });
+                    (sum - seen[0]).abs() <= AGREE * size
+                })
+            };
+            agree(&seen.force, &|part| &part.force) && agree(&seen.slopes, &|part| &part.slopes)
+        })
     }
 
     fn longest(&self) -> usize {

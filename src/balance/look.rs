@@ -5,6 +5,7 @@ use super::transform::{Transform, unpack};
 use crate::model::Periodic;
 use crate::piece::{Piece, Side};
 use num_complex::Complex64;
+use std::f64::consts::TAU;
 
 /// Coefficients of a real periodic function, k = 0, 1, ... in the model's period.
 pub(super) type Series = Vec<Complex64>;
@@ -30,8 +31,8 @@ pub(super) struct Look<'a, 'm, M: ?Sized> {
 
 /// Accelerations and periodic slopes at rest, sampled over a period.
 pub(super) struct Seen {
-    force: Vec<Vec<f64>>,
-    slopes: Vec<Vec<f64>>,
+    pub(super) force: Vec<Vec<f64>>,
+    pub(super) slopes: Vec<Vec<f64>>,
 }
 
 impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
@@ -41,6 +42,16 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
             model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
         }
         Look { model, couplings, slopes, drives }
+    }
+
+    /// At one instant, given as a share of the period, all contacts on one piece.
+    pub(super) fn between(&mut self, piece: Piece, share: f64) -> Seen {
+        let mut u = vec![0.0; self.model.drives()];
+        self.model.drive(self.model.period() * share, Side::After, &mut u);
+        let samples = std::mem::replace(&mut self.drives, vec![u]);
+        let seen = self.at(&vec![piece; self.model.contacts()], 1);
+        self.drives = samples;
+        seen
     }
 
     /// The first samples.
@@ -61,10 +72,10 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
 }
 
 impl Seen {
-    /// What differs from another look at the first sample: forces, then slopes.
+    /// What differs from another look at any of these samples: forces, then slopes.
     pub(super) fn touched(&self, other: &Seen) -> Vec<bool> {
         let both = self.force.iter().chain(&self.slopes).zip(other.force.iter().chain(&other.slopes));
-        both.map(|(x, y)| x[0] != y[0]).collect()
+        both.map(|(x, y)| x.iter().zip(y).any(|(x, y)| x != y)).collect()
     }
 
     /// The series of what is more than in another look, of the parts that are asked for; `None` if they are too long for the samples.
@@ -102,6 +113,15 @@ fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Option<Series>
     let length = series.iter().rposition(|c| c.norm() > ROUNDING * largest).map_or(0, |last| last + 1);
     series.truncate(length);
     Some(series)
+}
+
+/// A series at a share of the period.
+pub(super) fn value_at(series: &[Complex64], share: f64) -> f64 {
+    let term = |(k, c): (usize, &Complex64)| {
+        let (sin, cos) = libm::sincos(TAU * (k as f64 * share).fract());
+        (if k == 0 { 1.0 } else { 2.0 }) * (c.re * cos - c.im * sin)
+    };
+    series.iter().enumerate().map(term).sum()
 }
 
 /// Whether held accelerations are linear in the state, and contacts add up.

@@ -243,8 +243,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 }
             }
             Method::Closed(closed) => {
-                closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
-                self.slopes_seen = true;
+                if !known {
+                    closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
+                }
                 if slopes_too {
                     Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, &self.stencil, &self.switching, out);
                 }

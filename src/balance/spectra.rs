@@ -135,8 +135,12 @@ impl Samples {
             let second = if pair + 1 < width { Some(&self.slopes[pair + 1]) } else { None };
             pack(&mut self.buffer, &self.slopes[pair], second.map(|s| &s[..]));
             grid.transform.analyse(&mut self.buffer);
+            // A slope that is zero must not look like rounding of its companion.
+            let noise = 1e-15 * self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm())) / self.buffer.len() as f64;
+            let clean = |z: Complex64| if z.norm() <= noise { Complex64::ZERO } else { z };
             for k in 0..=out.slopes[pair].reach() {
                 let (x, y) = unpack(&self.buffer, k);
+                let (x, y) = (clean(x), clean(y));
                 out.slopes[pair].set(k, x);
                 if pair + 1 < width {
                     out.slopes[pair + 1].set(k, y);

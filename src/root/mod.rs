@@ -85,7 +85,7 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
         return;
     }
     let n = equations.size();
-    let size = largest(x).max(f64::MIN_POSITIVE.sqrt());
+    let size = Some(largest(x)).filter(|&size| size > 0.0).unwrap_or(1.0);
     let (mut moved, mut plus, mut minus) = (x.to_vec(), vec![0.0; n], vec![0.0; n]);
     for j in 0..n {
         // ε^(1/3) balances truncation and rounding of a central difference.
