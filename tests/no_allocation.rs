@@ -76,5 +76,5 @@ fn differences_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     check("pair", &pair, &pair.static_start().unwrap(), pair.period());
     let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
-    check("ring", &ring, &State::at_rest(13), 5.0 * ring.period());
+    check("ring", &ring, &State::at_rest(13), 60.0 * ring.period());
 }
