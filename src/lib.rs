@@ -28,6 +28,7 @@
 //! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
 //! | random drives | [`HeldProcess`], [`Held`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
+//! | periodic orbits | [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`], [`Variation`], [`Lyapunov`] |
 //! | background | [`guide`] |
 
 mod analysis;

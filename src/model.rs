@@ -266,20 +266,25 @@ pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64],
     true
 }
 
-/// Numbers that fit on the stack: Jacobians of small models allocate nothing.
+/// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
 const SMALL: usize = 32;
+const LARGER: usize = 512;
 
 fn slopes<M: Generic, L: Law<Dual>>(model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-    let n = model.dof();
-    let needed = u.len() + 3 * n;
-    let (mut small, mut large);
-    let numbers = if needed <= SMALL {
-        small = [Dual::from(0.0); SMALL];
-        &mut small[..needed]
+    let needed = u.len() + 3 * model.dof();
+    let zero = Dual::from(0.0);
+    if needed <= SMALL {
+        slopes_in(&mut [zero; SMALL][..needed], model, law, u, q, v, out)
+    } else if needed <= LARGER {
+        slopes_in(&mut [zero; LARGER][..needed], model, law, u, q, v, out)
     } else {
-        large = vec![Dual::from(0.0); needed];
-        &mut large[..]
-    };
+        slopes_in(&mut vec![zero; needed], model, law, u, q, v, out)
+    }
+}
+
+#[inline(always)]
+fn slopes_in<M: Generic, L: Law<Dual>>(numbers: &mut [Dual], model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+    let n = model.dof();
     for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
         *number = x.into();
     }

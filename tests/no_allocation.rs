@@ -58,3 +58,23 @@ fn analysis_does_not_allocate() {
     };
     assert_eq!(run(0.1), run(1.0));
 }
+
+/// Nor does the variational flow, of models with a Jacobian and without: twice the time asks for as many arrays.
+#[test]
+fn differences_do_not_allocate() {
+    fn check<M: Model>(name: &str, model: &M, start: &State, span: f64) {
+        let run = |share: f64| {
+            let mut crossings = 0;
+            let count = allocations(|| crossings = Variation::new().run(model, start, start.t + share * span).unwrap().crossings);
+            (count, crossings)
+        };
+        let ((short, few), (long, many)) = (run(0.2), run(1.0));
+        println!("{name}: {short} allocations for {few} crossings, {long} for {many}");
+        assert!(many > few);
+        assert_eq!(short, long, "{name}");
+    }
+    let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
+    check("pair", &pair, &pair.static_start().unwrap(), pair.period());
+    let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    check("ring", &ring, &State::at_rest(13), 60.0 * ring.period());
+}

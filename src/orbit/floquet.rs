@@ -34,10 +34,11 @@ impl std::fmt::Display for Stability {
 ///
 /// ```
 /// use gear_dynamics::{Multipliers, Stability};
-/// let turn = nalgebra::dmatrix![0.0, 0.5; -0.5, 0.0];
-/// let multipliers = Multipliers::of(&turn, 1e-9).expect("a small matrix");
+/// let turn = nalgebra::DMatrix::from_row_slice(2, 2, &[0.0, 0.5, -0.5, 0.0]);
+/// let multipliers = Multipliers::of(&turn, 1e-9).ok_or("not finite")?;
 /// assert!((multipliers.values()[0].im.abs() - 0.5).abs() < 1e-15);
 /// assert_eq!(multipliers.stability(), Stability::Stable);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipliers {

@@ -160,6 +160,7 @@ struct Saltation<'t, M: ?Sized> {
     pieces: Vec<Piece>,
     contacts: Vec<Contact>,
     gradient: Vec<f64>,
+    on_edge: Vec<f64>,
     before: Vec<f64>,
     jump: Vec<f64>,
     moved: Vec<f64>,
@@ -178,6 +179,7 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
             pieces: vec![Piece::Gap; model.contacts()],
             contacts: vec![Contact::default(); model.contacts()],
             gradient: vec![0.0; n],
+            on_edge: vec![0.0; n],
             before: vec![0.0; n],
             jump: vec![0.0; n],
             moved: vec![0.0; n],
@@ -201,6 +203,15 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
         }
     }
 
+    /// The coordinates moved by the little that the edge was missed by, so that a continuous force shows no jump.
+    fn move_onto(&mut self, missed: f64, q: &[f64]) {
+        let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
+        let part = if square > 0.0 { missed / square } else { 0.0 };
+        for ((on_edge, q), (g, s)) in self.on_edge.iter_mut().zip(q).zip(self.gradient.iter().zip(self.scale)) {
+            *on_edge = q - part * g * s * s;
+        }
+    }
+
     /// One contact changes its piece. Whether the differences changed.
     fn cross(&mut self, contact: usize, to: Piece, q: &[f64], dq: &[f64]) -> bool {
         let n = self.n;
@@ -212,16 +223,18 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
             (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,
             _ => to,
         };
-        let edge_rate = if self.pieces[contact] == Piece::Lower || to == Piece::Lower { c.lower_rate } else { c.upper_rate };
-        let known = self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.v[..n], &mut self.before);
-        self.pieces[contact] = to;
-        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.v[..n], &mut self.jump);
+        let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
+        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
         let rate = c.rate - edge_rate;
+        self.gradient(contact, q);
+        self.move_onto(c.deflection - edge, q);
+        let known = self.model.accel_on_pieces(&self.pieces, &self.u, &self.on_edge, &self.v[..n], &mut self.before);
+        self.pieces[contact] = to;
+        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, &self.on_edge, &self.v[..n], &mut self.jump);
         if !known || rate == 0.0 {
             return false;
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
-        self.gradient(contact, q);
         let (dv, mut changed) = (&mut self.v[n..], false);
         let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         let (of_q, of_v) = self.scale.split_at(n);
