@@ -117,14 +117,14 @@ fn jumping_forces_have_an_exact_jacobian() {
         }
         fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
             self.0.accel_on_pieces(pieces, u, q, v, a);
-            a[0] -= if pieces[0] == Piece::Gap { 0.0 } else { 0.3 * v[0] };
+            a[0] -= if pieces[0] == Piece::Gap { 0.0 } else { 0.05 * v[0] };
             true
         }
         fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
             let mut contact = [Contact::default()];
             self.contact(u, q, v, &mut contact);
             self.0.jacobian(pieces, u, q, v, out);
-            out.v[(0, 0)] -= if pieces.map_or(contact[0].piece(), |p| p[0]) == Piece::Gap { 0.0 } else { 0.3 };
+            out.v[(0, 0)] -= if pieces.map_or(contact[0].piece(), |p| p[0]) == Piece::Gap { 0.0 } else { 0.05 };
             true
         }
     }
@@ -346,33 +346,36 @@ fn subharmonic_orbit_over_two_periods() {
     assert!((cycle.at(&model, at).unwrap().q[0] - steady.state.q[0]).abs() < 1e-6);
 }
 
-/// Set A with e = 10 μm at two speeds: balance, polished by shooting, against a run from the orbit; mean acceleration of the unbalanced
-/// torques.
+/// Set A with e = 10 μm at two speeds, reached by raising e: balance, polished by shooting, against a run from the orbit; mean acceleration
+/// of the unbalanced torques.
 #[test]
 fn ring_orbits_and_mean_acceleration() {
     for rpm in [1000.0, 5000.0] {
-        let set = RingSet { error: 1e-5, ..RingSet::a(3, rpm) };
-        let params = set.params().unwrap();
-        let (ring, moving) = (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid));
+        let params = |error: f64| RingSet { error, ..RingSet::a(3, rpm) }.params().unwrap();
+        let moving = Ring::as_printed(&params(1e-6)).unwrap().in_frame(Frame::Rigid);
         let solver = Dop853::new().rtol(1e-9).atol(1e-15);
-        let settled = solver.end(&moving, &State::at_rest(7), 400.0 * ring.period()).unwrap();
+        let settled = solver.end(&moving, &State::at_rest(7), 400.0 * moving.period()).unwrap();
         let balance = Balance::new(Harmonics::up_to(60));
-        let guess = Orbit::project(&solver, &moving, &settled, balance.harmonics()).unwrap();
-        let orbit = balance.solve(&ring, &guess).unwrap();
-        assert_eq!(balance.equations(&ring, &guess).unwrap().integrals(), Integrals::Closed);
+        let mut orbit = Orbit::project(&solver, &moving, &settled, balance.harmonics()).unwrap();
+        for step in 2..=20 {
+            let ring = Ring::as_printed(&params(5e-7 * f64::from(step))).unwrap();
+            orbit = balance.solve(&ring, &orbit).unwrap();
+        }
+        let ring = Ring::as_printed(&params(1e-5)).unwrap();
+        assert_eq!(balance.equations(&ring, &orbit).unwrap().integrals(), Integrals::Closed);
         for (alpha, share) in orbit.mean_acceleration().iter().zip(ring.rigid_motion()) {
             assert!((alpha / share - 712.736_412).abs() < 1e-6, "{alpha}");
             assert!((alpha / share / ring.rigid_acceleration() - 1.0).abs() < 1e-9);
         }
         let cycle = orbit.polish(&ring).unwrap();
         println!(
-            "{rpm} r/min: {} iterations, first shooting correction {:.1e}, {}",
-            orbit.iterations(),
+            "{rpm} r/min: first shooting correction {:.1e}, {} switches, {}",
             cycle.first_correction(),
+            cycle.crossings(),
             cycle.stability()
         );
         assert!(cycle.first_correction() < 1e-3);
-        // The time run from the orbit stays on it: deflections over one period, to 1e-3 of their range.
+        // The time run from the orbit: deflections over one period, to 1e-3 of their range.
         let run = Dop853::new().rtol(1e-11).atol(1e-16).sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64)).unwrap();
         let history = orbit.history(64);
         for i in 1..=3 {
@@ -380,7 +383,8 @@ fn ring_orbits_and_mean_acceleration() {
             let (a, b) = (run.channel(&ring, &name).unwrap(), history.channel(&ring, &name).unwrap());
             let range = b.iter().fold(f64::MIN, |m, x| m.max(*x)) - b.iter().fold(f64::MAX, |m, x| m.min(*x));
             let apart = a.iter().zip(&b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-            assert!(apart < 1e-3 * range, "{rpm} {name}: {:.1e}", apart / range);
+            println!("  {name} {:.1e}", apart / range);
+            assert!(apart < 1e-3 * range);
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::Harmonics;
 use super::orbit::spread;
 use super::transform::Transform;
-use crate::model::Periodic;
-use crate::piece::Side;
+use crate::model::{Contact, Periodic};
+use crate::piece::{Piece, Side};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -71,6 +71,20 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
             spread(part, &self.harmonics, omega, z);
             self.transform.synthesise(z);
         }
+    }
+
+    /// Whether some contact is in its gap at every instant of a coarse look.
+    pub(super) fn any_floats(&self) -> bool {
+        let (n, stride) = (self.dof(), (self.samples() / 32).max(1));
+        let mut contacts = vec![Contact::default(); self.model.contacts()];
+        let mut touched = vec![false; contacts.len()];
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        for s in (0..self.samples()).step_by(stride) {
+            self.state(s, &mut q, &mut v);
+            self.model.contact(self.drives(s), &q, &v, &mut contacts);
+            touched.iter_mut().zip(&contacts).for_each(|(t, c)| *t |= c.piece() != Piece::Gap);
+        }
+        touched.contains(&false)
     }
 
     #[inline]

@@ -96,7 +96,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 None => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
             },
         };
-        let rigid = if slopes.differenced { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
+        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
+        let rigid = if slopes.differenced || n == 1 { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings),
@@ -259,10 +260,13 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 
     /// Whether, on this orbit, some contact never touches and nothing else holds the mean: then no mean is restored.
     pub(super) fn floating_contact(&mut self, x: &[f64]) -> Option<usize> {
-        if !self.layout.harmonics.has_mean() || matches!(self.method, Method::Truncated(..)) {
+        if !self.layout.harmonics.has_mean() {
             return None;
         }
         self.look(x, false);
+        if !self.grid.any_floats() {
+            return None;
+        }
         self.switching.locate(&mut self.grid, &self.stencil);
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;

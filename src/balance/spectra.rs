@@ -150,7 +150,8 @@ impl Samples {
     }
 }
 
-fn pack(buffer: &mut [Complex64], x: &[f64], y: Option<&[f64]>) {
+/// x + i y.
+pub(super) fn pack(buffer: &mut [Complex64], x: &[f64], y: Option<&[f64]>) {
     match y {
         Some(y) => buffer.iter_mut().zip(x.iter().zip(y)).for_each(|(z, (x, y))| *z = Complex64::new(*x, *y)),
         None => buffer.iter_mut().zip(x).for_each(|(z, x)| *z = Complex64::new(*x, 0.0)),

@@ -4,6 +4,7 @@ use super::Harmonics;
 use super::assembly::Layout;
 use super::grid::Grid;
 use super::orbit::{spread, write};
+use super::spectra::pack;
 use super::table::Table;
 use super::transform::unpack;
 use crate::model::{AsIs, Generic, Law, Periodic};
@@ -71,12 +72,16 @@ impl Forces {
     }
 
     fn transform<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
-        let tables = self.direct.iter_mut().chain(&mut self.levers).chain(&mut self.slopes);
-        for (table, samples) in tables.zip(&self.samples) {
-            self.buffer.iter_mut().zip(samples).for_each(|(z, f)| *z = (*f).into());
+        let mut tables = self.direct.iter_mut().chain(&mut self.levers).chain(&mut self.slopes);
+        for pair in self.samples.chunks(2) {
+            pack(&mut self.buffer, &pair[0], pair.get(1).map(|y| &y[..]));
             grid.transform.analyse(&mut self.buffer);
-            for k in 0..=table.reach() {
-                table.set(k, unpack(&self.buffer, k).0);
+            let (first, second) = (tables.next(), pair.get(1).and_then(|_| tables.next()));
+            for (table, which) in first.into_iter().map(|t| (t, 0)).chain(second.into_iter().map(|t| (t, 1))) {
+                for k in 0..=table.reach() {
+                    let (x, y) = unpack(&self.buffer, k);
+                    table.set(k, if which == 0 { x } else { y });
+                }
             }
         }
     }
@@ -103,15 +108,17 @@ impl<M: Generic + Periodic> Truncated<M> for Forces {
         if !slopes_too {
             return;
         }
-        let dual = |x: &[f64]| x.iter().map(|&x| Dual::from(x)).collect::<Vec<_>>();
         let mut a = vec![Dual::from(0.0); n];
+        let (mut u, mut y, mut f) = (vec![Dual::from(0.0); grid.model.drives()], vec![Dual::from(0.0); 2 * n], vec![Dual::from(0.0); c]);
         let seen = vec![Cell::new(Dual::from(0.0)); c];
         let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
+        let set = |to: &mut [Dual], from: &[f64]| to.iter_mut().zip(from).for_each(|(d, x)| *d = Dual::from(*x));
         for s in 0..grid.samples() {
             grid.state(s, &mut q, &mut v);
-            given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
-            let (u, mut y, mut f) = (dual(grid.drives(s)), dual(&q), dual(&given));
-            y.extend(dual(&v));
+            set(&mut u, grid.drives(s));
+            set(&mut y[..n], &q);
+            set(&mut y[n..], &v);
+            f.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = Dual::from(samples[s]));
             for column in 0..2 * n {
                 y[column].slope = 1.0;
                 grid.model.accel_on(&Given(&f), &u, &y[..n], &y[n..], &mut a);

@@ -1,0 +1,96 @@
+//! Harmonic balance of the rattling pair and of a Duffing oscillator: residual and Jacobian, whole solves, polishing.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+use std::hint::black_box;
+
+fn pair(speed: f64) -> NfgPair {
+    let reading = NfgReading { radius: Radius::Base, ..NfgReading::published() };
+    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading).expect("valid parameters")
+}
+
+fn settled(pair: &NfgPair) -> (Dop853, State) {
+    let solver = Dop853::new().rtol(1e-10).atol(1e-15);
+    let start = pair.static_start().expect("a load");
+    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &start).expect("periodic at this speed");
+    (solver, steady.state)
+}
+
+/// 180 rad/s, 252 switches.
+fn rattling_pair(c: &mut Criterion) {
+    let pair = pair(180.0);
+    let (solver, state) = settled(&pair);
+    let project = |highest: usize| Orbit::project(&solver, &pair, &state, &Harmonics::up_to(highest)).expect("a settled run");
+    let guess = project(500);
+    for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Sampled { samples: 65_536 }] {
+        let mut equations = Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).expect("fits");
+        let mut x = equations.unknowns(&guess);
+        let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
+        c.bench_function(&format!("pair, H = 500: residual and Jacobian, {integrals:?}"), |b| {
+            b.iter(|| {
+                x[0] = -x[0]; // another point each time
+                x[0] = -x[0] * (1.0 + f64::EPSILON);
+                equations.residual(&x, &mut r);
+                equations.jacobian(&x, &mut matrix);
+            })
+        });
+    }
+    let (balance, guess) = (Balance::new(Harmonics::up_to(1000)), project(1000));
+    c.bench_function("pair, H = 1000: solve from a projected run", |b| b.iter(|| balance.solve(&pair, &guess).expect("converges")));
+    let orbit = balance.solve(&pair, &guess).expect("converges");
+    c.bench_function("pair, H = 1000: polish by shooting", |b| b.iter(|| orbit.polish(&pair).expect("converges")));
+}
+
+/// The second paper's 15 unknowns from the linearised flank.
+fn fifteen_unknowns(c: &mut Criterion) {
+    let pair = NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published()).expect("valid");
+    let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid")).integrals(Integrals::Sampled { samples: 1024 });
+    let flank = balance.linearised(&pair, Piece::Lower).expect("regular");
+    c.bench_function("pair, 15 unknowns: solve", |b| {
+        b.iter(|| balance.solve_truncating_forces(&pair, black_box(&flank)).expect("converges"))
+    });
+}
+
+struct Duffing {
+    omega: f64,
+}
+
+impl Model for Duffing {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+        u[0] = 0.18 * (self.omega * t).cos();
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - 0.05 * v[0] - q[0] - 0.1 * q[0] * q[0] * q[0];
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        (out.q[(0, 0)], out.v[(0, 0)]) = (-1.0 - 0.3 * q[0] * q[0], -0.05);
+        true
+    }
+}
+
+impl Periodic for Duffing {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// A point of a frequency response from its neighbour, H = 10, with multipliers.
+fn duffing(c: &mut Criterion) {
+    let balance = Balance::new(Harmonics::up_to(10));
+    let (here, next) = (Duffing { omega: 1.195 }, Duffing { omega: 1.2 });
+    let guess = Orbit::new(&Harmonics::up_to(1), here.period(), &[vec![0.0, 1.35, 2.1]]).expect("finite");
+    let orbit = balance.solve(&here, &guess).expect("converges");
+    c.bench_function("Duffing, H = 10: point with multipliers", |b| {
+        b.iter(|| {
+            let point = balance.solve(&next, black_box(&orbit)).expect("converges");
+            point.multipliers(&next).expect("finite")
+        })
+    });
+}
+
+criterion_group!(benches, rattling_pair, fifteen_unknowns, duffing);
+criterion_main!(benches);
