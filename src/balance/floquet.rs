@@ -11,7 +11,7 @@ use crate::model::{Contact, Periodic};
 use crate::orbit::{Multipliers, rigid_modes};
 use crate::piece::{Piece, Side};
 use crate::root::{Factors, Matrix};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix4, Matrix4x2};
 use std::f64::consts::TAU;
 
 /// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-9.
@@ -43,7 +43,7 @@ impl Orbit {
         let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
         grid.set(self.all_coefficients());
         let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid, &Stencil::new());
+        switching.locate(&mut grid, Stencil::get());
         (grid, switching)
     }
 
@@ -54,7 +54,7 @@ impl Orbit {
         }
         let (grid, switching) = self.switching(model);
         let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
-        Kinks::new(self.dof(), model.contacts()).jumps(&grid, &Stencil::new(), &switching, &mut spectra);
+        Kinks::new(self.dof(), model.contacts()).jumps(&grid, Stencil::get(), &switching, &mut spectra);
         !spectra.jumps.is_empty()
     }
 
@@ -202,9 +202,16 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
                 }
             }
         }
-        let factors = Factors::new(&self.system).ok()?;
-        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.right.chunks_exact_mut(rows)) {
-            factors.solve(k);
+        if n == 1 {
+            // Fixed sizes need no heap.
+            let system = Matrix4::from_fn(|i, j| self.system.column(j)[i]);
+            let k = system.try_inverse()? * Matrix4x2::from_column_slice(&self.right);
+            self.right.copy_from_slice(k.as_slice());
+        } else {
+            let factors = Factors::new(&self.system).ok()?;
+            self.right.chunks_exact_mut(rows).for_each(|k| factors.solve(k));
+        }
+        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.right.chunks_exact(rows)) {
             for i in 0..n {
                 let sum = |weights: &[f64; STAGES]| (0..STAGES).map(|s| weights[s] * k[s * n + i]).sum::<f64>();
                 y[i] += h * y[n + i] + h * h * sum(&self.weights);

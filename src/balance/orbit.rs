@@ -183,7 +183,8 @@ impl Orbit {
             }
             let first = orders.first().copied().unwrap_or(0);
             let angle = |order: usize| TAU * (order as f64 * (t / self.span).fract()).fract();
-            let ((turn_sin, turn_cos), (mut sin, mut cos)) = (libm::sincos(angle(1)), libm::sincos(angle(first)));
+            let (turn_sin, turn_cos) = libm::sincos(angle(1));
+            let (mut sin, mut cos) = if first == 1 { (turn_sin, turn_cos) } else { libm::sincos(angle(first)) };
             let mut here = first;
             for &order in orders {
                 while here < order {
@@ -255,7 +256,7 @@ impl Orbit {
         let mut grid = Grid::new(model, &self.harmonics, samples_for(self.harmonics.highest()));
         grid.set(&self.coefficients);
         let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid, &Stencil::new());
+        switching.locate(&mut grid, Stencil::get());
         (0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect()
     }
 

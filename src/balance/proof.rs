@@ -103,7 +103,7 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     let held = (!pieces.is_empty()).then_some(&pieces[..]);
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut stiffest = 0.0f64;
-    for s in (0..m).step_by((m / if n == 1 { 512 } else { 64 }).max(1)) {
+    for s in (0..m).step_by((m / if n == 1 { 256 } else { 64 }).max(1)) {
         equations.grid.state(s, &mut q, &mut v);
         equations.slopes.at(held, equations.grid.drives(s), &q, &v);
         let stiffness = -&equations.slopes.jacobian.q;

@@ -38,7 +38,7 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(super) grid: Grid<'m, M>,
     pub(super) slopes: Slopes<'m, M>,
     pub(super) spectra: Spectra,
-    pub(super) stencil: Stencil,
+    pub(super) stencil: &'static Stencil,
     pub(super) switching: Switching,
     pub(super) method: Method<'m, M>,
     empty: Matrix,
@@ -102,7 +102,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings),
             spectra: Spectra::new(n, varying, harmonics),
-            stencil: Stencil::new(),
+            stencil: Stencil::get(),
             switching: Switching::new(model.contacts(), samples),
             coefficients: vec![0.0; n * harmonics.unknowns()],
             seen: Vec::new(),
@@ -199,7 +199,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             }
             self.grid.set(&self.coefficients);
             if !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..)) {
-                self.switching.locate(&mut self.grid, &self.stencil);
+                self.switching.locate(&mut self.grid, self.stencil);
             }
             self.seen.clear();
             self.seen.extend_from_slice(x);
@@ -226,21 +226,21 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             Method::Kinks(samples, kinks) => {
                 if !known {
                     samples.forces(grid, None);
-                    kinks.correct_forces(grid, &self.stencil, &self.switching, samples);
+                    kinks.correct_forces(grid, self.stencil, &self.switching, samples);
                     samples.transform_forces(grid, out);
                 }
                 if slopes_too {
                     samples.slopes(grid, None, &mut self.slopes, &self.couplings);
-                    kinks.correct_slopes(grid, &self.stencil, &self.switching, &mut self.slopes, &self.couplings, samples);
+                    kinks.correct_slopes(grid, self.stencil, &self.switching, &mut self.slopes, &self.couplings, samples);
                     samples.transform_slopes(grid, out);
-                    kinks.jumps(grid, &self.stencil, &self.switching, out);
+                    kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Panels(panels) => {
                 let wanted = slopes_too.then_some((&mut self.slopes, &self.couplings));
                 panels.evaluate(grid, &self.switching, &self.coefficients, wanted, out);
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, &self.stencil, &self.switching, out);
+                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Closed(closed) => {
@@ -248,7 +248,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                     closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
                 }
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, &self.stencil, &self.switching, out);
+                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Truncated(samples, split) => {
@@ -267,7 +267,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         if !self.grid.any_floats() {
             return None;
         }
-        self.switching.locate(&mut self.grid, &self.stencil);
+        self.switching.locate(&mut self.grid, self.stencil);
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
         // Mean stiffness over a coarse grid, rigid motions bordered.

@@ -136,8 +136,8 @@ impl Samples {
             pack(&mut self.buffer, &self.slopes[pair], second.map(|s| &s[..]));
             grid.transform.analyse(&mut self.buffer);
             // A slope that is zero must not look like rounding of its companion.
-            let noise = 1e-15 * self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm())) / self.buffer.len() as f64;
-            let clean = |z: Complex64| if z.norm() <= noise { Complex64::ZERO } else { z };
+            let largest = self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm_sqr())) / (self.buffer.len() as f64).powi(2);
+            let clean = |z: Complex64| if z.norm_sqr() <= 1e-30 * largest { Complex64::ZERO } else { z };
             for k in 0..=out.slopes[pair].reach() {
                 let (x, y) = unpack(&self.buffer, k);
                 let (x, y) = (clean(x), clean(y));

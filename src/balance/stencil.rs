@@ -1,6 +1,7 @@
 //! Sixteen samples around a cell: local polynomials, and the quadrature that knows where inside the cell a kink lies.
 
 use num_complex::Complex64;
+use std::sync::LazyLock;
 
 /// Samples of a stencil: nodes y = -15/2, ..., 15/2 in units of the sampling step, the cell being -1/2 < y < 1/2.
 pub(super) const NODES: usize = 16;
@@ -15,7 +16,13 @@ pub(super) struct Stencil {
 }
 
 impl Stencil {
-    pub(super) fn new() -> Self {
+    /// The one there is.
+    pub(super) fn get() -> &'static Self {
+        static STENCIL: LazyLock<Stencil> = LazyLock::new(Stencil::new);
+        &STENCIL
+    }
+
+    fn new() -> Self {
         let node = |i: usize| i as f64 - 7.5;
         let basis = std::array::from_fn(|i| {
             let mut p = [0.0; NODES];

@@ -2,7 +2,10 @@
 
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
+/// Plans once made serve every balance.
+static PLANNER: LazyLock<Mutex<FftPlanner<f64>>> = LazyLock::new(|| Mutex::new(FftPlanner::new()));
 
 /// Transforms of length M, with their working array.
 pub(super) struct Transform {
@@ -13,7 +16,7 @@ pub(super) struct Transform {
 
 impl Transform {
     pub(super) fn new(samples: usize) -> Self {
-        let mut planner = FftPlanner::new();
+        let mut planner = PLANNER.lock().unwrap_or_else(PoisonError::into_inner);
         let (forward, inverse) = (planner.plan_fft_forward(samples), planner.plan_fft_inverse(samples));
         let scratch = vec![Complex64::ZERO; forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())];
         Transform { forward, inverse, scratch }

@@ -59,6 +59,18 @@ impl Multipliers {
         if !monodromy.is_square() || monodromy.iter().any(|x| !x.is_finite()) {
             return None;
         }
+        if let &[a, c, b, d] = monodromy.as_slice() {
+            // One degree of freedom: the roots of λ² - (a + d) λ + (a d - b c), the larger first, the other from the product.
+            let (mean, bend) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
+            let values = if bend < 0.0 {
+                vec![Complex64::new(mean, (-bend).sqrt()), Complex64::new(mean, -(-bend).sqrt())]
+            } else {
+                let larger = mean + bend.sqrt().copysign(mean);
+                let smaller = if larger == 0.0 { 0.0 } else { (a * d - b * c) / larger };
+                vec![larger.into(), smaller.into()]
+            };
+            return Some(Multipliers::new(values, error));
+        }
         let matrix = faer::Mat::from_fn(monodromy.nrows(), monodromy.ncols(), |i, j| monodromy[(i, j)]);
         let values = matrix.eigenvalues().ok()?;
         Some(Multipliers::new(values.iter().map(|l| Complex64::new(l.re, l.im)).collect(), error))

@@ -122,6 +122,16 @@ impl Matrix {
         &mut self.parts[0].values[j * n..(j + 1) * n]
     }
 
+    /// Column j of a dense matrix.
+    ///
+    /// # Panics
+    /// If the matrix has more than one block, or no column j.
+    pub fn column(&self, j: usize) -> &[f64] {
+        assert_eq!(self.block_rows(), 1, "only a dense matrix has whole columns");
+        let n = self.size();
+        &self.parts[0].values[j * n..(j + 1) * n]
+    }
+
     /// Sets every stored entry of column j.
     pub(crate) fn set_column(&mut self, j: usize, value: impl Fn(usize) -> f64) {
         let starts = &self.starts;

@@ -111,12 +111,8 @@ impl Newton {
                 }
             };
             if damping == 1.0 {
-                // `next` is the simplified correction, and its size bounds the error.
+                // The simplified correction bounds the error that is left.
                 if contraction * size <= self.tolerance * scale {
-                    x.iter_mut().zip(&next).for_each(|(x, s)| *x += s);
-                    equations.residual(&x, &mut r);
-                    root.evaluations += 1;
-                    root.step_to(&x, largest(&r));
                     return Ok(root);
                 }
                 if contraction <= FAST {
