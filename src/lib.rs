@@ -27,6 +27,8 @@
 //! | functions of time | [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
 //! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
 //! | random drives | [`HeldProcess`], [`Held`] |
+//! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
+//! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
 //! | periodic orbits | [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`], [`Variation`], [`Lyapunov`] |
 //! | background | [`guide`] |
@@ -78,10 +80,12 @@ pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Dual, Scalar};
 
-/// Guide pages: theory, the two models, errata of their papers, references.
+/// Guide pages: theory, periodic orbits, the two models, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
+    #[doc = include_str!("../docs/balance.md")]
+    pub mod balance {}
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}
     #[doc = include_str!("../docs/errata.md")]

@@ -149,6 +149,49 @@ pub trait Model {
     }
 }
 
+/// A model by reference is a model: what is compiled once for `dyn Model` serves all.
+impl<M: Model + ?Sized> Model for &M {
+    fn dof(&self) -> usize {
+        (**self).dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        (**self).accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        (**self).drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        (**self).drive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        (**self).next_edge(t)
+    }
+    fn contacts(&self) -> usize {
+        (**self).contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        (**self).contact(u, q, v, out);
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        (**self).accel_on_pieces(pieces, u, q, v, a)
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        (**self).jacobian(pieces, u, q, v, out)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        (**self).channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        (**self).observe(u, q, v, contacts, out);
+    }
+}
+
+impl<M: Periodic + ?Sized> Periodic for &M {
+    fn period(&self) -> f64 {
+        (**self).period()
+    }
+}
+
 /// A named output with its unit: `1` when dimensionless, empty when it is the model's own choice.
 ///
 /// ```

@@ -25,6 +25,10 @@ impl Orbit {
     /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
     /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
+        self.multipliers_any(&model)
+    }
+
+    fn multipliers_any(&self, model: &dyn Periodic) -> Option<Multipliers> {
         let n = self.dof();
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
         let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {

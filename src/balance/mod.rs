@@ -133,6 +133,10 @@ impl Balance {
     /// # Errors
     /// A linear system that is singular.
     pub fn linearised_on<M: Periodic + ?Sized>(&self, model: &M, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
+        self.linearised_any(&model, pieces)
+    }
+
+    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         let width = self.harmonics.unknowns();
         let rest =
@@ -148,6 +152,10 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
     pub fn solve<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+        self.solve_any(&model, guess)
+    }
+
+    fn solve_any(&self, model: &dyn Periodic, guess: &Orbit) -> Result<Orbit, BalanceError> {
         self.solve_equations(self.equations(model, guess)?, guess)
     }
 
@@ -182,6 +190,10 @@ impl Balance {
     /// # Errors
     /// As [`linearised`](Balance::linearised).
     pub fn flank_jacobian<M: Periodic + ?Sized>(&self, model: &M, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+        self.flank_jacobian_any(&model, flank, near)
+    }
+
+    fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
         let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
         let x = equations.unknowns(near);

@@ -44,6 +44,10 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
     pub fn prove<M: Periodic + ?Sized>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
+        self.prove_any(&model, orbit)
+    }
+
+    fn prove_any(&self, model: &dyn Periodic, orbit: &Orbit) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).solve(model, orbit)?;
         let aliasing = match self.integrals {
             Integrals::Sampled { .. } => aliasing(&self.equations(model, orbit)?, orbit)?,

@@ -27,7 +27,8 @@ use crate::root::{Matrix, Residual};
 /// let balance = Balance::new(Harmonics::up_to(70));
 /// let start = balance.linearised(&pair, Piece::Lower)?;
 /// let mut equations = balance.equations(&pair, &start)?;
-/// let root = Newton::new().solve(&mut equations, &equations.unknowns(&start))?;
+/// let x = equations.unknowns(&start);
+/// let root = Newton::new().solve(&mut equations, &x)?;
 /// let orbit = equations.orbit(&root.x);
 /// assert!(orbit.distance(&start) < 1e-9); // contact is not lost at 100 rad/s: the linear orbit is the orbit
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -290,9 +291,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 mean[(i, n + k)] = rigid[i];
             }
         }
-        let singular = mean.singular_values();
-        let (least, largest) = (singular.min(), singular.max());
-        (least <= 1e-12 * largest).then_some(contact)
+        // In units of the stiffest coordinate.
+        let samples = self.grid.samples().div_ceil(stride) as f64;
+        (mean.singular_values().min() <= 1e-9 * samples).then_some(contact)
     }
 
     /// Notes that hold for any orbit of these equations.

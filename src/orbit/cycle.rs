@@ -154,6 +154,10 @@ impl Cycle {
     /// # Errors
     /// [`IntegrateError`], and for a time that is not finite.
     pub fn at<M: Model + ?Sized>(&self, model: &M, t: f64) -> Result<State, IntegrateError> {
+        self.at_any(&model, t)
+    }
+
+    fn at_any(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
         let (start, period) = (self.states[0].t, self.period());
         if !t.is_finite() {
             return Err(IntegrateError::OutputTime { index: 0, value: t, start });

@@ -81,7 +81,7 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`], with the exponents over the periods that succeeded.
     pub fn run<M: Periodic + ?Sized>(&self, model: &M, start: &State) -> Result<Exponents, LyapunovError> {
-        self.run_over(model, start, model.period())
+        self.run_any(&model, start, model.period())
     }
 
     /// The same for a model that does not repeat: `span` takes the place of the period.
@@ -89,6 +89,10 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`], with the exponents over the spans that succeeded.
     pub fn run_over<M: Model + ?Sized>(&self, model: &M, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
+        self.run_any(&model, start, span)
+    }
+
+    fn run_any(&self, model: &dyn Model, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
         let components = 2 * model.dof();
         let count = self.count.unwrap_or(components);
         self.check(count, components, start, span)?;

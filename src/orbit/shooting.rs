@@ -84,6 +84,10 @@ impl Shooting {
     /// # Errors
     /// [`ShootingError`]; once iterations have begun it holds the last iterate and the history of corrections.
     pub fn run<M: Periodic + ?Sized>(&self, model: &M, guess: &[State]) -> Result<Cycle, ShootingError> {
+        self.run_any(&model, guess)
+    }
+
+    fn run_any(&self, model: &dyn Periodic, guess: &[State]) -> Result<Cycle, ShootingError> {
         self.check()?;
         let plan = Plan { multiple: self.multiple, segments: self.segments };
         self.newton(model, Guess::of(model, &plan, guess)?)

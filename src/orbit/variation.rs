@@ -51,6 +51,10 @@ impl Variation {
     /// # Errors
     /// [`IntegrateError`].
     pub fn run<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
+        self.run_any(&model, start, t_end)
+    }
+
+    fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
         let mut sizes = Sizes::new(model.dof(), &[]);
         coarse(start).run(model, start, t_end, &mut sizes)?;
         sizes.see(start.t, &start.q, &start.v);

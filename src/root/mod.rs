@@ -30,7 +30,7 @@ use thiserror::Error;
 ///     }
 /// }
 /// let root = Newton::new().solve(&mut Circle, &[1.0, 0.5])?;
-/// assert!((root.x[0] - 0.5f64.sqrt()).abs() < 1e-12);
+/// assert!((root.x[0] - 0.5f64.sqrt()).abs() < 1e-9);
 /// # Ok::<(), gear_dynamics::RootError>(())
 /// ```
 pub trait Residual {
@@ -109,7 +109,7 @@ pub(crate) fn largest(x: &[f64]) -> f64 {
 /// ```
 /// use gear_dynamics::{Equations, Newton};
 /// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0] * x[0] - 2.0), &[1.0])?;
-/// assert!((root.x[0] - 2f64.sqrt()).abs() < 1e-14 && root.iterations < 10);
+/// assert!((root.x[0] - 2f64.sqrt()).abs() < 1e-9 && root.iterations < 10);
 /// # Ok::<(), gear_dynamics::RootError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -130,9 +130,9 @@ pub struct Root {
 ///
 /// ```
 /// use gear_dynamics::{Equations, Newton, RootError};
-/// let error = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0] * x[0] + 1.0), &[0.7]).unwrap_err();
+/// let error = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].exp()), &[0.0]).unwrap_err();
 /// assert!(matches!(error, RootError::NotConverged { .. }));
-/// assert!(error.last().is_some_and(|last| last.history[0] == 1.49));
+/// assert!(error.last().is_some_and(|last| last.history[0] == 1.0 && last.x[0] < -40.0));
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
