@@ -210,7 +210,7 @@ impl Orbit {
     /// # Errors
     /// [`ShootingError`].
     pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<Cycle, ShootingError> {
-        let nodes = (self.harmonics.highest() / 16).clamp(1, 128);
+        let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
         Shooting::new().multiple(self.harmonics.periods()).run(model, &self.states(nodes))
     }
 
