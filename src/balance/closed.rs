@@ -8,7 +8,7 @@
 //! and everything else is a product of short series.
 
 use super::Harmonics;
-use super::couplings::{Couplings, Slope, Slopes};
+use super::couplings::{Couplings, Slope, Slopes, even};
 use super::grid::Grid;
 use super::look::{Look, Part, is_linear_on_pieces};
 use super::spectra::Spectra;
@@ -29,6 +29,9 @@ pub(super) struct Closed {
 
 /// Samples of the drives tried at most.
 const MOST: usize = 16_384;
+/// Instants at which the series are compared with the model.
+const CHECKS: usize = 8;
+
 impl Closed {
     /// `None` if the model is not linear on its pieces, its contacts do not add up, or its drives have too many harmonics.
     pub(super) fn find<'m, M: Periodic + ?Sized>(
@@ -42,7 +45,9 @@ impl Closed {
         }
         let mut samples = 64;
         while samples <= MOST {
-            if let Some(closed) = Closed::sampled(model, couplings, slopes, samples) {
+            if let Some(closed) = Closed::sampled(model, couplings, slopes, samples)
+                && closed.holds(model, couplings, slopes)
+            {
                 let longest = closed.longest();
                 let reach = 2 * harmonics.highest() + harmonics.periods() * longest;
                 return Some(Closed { indicator: vec![Complex64::ZERO; reach + 1], ..closed });
@@ -85,6 +90,28 @@ impl Closed {
             }
         }
         Some(Closed { base, flanks: flanks.into_iter().flatten().collect(), indicator: Vec::new() })
+    }
+
+    /// Whether the series are those of the model between the samples too: high orders look like low ones on a coarse grid.
+    fn holds<'m, M: Periodic + ?Sized>(&self, model: &'m M, couplings: &Couplings, slopes: &mut Slopes<'m, M>) -> bool {
+        let pieces = [Piece::Gap, Piece::Lower, Piece::Upper];
+        (0..CHECKS).flat_map(|look| pieces.map(|piece| (even(look, 0), piece))).all(|(phase, piece)| {
+            let mut look = Look::from(model, couplings, slopes, phase, 1);
+            let seen = look.at(&vec![piece; model.contacts()], 1);
+            let flank = |flanks: &'_ [Part; 2]| {
+                match piece {
+                    Piece::Gap => None,
+                    Piece::Lower => Some(0),
+                    Piece::Upper => Some(1),
+                }
+                .map(|side| flanks[side].at(TAU * phase))
+            };
+            let parts: Vec<_> = std::iter::once(self.base.at(TAU * phase)).chain(self.flanks.iter().filter_map(flank)).collect();
+            seen.first().iter().enumerate().all(|(k, value)| {
+                let (sum, size) = parts.iter().fold((0.0, 0.0), |(sum, size), part| (sum + part[k][0], size + part[k][1]));
+                (value - sum).abs() <= 1e-9 * size
+            })
+        })
     }
 
     fn longest(&self) -> usize {

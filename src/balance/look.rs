@@ -19,6 +19,19 @@ const ROUNDING: f64 = 4e-16;
 /// The highest quarter of the samples' orders must fall below this share.
 const SETTLED: f64 = 1e-13;
 
+impl Part {
+    /// Every series at an angle, with the sum of its terms' sizes.
+    pub(super) fn at(&self, angle: f64) -> Vec<[f64; 2]> {
+        let value = |series: &Series| {
+            series.iter().enumerate().fold([0.0; 2], |[sum, size], (k, c)| {
+                let twice = if k == 0 { 1.0 } else { 2.0 };
+                [sum + twice * (c * Complex64::cis(angle * k as f64)).re, size + twice * c.norm()]
+            })
+        };
+        self.force.iter().chain(&self.slopes).map(value).collect()
+    }
+}
+
 /// Looks at a model at rest, with contacts held.
 pub(super) struct Look<'a, 'm, M: ?Sized> {
     model: &'m M,
@@ -35,9 +48,14 @@ pub(super) struct Seen {
 
 impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
     pub(super) fn new(model: &'m M, couplings: &'a Couplings, slopes: &'a mut Slopes<'m, M>, samples: usize) -> Self {
+        Look::from(model, couplings, slopes, 0.0, samples)
+    }
+
+    /// From a phase in 0 .. 1 on.
+    pub(super) fn from(model: &'m M, couplings: &'a Couplings, slopes: &'a mut Slopes<'m, M>, phase: f64, samples: usize) -> Self {
         let mut drives = vec![vec![0.0; model.drives()]; samples];
         for (s, u) in drives.iter_mut().enumerate() {
-            model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
+            model.drive(model.period() * (phase + s as f64 / samples as f64), Side::After, u);
         }
         Look { model, couplings, slopes, drives }
     }
@@ -60,6 +78,11 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
 }
 
 impl Seen {
+    /// The first sample: forces, then slopes.
+    pub(super) fn first(&self) -> Vec<f64> {
+        self.force.iter().chain(&self.slopes).map(|x| x[0]).collect()
+    }
+
     /// What differs from another look at the first sample: forces, then slopes.
     pub(super) fn touched(&self, other: &Seen) -> Vec<bool> {
         let both = self.force.iter().chain(&self.slopes).zip(other.force.iter().chain(&other.slopes));
