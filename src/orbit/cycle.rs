@@ -70,7 +70,7 @@ impl Cycle {
             states: round.states.clone(),
             corrections: corrections.clone(),
         };
-        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple % p == 0) {
+        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
             let start = &cycle.states[0];
             let later = cycle.at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64).map_err(|e| fail(Some(e)))?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
