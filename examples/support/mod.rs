@@ -56,16 +56,28 @@ pub struct Panel {
     x: String,
     y: String,
     logarithmic: bool,
+    labels: SeriesLabelPosition,
     series: Vec<Series>,
 }
 
 impl Panel {
     pub fn new(title: impl Into<String>, x: &str, y: &str) -> Self {
-        Panel { title: title.into(), x: x.into(), y: y.into(), logarithmic: false, series: Vec::new() }
+        Panel {
+            title: title.into(),
+            x: x.into(),
+            y: y.into(),
+            logarithmic: false,
+            labels: SeriesLabelPosition::UpperLeft,
+            series: Vec::new(),
+        }
     }
     /// The ordinate in decades: give log10 of the values.
     pub fn decades(self) -> Self {
         Panel { logarithmic: true, ..self }
+    }
+    /// Labels in another corner.
+    pub fn labels_at(self, labels: SeriesLabelPosition) -> Self {
+        Panel { labels, ..self }
     }
     pub fn with(mut self, label: impl Into<String>, mark: Mark, points: Vec<(f64, f64)>) -> Self {
         self.series.push(Series { label: label.into(), mark, points });
@@ -99,7 +111,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             .x_label_area_size(38)
             .y_label_area_size(72)
             .build_cartesian_2d(across, up)?;
-        let decades = |y: &f64| format!("1e{y:.0}");
+        let decades = |y: &f64| format!("{:.0e}", 10f64.powf(*y));
         let plain = |x: &f64| match x.abs() {
             size if size < smallest => "0".into(),
             size if (1e-2..1e4).contains(&size) => format!("{}", (x * 1e4).round() / 1e4),
@@ -126,7 +138,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             }
         }
         if panel.series.iter().any(|s| !s.label.is_empty()) {
-            let place = SeriesLabelPosition::UpperLeft;
+            let place = panel.labels.clone();
             chart.configure_series_labels().position(place).background_style(WHITE.mix(0.8)).label_font(("sans-serif", 12)).draw()?;
         }
     }

@@ -5,7 +5,7 @@ use super::segments::{Round, Segments};
 use super::tangent::{NONE, finest};
 use super::variation::unscaled;
 use super::{Iterate, Shooting, ShootingError};
-use crate::model::{Model, Periodic, State};
+use crate::model::{Model, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Stats, Step};
 use nalgebra::DMatrix;
 
@@ -43,9 +43,9 @@ pub struct Cycle {
 const REPEATS: f64 = 1e-8;
 
 impl Cycle {
-    pub(super) fn new<M: Periodic + ?Sized>(
-        model: &M,
-        segments: &Segments<'_, M>,
+    pub(super) fn new(
+        model: &dyn Model,
+        segments: &Segments<'_, dyn Model + '_>,
         round: Round,
         looser: Option<Round>,
         shooting: &Shooting,

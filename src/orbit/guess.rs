@@ -5,7 +5,7 @@ use super::rigid::rigid_modes;
 use super::size::Sizes;
 use super::variation::coarse;
 use crate::error::{ParameterError, check};
-use crate::model::{Periodic, State};
+use crate::model::{Model, Periodic, State};
 use crate::ode::{IntegrateError, Integrator};
 
 /// What is wanted of the guess.
@@ -29,7 +29,7 @@ const MOST: usize = 128;
 const SAME: f64 = 1e-9;
 
 impl Guess {
-    pub(super) fn of<M: Periodic + ?Sized>(model: &M, plan: &Plan, guess: &[State]) -> Result<Guess, ShootingError> {
+    pub(super) fn of(model: &dyn Periodic, plan: &Plan, guess: &[State]) -> Result<Guess, ShootingError> {
         let Some(first) = guess.first() else {
             return Err(ParameterError::Empty { name: "guess".into(), least: 1 }.into());
         };
@@ -50,6 +50,7 @@ impl Guess {
         if let Some(wanted) = plan.segments.filter(|wanted| *wanted < states.len()) {
             states = (0..wanted).map(|i| states[i * states.len() / wanted].clone()).collect();
         }
+        let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
         let mut sizes = Sizes::new(model.dof(), &rigid);
         let solver = coarse(first);

@@ -6,7 +6,7 @@ use super::guess::{Guess, Plan};
 use super::segments::{Round, Segments};
 use super::{Iterate, ShootingError};
 use crate::error::{ParameterError, check};
-use crate::model::{Periodic, State};
+use crate::model::{Model, Periodic, State};
 
 /// φ(x_i; t_i, t_{i+1}) = x_{i+1} around an orbit of p periods of the drives, x_N = x_0: Newton's method on the states at the nodes, with
 /// the exact derivative of the flow, tooth edges located. Damped by the natural monotonicity test.
@@ -117,7 +117,7 @@ impl Shooting {
         Ok(())
     }
 
-    fn newton<M: Periodic + ?Sized>(&self, model: &M, guess: Guess) -> Result<Cycle, ShootingError> {
+    fn newton(&self, model: &dyn Model, guess: Guess) -> Result<Cycle, ShootingError> {
         let segments = Segments::new(model, guess.scale, &guess.rigid, guess.end);
         let mut corrections: Vec<f64> = Vec::new();
         let mut first = 0.0;
@@ -166,10 +166,10 @@ impl Shooting {
         Err(ShootingError::NotConverged { last: fail(&here.states, &corrections) })
     }
 
-    fn finish<M: Periodic + ?Sized>(
+    fn finish(
         &self,
-        model: &M,
-        segments: &Segments<'_, M>,
+        model: &dyn Model,
+        segments: &Segments<'_, dyn Model + '_>,
         round: Round,
         first: f64,
         corrections: Vec<f64>,

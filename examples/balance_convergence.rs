@@ -1,0 +1,125 @@
+//! How good a harmonic balance is, and how well it knows: error and its estimates against the number of orders H, for the face gear pair
+//! of Liu 2021 (reading A) without rattle and with rattle on one and on both flanks.
+//!
+//! The truth is the orbit polished by shooting. Its projection is the guess at every H, so that what is seen is the error of the
+//! equations and not of the search. Estimates: |z_H - z_1.3H|, and the first correction of shooting.
+//!
+//! `cargo run --release --example balance_convergence`
+
+mod support;
+
+use gear_dynamics::{Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Radius, Settle, Shooting, State};
+use plotters::prelude::SeriesLabelPosition;
+use rayon::prelude::*;
+use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
+
+const SPEEDS: [f64; 4] = [120.0, 140.0, 180.0, 220.0];
+const ORDERS: [usize; 8] = [65, 100, 200, 300, 400, 550, 750, 1000];
+const WAYS: [(&str, Integrals); 3] = [
+    ("closed", Integrals::Closed),
+    ("sampled 4096", Integrals::Sampled { samples: 4096 }),
+    ("sampled 65536", Integrals::Sampled { samples: 65_536 }),
+];
+
+fn solver() -> Dop853 {
+    Dop853::new().rtol(1e-11).atol_each(&[1e-16, 1e-17])
+}
+
+/// The orbit itself, on more orders than any balance here.
+fn truth(pair: &NfgPair) -> Outcome<(Orbit, u64)> {
+    let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
+    let cycle = Shooting::new().multiple(steady.period_multiple).run(pair, &[State { t: 0.0, ..steady.state }])?;
+    let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
+    Ok((Orbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
+}
+
+/// What a balance on H orders comes to, as shares of the peak-to-peak of the truth; NaN where there is none.
+#[derive(Clone, Copy)]
+struct Row {
+    error: f64,
+    truncation: f64,
+    shooting: f64,
+    aliasing: f64,
+    iterations: usize,
+}
+
+const NOTHING: Row = Row { error: f64::NAN, truncation: f64::NAN, shooting: f64::NAN, aliasing: f64::NAN, iterations: 0 };
+
+fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> Row {
+    let balance = Balance::new(Harmonics::up_to(highest)).integrals(integrals);
+    let Ok(orbit) = balance.solve(pair, truth) else { return NOTHING };
+    let error = truth.distance(&orbit);
+    let iterations = orbit.iterations();
+    match balance.prove(pair, &orbit) {
+        Ok(Proof { truncation, shooting, aliasing, .. }) => Row { error, truncation, shooting, aliasing, iterations },
+        // The finer balance found nothing near: the polish alone is left.
+        Err(_) => {
+            let shooting = orbit.polish(pair).map_or(f64::INFINITY, |cycle| cycle.first_correction());
+            Row { error, shooting, iterations, ..NOTHING }
+        }
+    }
+}
+
+fn main() -> Outcome<()> {
+    let folder = gallery("balance_convergence")?;
+    let bar = progress("orders", SPEEDS.len() * ORDERS.len() * WAYS.len());
+    let mut csv = Csv::new(folder.join("convergence.csv"), "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations")?;
+    let mut panels = Vec::new();
+    for speed in SPEEDS {
+        let reading = NfgReading { radius: Radius::Base, ..NfgReading::published() };
+        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)?;
+        let (truth, crossings) = truth(&pair)?;
+        let cases: Vec<(usize, usize)> = (0..WAYS.len()).flat_map(|w| (0..ORDERS.len()).map(move |h| (w, h))).collect();
+        let rows: Vec<Row> = cases
+            .par_iter()
+            .map(|&(w, h)| {
+                let row = row(&pair, &truth, ORDERS[h], WAYS[w].1);
+                bar.inc(1);
+                row
+            })
+            .collect();
+        bar.suspend(|| {
+            println!("\n{speed} rad/s, {crossings} edges crossed in a turn: errors as shares of the peak-to-peak\n");
+            println!("{:>6}  {:>10} {:>10} {:>10}   {:>13} {:>14}", "orders", "error", "|zH-z1.3H|", "shooting", WAYS[1].0, WAYS[2].0);
+            for (h, &orders) in ORDERS.iter().enumerate() {
+                let [closed, coarse, fine] = [0, 1, 2].map(|w| rows[w * ORDERS.len() + h]);
+                println!(
+                    "{orders:6}  {:>10} {:>10} {:>10}   {:>13} {:>14}",
+                    short(closed.error),
+                    short(closed.truncation),
+                    short(closed.shooting),
+                    short(coarse.error),
+                    short(fine.error)
+                );
+            }
+        });
+        for (&(w, h), r) in cases.iter().zip(&rows) {
+            csv.row(&[&speed, &WAYS[w].0, &ORDERS[h], &r.error, &r.truncation, &r.shooting, &r.aliasing, &r.iterations])?;
+        }
+        let curve = |w: usize, of: fn(&Row) -> f64| -> Vec<(f64, f64)> {
+            ORDERS.iter().zip(&rows[w * ORDERS.len()..]).map(|(h, r)| (*h as f64, of(r).log10())).filter(|p| p.1.is_finite()).collect()
+        };
+        let panel = Panel::new(format!("{speed} rad/s, {crossings} edges crossed"), "orders H", "share of peak-to-peak").decades();
+        let panel = panel.labels_at(SeriesLabelPosition::UpperRight);
+        panels.push(
+            panel
+                .with("error, closed", Mark::Line, curve(0, |r| r.error))
+                .with("|z_H - z_1.3H|", Mark::Dots, curve(0, |r| r.truncation))
+                .with("shooting correction", Mark::Dots, curve(0, |r| r.shooting))
+                .with("error, M = 4096", Mark::Line, curve(1, |r| r.error))
+                .with("error, M = 65536", Mark::Line, curve(2, |r| r.error)),
+        );
+    }
+    bar.finish_and_clear();
+    figure(folder.join("convergence.svg"), 2, &panels)?;
+    println!("\n-: no orbit found from the truth itself. pictures and tables: {}", folder.display());
+    Ok(())
+}
+
+fn short(x: f64) -> String {
+    match x {
+        x if x.is_nan() => "-".into(),
+        x if x.is_infinite() => "none near".into(),
+        x => format!("{x:.1e}"),
+    }
+}
