@@ -36,12 +36,14 @@ mod check;
 mod error;
 mod excitation;
 mod held;
+mod lanes;
 mod mesh;
 mod model;
 mod models;
 mod nonlinearity;
 mod ode;
 mod scalar;
+mod sweep;
 
 pub use analysis::{
     ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Window, strobe,
@@ -54,6 +56,7 @@ pub use excitation::{
     Table, shared,
 };
 pub use held::{CounterRng, Held, HeldProcess};
+pub use lanes::{InstructionSet, Lanes, TableError};
 pub use mesh::{ContactDamping, Mesh};
 pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, State, dual_jacobian};
 pub use models::{
@@ -65,7 +68,10 @@ pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
 };
-pub use scalar::{Dual, Scalar};
+pub use scalar::{Dual, Scalar, one_by_one};
+pub use sweep::{
+    Axis, Carry, Job, LaneRk4, Located, Plan, Point, PointError, Points, Row, Rows, Source, Sweep, SweepEngine, SweepError, TableRk4, Watch,
+};
 
 /// Guide pages: theory, the two models, errata of their papers, references.
 pub mod guide {

@@ -185,6 +185,24 @@ impl Generic for NfgPair {
         a[0] = forcing - self.tooth(law, &at, u, q[0], v[0]);
     }
 
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let at = self.at(u);
+        // In metres: r_b2 times q and b̄, with the rates of the products.
+        let (r, r_rate) = (u[RADIUS] * self.radius, u[RADIUS_RATE] * self.radius * u[OMEGA]);
+        let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
+        out[0] = Contact {
+            deflection: r * q[0],
+            rate: r * v[0] + r_rate * q[0],
+            lower: -b,
+            upper: b,
+            lower_rate: -b_rate,
+            upper_rate: b_rate,
+            force: self.tooth(&AsIs, &at, u, q[0], v[0]) * (self.params.inertia * self.natural * self.natural) / r,
+        };
+        true
+    }
+
     fn phases(&self) -> usize {
         PHASES
     }
@@ -254,19 +272,7 @@ impl Model for NfgPair {
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let at = self.at(u);
-        // In metres: r_b2 times q and b̄, with the rates of the products.
-        let (r, r_rate) = (self.radius * u[RADIUS], self.radius * u[RADIUS_RATE] * u[OMEGA]);
-        let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
-        out[0] = Contact {
-            deflection: r * q[0],
-            rate: r * v[0] + r_rate * q[0],
-            lower: -b,
-            upper: b,
-            lower_rate: -b_rate,
-            upper_rate: b_rate,
-            force: self.params.inertia * self.natural * self.natural / r * self.tooth(&AsIs, &at, u, q[0], v[0]),
-        };
+        self.contact_on(u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

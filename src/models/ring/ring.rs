@@ -6,7 +6,7 @@ use crate::excitation::{Shared, earlier};
 use crate::mesh::MeshDrives;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, Piece, Side, dual_jacobian};
 use crate::nonlinearity::{Backlash, Nonlinearity};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, one_by_one};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -197,6 +197,7 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             a[1 + 2 * i] = S::from(0.0);
         }
         for i in 0..n {
+            let i = one_by_one(i);
             let j = if i + 1 == n { 0 } else { i + 1 };
             let (x, rate) = self.deflection(i, u, q, v);
             let w = self.force(law, i, u, x, rate);
@@ -204,6 +205,7 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             a[1 + 2 * j] = a[1 + 2 * j] + w * self.params.gears[j].base_radius;
         }
         for i in 0..n {
+            let i = one_by_one(i);
             let gear = &self.params.gears[i];
             let (g, l) = (1 + 2 * i, 2 + 2 * i);
             let shaft = (q[g] - q[l]) * gear.load.shaft.stiffness + (v[g] - v[l]) * gear.load.shaft.damping;
@@ -214,9 +216,31 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             let alpha = self.rigid_acceleration_of(u);
             let rigid = &self.rigid[..2 * n + 1];
             for j in 0..2 * n + 1 {
+                let j = one_by_one(j);
                 a[j] = a[j] - alpha * rigid[j];
             }
         }
+    }
+
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let n = self.params.gears.len();
+        let (omega, out) = (u[STRIDE * n], &mut out[..n]);
+        for i in 0..n {
+            let i = one_by_one(i);
+            let (deflection, rate) = self.deflection(i, u, q, v);
+            let mesh = &u[STRIDE * i..][..STRIDE];
+            out[i] = Contact {
+                deflection,
+                rate,
+                lower: mesh[LOWER],
+                upper: mesh[UPPER],
+                lower_rate: omega * mesh[LOWER_RATE],
+                upper_rate: omega * mesh[UPPER_RATE],
+                force: self.force(&AsIs, i, u, deflection, rate),
+            };
+        }
+        true
     }
 
     fn phases(&self) -> usize {
@@ -314,20 +338,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
         self.gears()
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let omega = u[STRIDE * self.gears()];
-        for (i, out) in out.iter_mut().enumerate() {
-            let (deflection, rate) = self.deflection(i, u, q, v);
-            let mesh = &u[STRIDE * i..][..STRIDE];
-            *out = Contact {
-                deflection,
-                rate,
-                lower: mesh[LOWER],
-                upper: mesh[UPPER],
-                lower_rate: omega * mesh[LOWER_RATE],
-                upper_rate: omega * mesh[UPPER_RATE],
-                force: self.force(&AsIs, i, u, deflection, rate),
-            };
-        }
+        self.contact_on(u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

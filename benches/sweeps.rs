@@ -1,0 +1,107 @@
+//! Workload C, the ensemble, and rings in lanes: `cargo bench --bench sweeps`. Time per trajectory and per evaluation, statistics included,
+//! on one thread; what two threads gain; and whether lanes still become vector instructions. `cargo bench -p peers` sets other crates beside it.
+
+mod common;
+
+use common::{Pair, ratio, ring};
+use criterion::{Criterion, criterion_group};
+use gear_dynamics::*;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// Steps per period of the pair: 64 per mesh period.
+const STEPS: usize = 63 * 64;
+const PERIODS: usize = 20;
+
+fn ensemble(count: usize) -> Sweep {
+    let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    Sweep::over(points).settle(0).measure(PERIODS).channels(&["q1"]).rattle()
+}
+
+fn run(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> Rows {
+    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    rows.expect("the workload runs")
+}
+
+fn one_thread<T: Send>(f: impl FnOnce() -> T + Send) -> T {
+    threads(1, f)
+}
+
+fn threads<T: Send>(count: usize, f: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads are to be had").install(f)
+}
+
+/// The least time of some.
+fn least(rounds: usize, mut f: impl FnMut()) -> f64 {
+    let time = |f: &mut dyn FnMut()| {
+        let start = Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    (0..rounds).map(|_| time(&mut f)).fold(f64::INFINITY, f64::min)
+}
+
+fn report<const W: usize>(count: usize, set: InstructionSet) {
+    let (sweep, engine) = (ensemble(count), LaneRk4::<W>::new(STEPS).instructions(set));
+    let seconds = one_thread(|| least(7, || drop(black_box(run(&sweep, &engine)))));
+    let (per_run, evaluations) = (seconds / count as f64, (4 * STEPS * PERIODS) as f64);
+    println!("pair, W = {W:2}, {set:?}: {:.3} ms per trajectory, {:.3} ns per evaluation", 1e3 * per_run, 1e9 * per_run / evaluations);
+}
+
+fn ring_sweep(gears: usize, count: usize, engine: &LaneRk4<16>) -> Rows {
+    let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
+    let sample = ring(gears, 2.0);
+    Sweep::over(Points::along(torques))
+        .settle(0)
+        .measure(2)
+        .channels(&["deflection 1"])
+        .run(
+            engine,
+            |p| {
+                let mut params = sample.params().clone();
+                params.motor.torque = p["torque"];
+                Ring::as_printed(&params)
+            },
+            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
+        )
+        .expect("the ring runs")
+}
+
+fn report_ring(gears: usize) {
+    const COUNT: usize = 64;
+    const STEPS: usize = 1000;
+    let engine = LaneRk4::<16>::new(STEPS);
+    let seconds = one_thread(|| least(7, || drop(black_box(ring_sweep(gears, COUNT, &engine)))));
+    println!("ring of {gears}, W = 16: {:.2} ns per evaluation and trajectory", 1e9 * seconds / (COUNT * 2 * 4 * STEPS) as f64);
+}
+
+fn workload_c(c: &mut Criterion) {
+    let mut group = c.benchmark_group("C");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let sweep = ensemble(96);
+    group.bench_function("96 trajectories, lanes", |b| b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<24>::new(STEPS)))));
+    let sweep = ensemble(4);
+    group.bench_function("4 trajectories, table", |b| b.iter(|| one_thread(|| run(&sweep, &TableRk4::new(STEPS)))));
+    group.finish();
+}
+
+criterion_group!(benches, workload_c);
+
+fn main() {
+    benches();
+    println!("\nworkload C, statistics included, one thread");
+    for &set in InstructionSet::available().iter().rev() {
+        report::<16>(192, set);
+        report::<24>(192, set);
+    }
+    report_ring(3);
+    report_ring(16);
+    let sweep = ensemble(192);
+    let lanes = LaneRk4::<16>::new(STEPS);
+    let baseline = lanes.instructions(InstructionSet::Baseline);
+    let [median, least, most] = one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
+    println!("best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors");
+    let [median, least, most] =
+        ratio(9, || drop(threads(1, || run(&sweep, &lanes))), || drop(threads(2, || run(&sweep, &lanes))));
+    println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
+}
