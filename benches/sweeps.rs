@@ -101,7 +101,6 @@ fn main() {
     let baseline = lanes.instructions(InstructionSet::Baseline);
     let [median, least, most] = one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
     println!("best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors");
-    let [median, least, most] =
-        ratio(9, || drop(threads(1, || run(&sweep, &lanes))), || drop(threads(2, || run(&sweep, &lanes))));
+    let [median, least, most] = ratio(9, || drop(threads(1, || run(&sweep, &lanes))), || drop(threads(2, || run(&sweep, &lanes))));
     println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
 }

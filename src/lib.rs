@@ -70,7 +70,8 @@ pub use ode::{
 };
 pub use scalar::{Dual, Scalar, one_by_one};
 pub use sweep::{
-    Axis, Carry, Job, LaneRk4, Located, Plan, Point, PointError, Points, Row, Rows, Source, Sweep, SweepEngine, SweepError, TableRk4, Watch,
+    Axis, Bands, Carry, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Plan, Point, PointError, Points, Row, Rows,
+    SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
 
 /// Guide pages: theory, the two models, errata of their papers, references.

@@ -86,7 +86,8 @@ impl<S: Number> Meters<S> {
         self.clear(lane);
     }
 
-    fn clear(&mut self, lane: usize) {
+    /// Starts the sums and extremes of a lane anew.
+    pub(crate) fn clear(&mut self, lane: usize) {
         for channel in &mut self.channels {
             channel.sum.set_lane(lane, 0.0);
             channel.square.set_lane(lane, 0.0);
@@ -101,7 +102,12 @@ impl<S: Number> Meters<S> {
     }
 
     /// Shows what a lane has seen since it was last read, and clears it.
-    pub(crate) fn read(&mut self, lane: usize, mut channel: impl FnMut(usize, ChannelMeter<f64>), mut contact: impl FnMut(usize, ContactMeter<f64>)) {
+    pub(crate) fn read(
+        &mut self,
+        lane: usize,
+        mut channel: impl FnMut(usize, ChannelMeter<f64>),
+        mut contact: impl FnMut(usize, ContactMeter<f64>),
+    ) {
         for (i, meter) in self.channels.iter().enumerate() {
             channel(i, meter.lane(lane));
         }

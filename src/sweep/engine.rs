@@ -8,6 +8,11 @@ use crate::model::{Model, State};
 
 /// Makes the runs of a sweep. There are three: [`LaneRk4`](crate::LaneRk4), [`TableRk4`](crate::TableRk4) and
 /// [`Located`](crate::Located).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot run `{M}`",
+    note = "every engine asks for a model with a period (`impl Periodic`), lanes for one whose algebra is `Generic` besides: `TableRk4` and \
+            `Located` run any periodic model; a model with held random drives has no period: run it in an `Ensemble`"
+)]
 pub trait SweepEngine<M: Model>: Sync {
     /// Makes runs until the source has no more.
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>);

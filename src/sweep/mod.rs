@@ -1,19 +1,25 @@
 //! Many runs of one family, reduced on the fly.
 
 mod engine;
+mod ensemble;
 mod error;
 mod located;
+mod moments;
 mod points;
 mod rows;
 mod run;
+mod sobol;
 mod tables;
 mod track;
 
 pub use engine::{Job, Source, SweepEngine};
+pub use ensemble::{Bands, Ensemble, EnsembleError};
 pub use error::{PointError, SweepError};
 pub use located::Located;
+pub use moments::Distribution;
 pub use points::{Axis, Point, Points};
 pub use rows::{Row, Rows};
 pub use run::{Carry, Sweep, Watch};
+pub use sobol::{SobolDesign, SobolIndex, Uncertain};
 pub use tables::{LaneRk4, TableRk4};
 pub use track::Plan;

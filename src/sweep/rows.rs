@@ -270,14 +270,15 @@ impl Row<'_> {
         states || self.data[0] != fine.data[0]
     }
 
-    /// How far the mean, the RMS or an extreme of a channel may be off by the step: 16/15 of the largest change at half the step. Of the point
-    /// itself if it was checked, otherwise the larger one of the nearest checked points before and after it; `None` if there are none.
+    /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at half the step, that of the extremes
+    /// four times over, since both grids may miss a peak by nearly as much. Of the point itself if it was checked, otherwise the larger one
+    /// of the nearest checked points before and after it; `None` if there are none.
     pub fn error(&self, channel: &str) -> Option<f64> {
         let i = self.rows.names.iter().position(|n| n == channel)?;
         let of = |(index, fine): (&usize, &Vec<f64>)| {
             let (stride, at) = (self.rows.layout.stride(), self.rows.layout.channel(i));
             let coarse = &self.rows.data[(index - self.rows.range.start) * stride..][..stride];
-            (at..at + 4).fold(0.0, |m: f64, k| m.max((coarse[k] - fine[k]).abs())) * 16.0 / 15.0
+            (0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 16.0 / 15.0 } else { 4.0 }))
         };
         let before = self.rows.checks.range(..=self.index).next_back();
         if let Some(own) = before.filter(|(index, _)| **index == self.index) {

@@ -96,6 +96,11 @@ impl<'w> Watch<'w> {
     pub fn cancel(self, cancel: &'w AtomicBool) -> Self {
         Watch { cancel: Some(cancel), ..self }
     }
+    pub(crate) fn show(&self, done: usize, total: usize) {
+        if let Some(progress) = self.progress {
+            progress(done, total);
+        }
+    }
     /// Whether it is to stop.
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))

@@ -24,6 +24,21 @@ const STRETCH: usize = 64;
 /// let engine = LaneRk4::<16>::new(63 * 64).instructions(InstructionSet::Baseline);
 /// assert_eq!(engine.steps(), 4032);
 /// ```
+///
+/// A model without a period does not compile, nor does one that is not generic:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{Axis, LaneRk4, Model, ParameterError, Points, State, Sweep};
+/// struct Rest;
+/// impl Model for Rest {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
+/// }
+/// let points = Points::along(Axis::list("x", &[1.0])?);
+/// let start = |_: &_, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
+/// Sweep::over(points).run(&LaneRk4::<16>::new(64), |_| Ok::<_, ParameterError>(Rest), start)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneRk4<const W: usize> {
     steps: usize,
@@ -210,7 +225,7 @@ impl<M: Periodic> Batch<'_, M> {
         let mut bundle = self.bundle::<f64, _>(algebra);
         let mut slots = [Some(self.load(&mut bundle, 0, load))];
         while let [Some(slot)] = &slots {
-            bundle.metered = slot.track.measuring();
+            bundle.metered = slot.track.watching();
             if !self.period(algebra, &mut bundle) {
                 return;
             }
@@ -265,7 +280,7 @@ impl<M: Periodic> Batch<'_, M> {
         match run.track.period(weight, state) {
             Next::Settle | Next::Measure => None,
             Next::StartMeasuring => {
-                bundle.meters.restart(lane);
+                bundle.meters.clear(lane);
                 None
             }
             Next::Done => {
@@ -295,7 +310,7 @@ impl<M: Generic + Periodic> Batch<'_, M> {
             slots[1 + i] = Some(self.load_job(&mut bundle, 1 + i, &job));
         }
         while slots.iter().any(Option::is_some) {
-            bundle.metered = slots.iter().flatten().any(|slot| slot.track.measuring());
+            bundle.metered = slots.iter().flatten().any(|slot| slot.track.watching());
             if !self.period(algebra, &mut bundle) {
                 return;
             }

@@ -52,8 +52,8 @@ impl Track {
         let mut row = vec![0.0; plan.layout.stride()];
         for channel in 0..plan.layout.channels {
             let at = plan.layout.channel(channel);
-            row[at + 2] = f64::INFINITY;
-            row[at + 3] = f64::NEG_INFINITY;
+            row[at + 2] = f64::MAX;
+            row[at + 3] = f64::MIN;
         }
         Track {
             plan: plan.clone(),
@@ -70,6 +70,11 @@ impl Track {
 
     pub(crate) fn measuring(&self) -> bool {
         self.measuring
+    }
+
+    /// Whether meters have to run: from the period before the measured ones, so that an impact at their very start is seen.
+    pub(crate) fn watching(&self) -> bool {
+        self.measuring || self.plan.repeat.is_some() || self.periods + 1 >= self.plan.settle
     }
 
     /// Adds what a channel did in the period under way.
@@ -103,7 +108,7 @@ impl Track {
             self.section.drain(..self.section.len() - kept);
         }
         let state = &self.section[self.section.len() - m..];
-        if !state.iter().all(|x| x.is_finite()) {
+        if !state.iter().chain(&self.row).all(|x| x.is_finite()) {
             return Next::Diverged;
         }
         if self.measuring {
