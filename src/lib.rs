@@ -70,8 +70,9 @@ pub use ode::{
 };
 pub use scalar::{Dual, Scalar, one_by_one};
 pub use sweep::{
-    Axis, Bands, Carry, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Plan, Point, PointError, Points, Row, Rows,
-    SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
+    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Mark,
+    Marks, Plan, Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4,
+    Uncertain, Watch,
 };
 
 /// Guide pages: theory, the two models, errata of their papers, references.

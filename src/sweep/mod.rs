@@ -1,5 +1,7 @@
 //! Many runs of one family, reduced on the fly.
 
+mod basins;
+mod bifurcation;
 mod engine;
 mod ensemble;
 mod error;
@@ -12,6 +14,8 @@ mod sobol;
 mod tables;
 mod track;
 
+pub use basins::{Attractor, Attractors};
+pub use bifurcation::{Bifurcation, Diagram, Mark, Marks};
 pub use engine::{Job, Source, SweepEngine};
 pub use ensemble::{Bands, Ensemble, EnsembleError};
 pub use error::{PointError, SweepError};
