@@ -42,11 +42,13 @@ mod model;
 mod models;
 mod nonlinearity;
 mod ode;
+mod phase;
 mod scalar;
 mod sweep;
 
 pub use analysis::{
-    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Window, strobe,
+    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Waterfall,
+    WaterfallError, WaterfallLine, Window, strobe,
 };
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
@@ -68,6 +70,7 @@ pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
 };
+pub use phase::{PhaseLaw, Varying};
 pub use scalar::{Dual, Scalar, one_by_one};
 pub use sweep::{
     Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Mark,

@@ -245,6 +245,11 @@ pub trait Generic: Model {
     fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]);
     /// The constants of this lane: the remaining drives.
     fn constants(&self, u: &mut [f64]);
+    /// Puts another speed of the phase in place of the model's own, 2π/period, among the constants: what a
+    /// [phase law](crate::PhaseLaw) needs. By default no constant stands for the speed.
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        let _ = (speed, u);
+    }
     /// Whether everything outside the constants is equal, so that both may run in lanes of one table.
     fn shares_lanes_with(&self, other: &Self) -> bool;
 }

@@ -224,6 +224,9 @@ impl Generic for NfgPair {
     fn constants(&self, u: &mut [f64]) {
         u[PHASES..PHASES + CONSTANTS].copy_from_slice(&self.constants);
     }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[OMEGA] = speed;
+    }
     fn shares_lanes_with(&self, other: &Self) -> bool {
         self.reading == other.reading
             && self.teeth == other.teeth

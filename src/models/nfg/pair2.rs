@@ -179,6 +179,9 @@ impl Generic for NfgPair2 {
         u[LOAD] = self.params.load_torque;
         u[WIDTH] = self.params.half_backlash;
     }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[OMEGA] = speed;
+    }
     fn shares_lanes_with(&self, other: &Self) -> bool {
         self.pinion_inertia == other.pinion_inertia
             && self.torque == other.torque

@@ -259,6 +259,9 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             u[2 + n + i] = self.params.gears[i].load.torque;
         }
     }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[STRIDE * self.gears()] = speed;
+    }
     /// Rings that are copies of one another, their excitations shared, up to torques and damping.
     fn shares_lanes_with(&self, other: &Self) -> bool {
         let same_mesh = |(a, b): (&crate::mesh::Mesh<N>, &crate::mesh::Mesh<N>)| {
