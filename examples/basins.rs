@@ -56,7 +56,7 @@ fn main() -> Outcome<()> {
     let folder = gallery("basins")?;
     let mut csv = Csv::new(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut pictures = Vec::new();
-    for omega in [0.62, 0.7, 0.8, 0.9] {
+    for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts = Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
         let rows = Sweep::over(starts).settle(100).measure(20).strobe(16).run(
             &LaneRk4::<16>::new(256),

@@ -9,8 +9,8 @@ use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
 fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
-    let speeds = Axis::linear("omega_1", 100.0, 250.0, 301)?;
-    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(40).measure(40).run(
+    let speeds = Axis::linear("omega_1", 100.0, 250.0, 151)?;
+    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40).run(
         &Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])),
         |p| NfgPair::with_reading(&NfgParams { speed: p["omega_1"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
         |_, pair| pair.static_start(),

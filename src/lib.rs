@@ -28,6 +28,8 @@
 //! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
 //! | random drives | [`HeldProcess`], [`Held`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
+//! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`Uncertain`] |
+//! | changing speed | [`PhaseLaw`], [`Varying`], [`Waterfall`] |
 //! | background | [`guide`] |
 
 mod analysis;
@@ -78,12 +80,14 @@ pub use sweep::{
     Uncertain, Watch,
 };
 
-/// Guide pages: theory, the two models, errata of their papers, references.
+/// Guide pages: theory, the two models, sweeps, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}
+    #[doc = include_str!("../docs/sweeps.md")]
+    pub mod sweeps {}
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}
     #[doc = include_str!("../docs/references.md")]

@@ -188,7 +188,10 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
             for to in 1..=rows {
                 if to == rows || values[to].to_bits() != values[from].to_bits() {
                     let corner = |row: usize| map.up.1 + row as f64 * dy;
-                    chart.draw_series([Rectangle::new([(x, corner(from)), (x + dx, corner(to))], color(values[from]))])?;
+                    // A little over the next one, so that no line shows between them.
+                    let far = (x + 1.5 * dx, corner(to) + 0.5 * dy);
+                    let far = (far.0.min(map.across.2), far.1.min(map.up.2));
+                    chart.draw_series([Rectangle::new([(x, corner(from)), far], color(values[from]))])?;
                     from = to;
                 }
             }
@@ -199,11 +202,11 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
             .margin_right(8)
             .y_label_area_size(44)
             .build_cartesian_2d(0.0..1.0, lo..hi)?;
-        bar.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).draw()?;
+        bar.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).y_label_style(("sans-serif", 12)).draw()?;
         let step = (hi - lo) / 64.0;
         bar.draw_series((0..64).map(|i| {
             let y = lo + f64::from(i) * step;
-            Rectangle::new([(0.0, y), (1.0, y + step)], color(y + 0.5 * step))
+            Rectangle::new([(0.0, y), (1.0, (y + 1.5 * step).min(hi))], color(y + 0.5 * step))
         }))?;
     }
     root.present()?;

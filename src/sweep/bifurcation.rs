@@ -162,8 +162,8 @@ impl Diagram {
         [&self.up_rows, &self.down_rows]
     }
 
-    /// The values of the parameter at which the two ways end on different motions: their periods differ, or marks lie farther apart than this
-    /// share of the range of all marks. Where both are aperiodic no claim is made.
+    /// The values of the parameter at which the two ways end on different motions: a mark of one lies farther from all marks of the other than
+    /// this share of the range of the whole diagram. Where both are aperiodic no claim is made.
     pub fn hysteresis(&self, tolerance: f64) -> Vec<f64> {
         let all = self.up.iter().chain(&self.down).flat_map(|mark| &mark.values);
         let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
@@ -173,7 +173,7 @@ impl Diagram {
         };
         let differ = |(a, b): (&Mark, &Mark)| match (a.period, b.period) {
             (None, None) => None,
-            (p, q) => (p != q || far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter),
+            _ => (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter),
         };
         let pairs = self.up.iter().filter_map(|a| self.down.iter().find(|b| b.parameter == a.parameter).map(|b| (a, b)));
         pairs.filter_map(differ).collect()

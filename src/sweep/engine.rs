@@ -21,7 +21,7 @@ pub trait SweepEngine<M: Model>: Sync {
     /// # Errors
     /// [`SweepError::Channel`], [`SweepError::Setting`].
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError>;
-    /// The same with half the step, for the error estimate; `None` where the engine controls its error itself.
+    /// The same with a quarter of the step, for the error estimate; `None` where the engine controls its error itself.
     fn finer(&self) -> Option<Self>
     where
         Self: Sized;

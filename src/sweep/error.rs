@@ -42,6 +42,12 @@ pub enum SweepError {
         /// How many there are.
         chunks: usize,
     },
+    /// Bytes that are not rows of this sweep.
+    #[error("the bytes are not rows of this sweep, or cut off: at byte {at}")]
+    Bytes {
+        /// The first place that does not fit.
+        at: usize,
+    },
     /// Parts that do not make a whole.
     #[error("the parts do not fit together at row {row}: it is missing, there twice, or of another sweep")]
     Parts {
@@ -88,4 +94,7 @@ pub enum PointError {
     /// Contacts are to be measured in lanes, and the model does not show them there.
     #[error("the model has contacts and does not offer Generic::contact_on: write it, or take an engine for one run at a time")]
     NoContacts,
+    /// An error read back from bytes.
+    #[error("{0}")]
+    Told(String),
 }

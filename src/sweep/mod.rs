@@ -2,6 +2,7 @@
 
 mod basins;
 mod bifurcation;
+mod bytes;
 mod engine;
 mod ensemble;
 mod error;

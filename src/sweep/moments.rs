@@ -143,15 +143,21 @@ impl Distribution {
         Ok(self.max)
     }
 
-    /// Counts over equal spans: the middle of each span and its count, empty ones at the ends left out.
-    pub fn histogram(&self) -> Vec<(f64, u64)> {
+    /// Counts over so many equal spans between the extremes, by the middle of each span: to a bin's width.
+    pub fn histogram(&self, spans: usize) -> Vec<(f64, u64)> {
         let mut whole = self.clone();
         if whole.bins.is_empty() && whole.count > 0 {
             whole.sort_in();
         }
-        let middle = |i: usize| whole.start + (i as f64 + 0.5) * whole.width;
-        let filled: Vec<usize> = (0..whole.bins.len()).filter(|&i| whole.bins[i] > 0).collect();
-        let (Some(first), Some(last)) = (filled.first(), filled.last()) else { return Vec::new() };
-        (*first..=*last).map(|i| (middle(i), u64::from(whole.bins[i]))).collect()
+        let width = (self.max - self.min) / spans as f64;
+        let mut counts: Vec<(f64, u64)> = (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
+        for (i, &count) in whole.bins.iter().enumerate().filter(|(_, count)| **count > 0) {
+            let middle = whole.start + (i as f64 + 0.5) * whole.width;
+            let place = ((middle - self.min) / width).clamp(0.0, spans.saturating_sub(1) as f64);
+            if let Some(span) = counts.get_mut(place as usize) {
+                span.1 += u64::from(count);
+            }
+        }
+        counts
     }
 }

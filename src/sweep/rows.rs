@@ -33,6 +33,12 @@ impl Layout {
     pub(crate) fn strobe(&self, i: usize) -> usize {
         self.contact(self.contacts) + self.strobe_width() * i
     }
+    /// The stride, if it can be counted.
+    pub(crate) fn stride_checked(&self) -> Option<usize> {
+        let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
+        let rest = self.channels.checked_mul(4)?.checked_add(self.contacts.checked_mul(5)?)?;
+        strobes.checked_add(rest)?.checked_add(Layout::HEAD)
+    }
     pub(crate) fn stride(&self) -> usize {
         self.strobe(self.strobes)
     }
@@ -62,7 +68,7 @@ pub struct Rows {
     pub(crate) data: Vec<f64>,
     pub(crate) done: Vec<bool>,
     pub(crate) errors: BTreeMap<usize, PointError>,
-    /// Rows made once more with half the step.
+    /// Rows made once more with a quarter of the step.
     pub(crate) checks: BTreeMap<usize, Vec<f64>>,
     pub(crate) alone: usize,
 }
@@ -255,12 +261,12 @@ impl Row<'_> {
     pub fn grazes(&self) -> bool {
         self.data[3] < GRAZING
     }
-    /// Whether the answer hangs on small changes: no period, grazing, or another answer at half the step.
+    /// Whether the answer hangs on small changes: no period, grazing, or another answer at a quarter of the step.
     pub fn is_sensitive(&self) -> bool {
         self.period_multiple().is_none() || self.grazes() || self.checked().is_some_and(|fine| self.differs(&fine))
     }
 
-    /// The same point with half the step, if it is one of those checked.
+    /// The same point with a quarter of the step, if it is one of those checked.
     pub fn checked(&self) -> Option<Row<'_>> {
         self.rows.checks.get(&self.index).map(|data| Row { rows: self.rows, index: self.index, data })
     }
@@ -270,15 +276,15 @@ impl Row<'_> {
         states || self.data[0] != fine.data[0]
     }
 
-    /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at half the step, that of the extremes
-    /// four times over, since both grids may miss a peak by nearly as much. Of the point itself if it was checked, otherwise the larger one
+    /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at a quarter of the step, that of the extremes
+    /// twice over, since the finer grid may miss a peak as well. Of the point itself if it was checked, otherwise the larger one
     /// of the nearest checked points before and after it; `None` if there are none.
     pub fn error(&self, channel: &str) -> Option<f64> {
         let i = self.rows.names.iter().position(|n| n == channel)?;
         let of = |(index, fine): (&usize, &Vec<f64>)| {
             let (stride, at) = (self.rows.layout.stride(), self.rows.layout.channel(i));
             let coarse = &self.rows.data[(index - self.rows.range.start) * stride..][..stride];
-            (0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 16.0 / 15.0 } else { 4.0 }))
+            (0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 }))
         };
         let before = self.rows.checks.range(..=self.index).next_back();
         if let Some(own) = before.filter(|(index, _)| **index == self.index) {

@@ -155,10 +155,13 @@ impl Sweep {
     pub fn carry(self, carry: Carry) -> Self {
         Sweep { carry, ..self }
     }
-    /// Every `count`-th point is run once more with half the step, which says how far the step is off; 0 checks none. Lines along which
+    /// Every `count`-th point is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines along which
     /// states are carried are run again as a whole, for every `count`-th of them.
     pub fn check_every(self, count: usize) -> Self {
         Sweep { check_every: count, ..self }
+    }
+    pub(crate) fn names(&self) -> &[String] {
+        &self.channels
     }
     /// The points.
     pub fn points(&self) -> &Points {

@@ -66,7 +66,7 @@ impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        Some(LaneRk4 { steps: 2 * self.steps, ..*self })
+        Some(LaneRk4 { steps: 4 * self.steps, ..*self })
     }
     fn batch(&self) -> usize {
         W
@@ -144,7 +144,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        Some(TableRk4 { steps: 2 * self.steps })
+        Some(TableRk4 { steps: 4 * self.steps })
     }
 
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>) {
