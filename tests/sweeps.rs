@@ -223,7 +223,7 @@ fn zero_steps_per_period_and_zero_periods() {
 
 #[test]
 fn a_family_that_fails_at_some_points() {
-    let odd = |p: &Point<'_>| if p.index() % 2 == 1 { Err("odd") } else { Ok(Pair::at(p["we"])) };
+    let odd = |p: &Point<'_>| if !p.index().is_multiple_of(2) { Err("odd") } else { Ok(Pair::at(p["we"])) };
     let rows = sweep(9).run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
     assert_eq!(rows.row(3).unwrap().unwrap_err(), &PointError::Model("odd".into()));

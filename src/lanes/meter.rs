@@ -1,4 +1,5 @@
 //! What is measured while lanes run.
+#![allow(clippy::needless_range_loop, reason = "index loops over arrays become vector instructions, iterators do not")]
 
 use super::number::Number;
 use crate::model::Contact;

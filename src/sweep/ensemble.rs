@@ -2,7 +2,7 @@
 
 use super::error::PointError;
 use super::moments::Distribution;
-use super::run::Watch;
+use super::watch::Watch;
 use crate::analysis::Rattle;
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};

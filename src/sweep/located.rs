@@ -86,12 +86,12 @@ impl<I: Integrator> Located<I> {
                     let meter = ChannelMeter { sum: x.mean * period, square: x.rms * x.rms * period, min: x.min, max: x.max };
                     track.add_channel(i, &meter);
                 }
-                for i in 0..plan.layout.contacts {
-                    let (now, before) = (rattle.contact(i), counted[i]);
+                for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
+                    let (now, before) = (rattle.contact(i), *counted);
                     let time = |k: usize| now.time[k] - before.time[k];
                     let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
                     track.add_contact(i, &ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]), time(0) + time(1) + time(2));
-                    counted[i] = now;
+                    *counted = now;
                 }
                 finish
             } else {

@@ -14,6 +14,7 @@ mod run;
 mod sobol;
 mod tables;
 mod track;
+mod watch;
 
 pub use basins::{Attractor, Attractors};
 pub use bifurcation::{Bifurcation, Diagram, Mark, Marks};
@@ -24,7 +25,8 @@ pub use located::Located;
 pub use moments::Distribution;
 pub use points::{Axis, Point, Points};
 pub use rows::{Row, Rows};
-pub use run::{Carry, Sweep, Watch};
+pub use run::{Carry, Sweep};
 pub use sobol::{SobolDesign, SobolIndex, Uncertain};
 pub use tables::{LaneRk4, TableRk4};
 pub use track::Plan;
+pub use watch::Watch;

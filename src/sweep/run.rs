@@ -3,15 +3,16 @@
 use super::engine::{Job, Source, SweepEngine};
 use super::error::{PointError, SweepError};
 use super::points::{Point, Points};
-use super::rows::{Layout, Row, Rows};
+use super::rows::{Layout, Rows};
 use super::track::Plan;
+use super::watch::Watch;
 use crate::channel::Probe;
 use crate::model::{Model, State};
 use rayon::prelude::*;
 use std::fmt::Display;
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Where a run starts from.
 ///
@@ -60,51 +61,6 @@ pub struct Sweep {
     strobes: usize,
     carry: Carry,
     check_every: usize,
-}
-
-/// Looks on while a sweep runs, and may stop it.
-///
-/// ```
-/// use gear_dynamics::Watch;
-/// use std::sync::atomic::AtomicBool;
-/// let stop = AtomicBool::new(false);
-/// let show = |done: usize, total: usize| assert!(done <= total);
-/// let watch = Watch::new().progress(&show).cancel(&stop);
-/// assert!(!watch.is_cancelled());
-/// ```
-#[derive(Clone, Copy, Default)]
-pub struct Watch<'w> {
-    progress: Option<&'w (dyn Fn(usize, usize) + Sync)>,
-    rows: Option<&'w (dyn Fn(&Row<'_>) + Sync)>,
-    cancel: Option<&'w AtomicBool>,
-}
-
-impl<'w> Watch<'w> {
-    /// Nothing to look at.
-    pub fn new() -> Self {
-        Watch::default()
-    }
-    /// Called after every point with the points done and all points.
-    pub fn progress(self, progress: &'w (dyn Fn(usize, usize) + Sync)) -> Self {
-        Watch { progress: Some(progress), ..self }
-    }
-    /// Called with every row as it comes, in no order.
-    pub fn rows(self, rows: &'w (dyn Fn(&Row<'_>) + Sync)) -> Self {
-        Watch { rows: Some(rows), ..self }
-    }
-    /// Stops the sweep within some steps once it is true; what is done is kept.
-    pub fn cancel(self, cancel: &'w AtomicBool) -> Self {
-        Watch { cancel: Some(cancel), ..self }
-    }
-    pub(crate) fn show(&self, done: usize, total: usize) {
-        if let Some(progress) = self.progress {
-            progress(done, total);
-        }
-    }
-    /// Whether it is to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-    }
 }
 
 impl Sweep {
@@ -346,8 +302,8 @@ where
         let length = self.work.length;
         match self.work.sweep.carry {
             Carry::No => None,
-            Carry::Up => Some(index + 1).filter(|i| i % length > 0),
-            Carry::Down => index.checked_sub(1).filter(|_| index % length > 0),
+            Carry::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
+            Carry::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
         }
     }
 }

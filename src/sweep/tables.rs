@@ -314,13 +314,13 @@ impl<M: Generic + Periodic> Batch<'_, M> {
             if !self.period(algebra, &mut bundle) {
                 return;
             }
-            for lane in 0..S::WIDTH {
-                let over = self.account(&mut bundle, &mut slots[lane], lane);
+            for (lane, slot) in slots.iter_mut().enumerate() {
+                let over = self.account(&mut bundle, slot, lane);
                 let mut after = over.as_ref().map(|(index, state)| (*index, state.as_slice()));
                 if after.is_some() {
                     while let Some(job) = self.source.next(after.take()) {
                         if (self.shares)(&job) {
-                            slots[lane] = Some(self.load_job(&mut bundle, lane, &job));
+                            *slot = Some(self.load_job(&mut bundle, lane, &job));
                             break;
                         }
                         self.waiting.push_back(job);
