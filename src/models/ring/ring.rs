@@ -1,5 +1,6 @@
 //! The ring as a model, in angles.
 
+use super::columns::Columns;
 use super::params::RingParams;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
@@ -50,6 +51,7 @@ pub struct Ring<N = Backlash> {
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
     per_inertia: f64,
+    columns: Columns,
 }
 
 // Drives of a mesh: shapes of phase.
@@ -92,7 +94,8 @@ impl<N: Nonlinearity> Ring<N> {
         let meshes = &params.meshes;
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0 };
+        let columns = Columns::of(&params.gears);
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, columns };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
@@ -167,7 +170,7 @@ impl<N: Nonlinearity> Ring<N> {
     fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
         let n = self.params.gears.len();
         let j = if i + 1 == n { 0 } else { i + 1 };
-        let (ri, rj) = (self.params.gears[i].base_radius, self.params.gears[j].base_radius);
+        let (ri, rj) = (self.columns.radius[i], self.columns.radius[j]);
         let mesh = &u[STRIDE * i..][..STRIDE];
         let omega = u[STRIDE * n];
         let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
@@ -201,16 +204,15 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             let j = if i + 1 == n { 0 } else { i + 1 };
             let (x, rate) = self.deflection(i, u, q, v);
             let w = self.force(law, i, u, x, rate);
-            a[1 + 2 * i] = a[1 + 2 * i] - w * self.params.gears[i].base_radius;
-            a[1 + 2 * j] = a[1 + 2 * j] + w * self.params.gears[j].base_radius;
+            a[1 + 2 * i] = a[1 + 2 * i] - w * self.columns.radius[i];
+            a[1 + 2 * j] = a[1 + 2 * j] + w * self.columns.radius[j];
         }
         for i in 0..n {
             let i = one_by_one(i);
-            let gear = &self.params.gears[i];
             let (g, l) = (1 + 2 * i, 2 + 2 * i);
-            let shaft = (q[g] - q[l]) * gear.load.shaft.stiffness + (v[g] - v[l]) * gear.load.shaft.damping;
-            a[g] = (a[g] - shaft) * (1.0 / gear.inertia);
-            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * (1.0 / gear.load.inertia);
+            let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
+            a[g] = (a[g] - shaft) * self.columns.per_gear[i];
+            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
         }
         if self.frame == Frame::Rigid {
             let alpha = self.rigid_acceleration_of(u);
