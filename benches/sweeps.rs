@@ -62,7 +62,7 @@ fn report<const W: usize>(set: InstructionSet) {
     );
 }
 
-fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &LaneRk4<16>) -> Rows {
+fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEngine<Ring>) -> Rows {
     let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
     let sample = ring(gears, 2.0);
     Sweep::over(Points::along(torques))
@@ -81,13 +81,12 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &LaneRk4<16>) 
         .expect("the ring runs")
 }
 
-fn report_ring(gears: usize) {
-    const COUNT: usize = 16;
+fn report_ring<const W: usize>(gears: usize) {
     const STEPS: usize = 1000;
-    let engine = LaneRk4::<16>::new(STEPS);
-    let seconds = |periods: usize| one_thread(|| least(60, || drop(black_box(ring_sweep(gears, COUNT, periods, &engine)))));
-    let each = (seconds(4) - seconds(1)) / (3 * COUNT * 4 * STEPS) as f64;
-    println!("ring of {gears}, W = 16: {:.2} ns per evaluation and trajectory", 1e9 * each);
+    let engine = LaneRk4::<W>::new(STEPS);
+    let seconds = |periods: usize| one_thread(|| least(60, || drop(black_box(ring_sweep(gears, W, periods, &engine)))));
+    let each = (seconds(4) - seconds(1)) / (3 * W * 4 * STEPS) as f64;
+    println!("ring of {gears}, W = {W:2}: {:.2} ns per evaluation and trajectory", 1e9 * each);
 }
 
 fn workload_c(c: &mut Criterion) {
@@ -109,8 +108,9 @@ fn main() {
         report::<16>(set);
         report::<24>(set);
     }
-    report_ring(3);
-    report_ring(16);
+    report_ring::<16>(3);
+    report_ring::<8>(16);
+    report_ring::<16>(16);
     let sweep = ensemble(192);
     let lanes = LaneRk4::<16>::new(STEPS);
     let baseline = lanes.instructions(InstructionSet::Baseline);

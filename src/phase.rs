@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// use gear_dynamics::PhaseLaw;
 /// let run_up = PhaseLaw::ramp(10.0, 30.0, 4.0)?; // [rad/s] over 4 s, then constant
 /// assert_eq!((run_up.speed(2.0), run_up.phase(4.0), run_up.phase(5.0)), (20.0, 80.0, 110.0));
-/// assert!((run_up.time(35.0) - 2.215_250_437).abs() < 1e-8);
+/// assert!((run_up.time(35.0) - 2.242_640_687).abs() < 1e-8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -143,7 +143,7 @@ impl PhaseLaw {
 /// let (start, speed) = (pair.static_start()?, pair.centre_frequency());
 /// let run_up = Varying::new(pair, PhaseLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
 /// let end = Dop853::new().rtol(1e-8).atol(1e-14).end(&run_up, &start, 1000.0)?;
-/// assert!((end.q[0] + 5e-4).abs() < 2e-4);
+/// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

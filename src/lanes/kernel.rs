@@ -89,7 +89,7 @@ impl<S: Number> Bundle<S> {
         for (u, &x) in u.iter_mut().zip(table.row(0)) {
             *u = x.into();
         }
-        let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + 3 * spread::<S>(drives) };
+        let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
         Bundle {
             q: vec![zero; n],
             v: vec![zero; n],
@@ -123,15 +123,17 @@ fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
     algebra.dof() <= 2 && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
 }
 
-/// The room for `len` numbers in which every vector begins at the same place of a page of 4 KiB: processors take a load for one of a
-/// store just made when only these places agree, and vectors that begin elsewhere in their pages would meet so again and again.
+/// The room for `len` numbers in which vectors one after the other begin 576 bytes apart in their pages of 4 KiB: processors take a load for
+/// one of a store just made when only these places agree, and vectors that march in step would meet so again and again.
 fn spread<S>(len: usize) -> usize {
     const PAGE: usize = 4096;
-    (len * size_of::<S>()).next_multiple_of(PAGE) / size_of::<S>()
+    const APART: usize = 576;
+    let bytes = (len * size_of::<S>()).saturating_sub(APART).next_multiple_of(PAGE) + APART;
+    bytes.div_ceil(size_of::<S>())
 }
 
-/// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives at the start,
-/// the middle and the end, the contacts.
+/// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
+/// the contacts.
 struct Work<'w, S> {
     q: &'w mut [S],
     v: &'w mut [S],
@@ -140,9 +142,7 @@ struct Work<'w, S> {
     a: &'w mut [S],
     first: &'w mut [S],
     inner: &'w mut [S],
-    u0: &'w mut [S],
-    um: &'w mut [S],
-    u1: &'w mut [S],
+    u: &'w mut [S],
     contacts: &'w mut [Contact<S>],
 }
 
@@ -170,14 +170,12 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     fn small<const N: usize, const METERED: bool>(&mut self) {
         let zero = S::from(0.0);
         let [mut q, mut v, mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; STATES];
-        let [mut u0, mut um, mut u1] = [[zero; DRIVES]; 3];
+        let mut u = [zero; DRIVES];
         let mut contacts = [Contact::default(); CONTACTS];
         let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
         q.copy_from_slice(&self.bundle.q);
         v.copy_from_slice(&self.bundle.v);
-        for u in [&mut u0, &mut um, &mut u1] {
-            u[..drives].copy_from_slice(&self.bundle.u);
-        }
+        u[..drives].copy_from_slice(&self.bundle.u);
         let mut work = Work {
             q: &mut q,
             v: &mut v,
@@ -186,9 +184,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             a: &mut a,
             first: &mut first,
             inner: &mut inner,
-            u0: &mut u0[..drives],
-            um: &mut um[..drives],
-            u1: &mut u1[..drives],
+            u: &mut u[..drives],
             contacts: &mut contacts[..touching],
         };
         self.advance::<true, METERED>(&mut work);
@@ -204,8 +200,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
         let (states, rest) = scratch.split_at_mut(STATES * spread::<S>(n));
         let mut states = states.chunks_exact_mut(spread::<S>(n)).map(|x| &mut x[..n]);
-        let mut rest = rest.chunks_exact_mut(spread::<S>(drives)).map(|x| &mut x[..drives]);
-        let (mut states, mut drives) = (|| states.next().unwrap_or_default(), || rest.next().unwrap_or_default());
+        let mut states = || states.next().unwrap_or_default();
         let mut work = Work {
             q: states(),
             v: states(),
@@ -214,16 +209,12 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             a: states(),
             first: states(),
             inner: states(),
-            u0: drives(),
-            um: drives(),
-            u1: drives(),
+            u: &mut rest[..drives],
             contacts: &mut contacts,
         };
         work.q.copy_from_slice(&self.bundle.q);
         work.v.copy_from_slice(&self.bundle.v);
-        for u in [&mut work.u0, &mut work.um, &mut work.u1] {
-            u.copy_from_slice(&self.bundle.u);
-        }
+        work.u.copy_from_slice(&self.bundle.u);
         self.advance::<false, METERED>(&mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
@@ -240,47 +231,45 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let mut fresh = true;
         for step in self.steps.clone() {
             if fresh || SMALL {
-                fill::<S, SMALL>(table, 2 * step, w.u0);
+                fill::<S, SMALL>(table, 2 * step, w.u);
             }
-            let (end, shared) = table.end(step);
-            fill::<S, SMALL>(table, 2 * step + 1, w.um);
-            fill::<S, SMALL>(table, end, w.u1);
             if METERED {
                 if reads_contacts {
-                    algebra.contact(w.u0, w.q, w.v, w.contacts);
+                    algebra.contact(w.u, w.q, w.v, w.contacts);
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
             }
-            algebra.accel(w.u0, w.q, w.v, w.a);
+            algebra.accel(w.u, w.q, w.v, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
                 w.first[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.v[i];
                 w.vs[i] = w.v[i] + half * w.a[i];
             }
-            algebra.accel(w.um, w.qs, w.vs, w.a);
+            fill::<S, SMALL>(table, 2 * step + 1, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
                 w.inner[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.vs[i];
                 w.vs[i] = w.v[i] + half * w.a[i];
             }
-            algebra.accel(w.um, w.qs, w.vs, w.a);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
                 w.inner[i] = w.inner[i] + w.a[i];
                 w.qs[i] = w.q[i] + h * w.vs[i];
                 w.vs[i] = w.v[i] + h * w.a[i];
             }
-            algebra.accel(w.u1, w.qs, w.vs, w.a);
+            let (end, shared) = table.end(step);
+            fill::<S, SMALL>(table, end, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
             }
-            if !SMALL && shared {
-                std::mem::swap(&mut w.u0, &mut w.u1);
-            }
+            // The next step begins with the drives at the end of this one, unless they jump.
             fresh = !shared;
         }
     }

@@ -37,6 +37,12 @@ pub(crate) struct ContactMeter<S> {
     off: [S; 2],
 }
 
+/// What one meter of one lane says.
+pub(crate) enum Reading {
+    Channel(usize, ChannelMeter<f64>),
+    Contact(usize, ContactMeter<f64>),
+}
+
 /// All meters of a batch.
 #[derive(Clone, Debug)]
 pub(crate) struct Meters<S> {
@@ -103,17 +109,12 @@ impl<S: Number> Meters<S> {
     }
 
     /// Shows what a lane has seen since it was last read, and clears it.
-    pub(crate) fn read(
-        &mut self,
-        lane: usize,
-        mut channel: impl FnMut(usize, ChannelMeter<f64>),
-        mut contact: impl FnMut(usize, ContactMeter<f64>),
-    ) {
+    pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
         for (i, meter) in self.channels.iter().enumerate() {
-            channel(i, meter.lane(lane));
+            show(Reading::Channel(i, meter.lane(lane)));
         }
         for (i, meter) in self.contacts.iter().enumerate() {
-            contact(i, meter.lane(lane));
+            show(Reading::Contact(i, meter.lane(lane)));
         }
         self.clear(lane);
     }

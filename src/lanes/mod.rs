@@ -8,7 +8,7 @@ mod table;
 
 pub use isa::InstructionSet;
 pub(crate) use kernel::{Algebra, Bundle, Kernel, Plain, Shared};
-pub(crate) use meter::{ChannelMeter, ContactMeter, Kind, Meters};
+pub(crate) use meter::{ChannelMeter, ContactMeter, Kind, Meters, Reading};
 pub use number::Lanes;
 pub(crate) use number::Number;
 pub(crate) use table::Table;

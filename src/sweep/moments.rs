@@ -15,7 +15,8 @@ const BINS: usize = 512;
 /// use gear_dynamics::Distribution;
 /// let mut x = Distribution::new();
 /// (0..10_000).for_each(|i| x.add(f64::from(i % 100)));
-/// assert_eq!((x.count(), x.mean(), x.min(), x.max()), (10_000, 49.5, 0.0, 99.0));
+/// assert_eq!((x.count(), x.min(), x.max()), (10_000, 0.0, 99.0));
+/// assert!((x.mean() - 49.5).abs() < 1e-9);
 /// assert!((x.quantile(0.5)? - 49.5).abs() < 1.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

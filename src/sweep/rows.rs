@@ -54,7 +54,7 @@ impl Layout {
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;
-/// let row = rows.row(1).ok_or("cancelled")??;
+/// let row = rows.row(1).ok_or("cancelled")?.map_err(Clone::clone)?;
 /// assert!((row.channel("q1")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

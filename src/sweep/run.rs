@@ -46,7 +46,7 @@ pub enum Carry {
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-/// assert_eq!(map.iter().filter(|row| row.state(0) as u8 == 2).count(), 5);
+/// assert_eq!(map.iter().filter(|row| row.state(0) as u8 == 2).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

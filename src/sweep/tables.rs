@@ -3,7 +3,7 @@
 use super::engine::{Job, Source, SweepEngine, kinds};
 use super::error::{PointError, SweepError};
 use super::track::{Next, Plan, Track};
-use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Shared, Table, TableError};
+use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table, TableError};
 use crate::model::{Contact, Generic, Periodic};
 use std::collections::VecDeque;
 
@@ -269,12 +269,10 @@ impl<M: Periodic> Batch<'_, M> {
         let run = slot.as_mut()?;
         let weight = self.table.steps() as f64;
         if run.track.measuring() {
-            let track = std::cell::RefCell::new(&mut run.track);
-            bundle.meters.read(
-                lane,
-                |i, meter| track.borrow_mut().add_channel(i, &meter),
-                |i, meter| track.borrow_mut().add_contact(i, &meter, weight),
-            );
+            bundle.meters.read(lane, |reading| match reading {
+                Reading::Channel(i, meter) => run.track.add_channel(i, &meter),
+                Reading::Contact(i, meter) => run.track.add_contact(i, &meter, weight),
+            });
         }
         let state = bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane));
         match run.track.period(weight, state) {
