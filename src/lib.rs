@@ -30,7 +30,8 @@
 //! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
-//! | periodic orbits | [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`], [`Variation`], [`Lyapunov`] |
+//! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`Uncertain`] |
+//! | changing speed | [`PhaseLaw`], [`Varying`], [`Waterfall`] |
 //! | background | [`guide`] |
 
 mod analysis;
@@ -40,18 +41,22 @@ mod check;
 mod error;
 mod excitation;
 mod held;
+mod lanes;
 mod mesh;
 mod model;
 mod models;
 mod nonlinearity;
 mod ode;
 mod orbit;
+mod phase;
 mod piece;
 mod root;
 mod scalar;
+mod sweep;
 
 pub use analysis::{
-    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Window, strobe,
+    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Waterfall,
+    WaterfallError, WaterfallLine, Window, strobe,
 };
 pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
 pub use channel::Probe;
@@ -62,6 +67,7 @@ pub use excitation::{
     Table, shared,
 };
 pub use held::{CounterRng, Held, HeldProcess};
+pub use lanes::{InstructionSet, Lanes, TableError};
 pub use mesh::{ContactDamping, Mesh};
 pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State, dual_jacobian};
 pub use models::{
@@ -76,11 +82,17 @@ pub use ode::{
 pub use orbit::{
     Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability, Transition, Variation,
 };
+pub use phase::{PhaseLaw, Varying};
 pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
-pub use scalar::{Dual, Scalar};
+pub use scalar::{Dual, Scalar, one_by_one};
+pub use sweep::{
+    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Mark,
+    Marks, Plan, Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4,
+    Uncertain, Watch,
+};
 
-/// Guide pages: theory, periodic orbits, the two models, errata of their papers, references.
+/// Guide pages: theory, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
@@ -88,6 +100,8 @@ pub mod guide {
     pub mod balance {}
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}
+    #[doc = include_str!("../docs/sweeps.md")]
+    pub mod sweeps {}
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}
     #[doc = include_str!("../docs/references.md")]

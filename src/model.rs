@@ -14,27 +14,29 @@ use nalgebra::DMatrix;
 /// assert_eq!(contact.penetration(), 1e-5);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct Contact<S = f64> {
     /// Deflection d, in the unit of the edges.
-    pub deflection: f64,
+    pub deflection: S,
     /// d'.
-    pub rate: f64,
+    pub rate: S,
     /// Lower edge of the gap: -b for a backlash of half width b.
-    pub lower: f64,
+    pub lower: S,
     /// Upper edge of the gap.
-    pub upper: f64,
+    pub upper: S,
     /// Rate of the lower edge.
-    pub lower_rate: f64,
+    pub lower_rate: S,
     /// Rate of the upper edge.
-    pub upper_rate: f64,
+    pub upper_rate: S,
     /// Mesh force, damping included.
-    pub force: f64,
+    pub force: S,
 }
 
-impl Default for Contact {
+impl<S: Scalar> Default for Contact<S> {
     /// Nothing touches: no edges, no force.
+    #[inline(always)]
     fn default() -> Self {
-        Contact { deflection: 0.0, rate: 0.0, lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0, force: 0.0 }
+        let (zero, most) = (S::from(0.0), S::from(f64::INFINITY));
+        Contact { deflection: zero, rate: zero, lower: -most, upper: most, lower_rate: zero, upper_rate: zero, force: zero }
     }
 }
 
@@ -239,12 +241,24 @@ pub trait Generic: Model {
     /// q'' on any [`Scalar`]; contact forces come from `law`.
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]);
 
+    /// Deflection, rate, edges and force of every contact on any [`Scalar`]: what statistics over lanes read. `false`: not offered.
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let _ = (u, q, v, out);
+        false
+    }
+
     /// How many leading drives are shapes of phase, shared by all lanes; the rest are constants of each lane.
     fn phases(&self) -> usize;
     /// The shapes at a phase `[rad]` of the period: the first [`phases`](Generic::phases) drives.
     fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]);
     /// The constants of this lane: the remaining drives.
     fn constants(&self, u: &mut [f64]);
+    /// Puts another speed of the phase in place of the model's own, 2π/period, among the constants: what a
+    /// [phase law](crate::PhaseLaw) needs. By default no constant stands for the speed.
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        let _ = (speed, u);
+    }
     /// Whether everything outside the constants is equal, so that both may run in lanes of one table.
     fn shares_lanes_with(&self, other: &Self) -> bool;
 }

@@ -1,20 +1,25 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{Contact, Model, Piece, Side, State};
+use gear_dynamics::{Backlash, Contact, Generic, Law, Model, Periodic, Piece, Scalar, Side, State};
 use std::f64::consts::{PI, TAU};
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
 pub struct Pair {
     pub we: f64,
     pub wc: f64,
+    law: Backlash,
 }
 
 impl Pair {
     pub const HALF_WIDTH: f64 = 6.2e-4;
 
     pub fn new() -> Self {
-        Pair { we: 0.2329, wc: 0.2329 / 63.0 }
+        Pair::at(0.2329)
+    }
+    /// At a mesh frequency.
+    pub fn at(we: f64) -> Self {
+        Pair { we, wc: we / 63.0, law: Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive") }
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
@@ -29,8 +34,10 @@ impl Pair {
     /// F and the right-hand side.
     #[inline(always)]
     pub fn drives(&self, t: f64) -> [f64; 2] {
-        let (se, ce) = libm::sincos(self.we * t);
-        let (s, c) = libm::sincos(self.wc * t);
+        Pair::shapes(libm::sincos(self.we * t), libm::sincos(self.wc * t))
+    }
+    #[inline(always)]
+    fn shapes((se, ce): (f64, f64), (s, c): (f64, f64)) -> [f64; 2] {
         let r = 1.0 + 0.3846 * c;
         let stiffness = (1.0 + 0.29 * ce) * r * r / (1.0 + 0.3846 * 0.3846 / 2.0);
         [stiffness, -1.4e-5 - 5.5e-6 * s + 2.2e-6 * (2.0 * s * c) + 6.8e-6 * se]
@@ -71,6 +78,36 @@ impl Model for Pair {
         };
         a[0] = u[1] - 0.02 * v[0] - u[0] * f;
         true
+    }
+}
+
+impl Generic for Pair {
+    #[inline(always)]
+    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        let b = S::from(Pair::HALF_WIDTH);
+        a[0] = u[1] - v[0] * 0.02 - u[0] * law.force(0, &self.law, q[0], v[0], -b, b);
+    }
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, _: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let b = S::from(Pair::HALF_WIDTH);
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
+        true
+    }
+    fn phases(&self) -> usize {
+        2
+    }
+    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
+        u[..2].copy_from_slice(&Pair::shapes(libm::sincos(63.0 * phase), libm::sincos(phase)));
+    }
+    fn constants(&self, _: &mut [f64]) {}
+    fn shares_lanes_with(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Periodic for Pair {
+    fn period(&self) -> f64 {
+        TAU / self.wc
     }
 }
 

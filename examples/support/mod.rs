@@ -41,6 +41,8 @@ pub fn progress(what: &str, count: usize) -> ProgressBar {
 pub enum Mark {
     Line,
     Dots,
+    /// One pixel each, where there are many.
+    Specks,
     /// Vertical bars from the foot of the panel, as in a spectrum.
     Bars,
 }
@@ -131,6 +133,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
                 Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
                 // Later dots are smaller, so that earlier ones show around them.
                 Mark::Dots => chart.draw_series(points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())))?,
+                Mark::Specks => chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?,
                 Mark::Bars => chart.draw_series(points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))))?,
             };
             if !series.label.is_empty() {
@@ -157,4 +160,76 @@ pub fn envelope(times: &[f64], values: &[f64], bins: usize) -> Vec<(f64, f64)> {
             [(t[0], lo), (t[0], hi)]
         })
         .collect()
+}
+
+/// Values over a grid, the vertical axis running fastest.
+pub struct Map {
+    pub title: String,
+    /// Name, start and end of the axes.
+    pub across: (&'static str, f64, f64),
+    pub up: (&'static str, f64, f64),
+    pub columns: usize,
+    pub values: Vec<f64>,
+}
+
+/// Maps two to a row, each with a scale of its colours beside it.
+pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
+    const SIZE: (u32, u32) = (560, 420);
+    let root = SVGBackend::new(&path, (2 * SIZE.0, SIZE.1 * all.len().div_ceil(2) as u32)).into_drawing_area();
+    root.fill(&WHITE)?;
+    for (area, map) in root.split_evenly((all.len().div_ceil(2), 2)).iter().zip(all) {
+        let finite = || map.values.iter().copied().filter(|x| x.is_finite());
+        let (lo, hi) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let hi = if hi > lo { hi } else { lo + 1.0 };
+        let color = |x: f64| if x.is_finite() { shade((x - lo) / (hi - lo)).filled() } else { WHITE.filled() };
+        let (picture, scale) = area.split_horizontally(SIZE.0 - 84);
+        let rows = map.values.len() / map.columns;
+        let mut chart = ChartBuilder::on(&picture)
+            .caption(&map.title, ("sans-serif", 15))
+            .margin(10)
+            .x_label_area_size(36)
+            .y_label_area_size(46)
+            .build_cartesian_2d(map.across.1..map.across.2, map.up.1..map.up.2)?;
+        chart.configure_mesh().disable_mesh().x_desc(map.across.0).y_desc(map.up.0).draw()?;
+        let (dx, dy) = ((map.across.2 - map.across.1) / map.columns as f64, (map.up.2 - map.up.1) / rows as f64);
+        // Runs of one colour make one rectangle.
+        for column in 0..map.columns {
+            let values = &map.values[column * rows..][..rows];
+            let x = map.across.1 + column as f64 * dx;
+            let mut from = 0;
+            for to in 1..=rows {
+                if to == rows || values[to].to_bits() != values[from].to_bits() {
+                    let corner = |row: usize| map.up.1 + row as f64 * dy;
+                    // A little over the next one, so that no line shows between them.
+                    let far = (x + 1.5 * dx, corner(to) + 0.5 * dy);
+                    let far = (far.0.min(map.across.2), far.1.min(map.up.2));
+                    chart.draw_series([Rectangle::new([(x, corner(from)), far], color(values[from]))])?;
+                    from = to;
+                }
+            }
+        }
+        let mut bar = ChartBuilder::on(&scale)
+            .margin_top(44)
+            .margin_bottom(46)
+            .margin_right(8)
+            .y_label_area_size(44)
+            .build_cartesian_2d(0.0..1.0, lo..hi)?;
+        bar.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).y_label_style(("sans-serif", 12)).draw()?;
+        let step = (hi - lo) / 64.0;
+        bar.draw_series((0..64).map(|i| {
+            let y = lo + f64::from(i) * step;
+            Rectangle::new([(0.0, y), (1.0, (y + 1.5 * step).min(hi))], color(y + 0.5 * step))
+        }))?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// Dark blue over green to yellow, for shares from 0 to 1.
+fn shade(share: f64) -> RGBColor {
+    const STOPS: [[f64; 3]; 5] = [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
+    let at = share.clamp(0.0, 1.0) * 3.999_999;
+    let (a, b, f) = (STOPS[at as usize], STOPS[at as usize + 1], at.fract());
+    let mix = |i: usize| (a[i] + (b[i] - a[i]) * f).round() as u8;
+    RGBColor(mix(0), mix(1), mix(2))
 }

@@ -5,12 +5,14 @@ mod section;
 mod settle;
 mod spectrum;
 mod statistics;
+mod waterfall;
 
 pub use rattle::{ContactStatistics, Rattle, RattleState};
 pub use section::{Direction, Section, strobe};
 pub use settle::{Settle, Steady, Unsettled};
 pub use spectrum::{Spectrum, Window};
 pub use statistics::{Statistics, Summary};
+pub use waterfall::{Waterfall, WaterfallError, WaterfallLine};
 
 /// ∫ f over [a, b] by Gauss-Legendre, 5 points: exact to order 9.   Source: Abramowitz & Stegun, Table 25.4.
 pub(crate) fn gauss(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {

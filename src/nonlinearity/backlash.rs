@@ -6,11 +6,10 @@ use crate::excitation::{Repeats, Shared};
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
-/// max(x - upper, 0) - max(lower - x, 0).
+/// max(x - upper, 0) - max(lower - x, 0), as the distance of x from the gap.
 #[inline(always)]
 fn dead_zone<S: Scalar>(x: S, lower: S, upper: S) -> S {
-    let zero = S::from(0.0);
-    (x - upper).max(zero) - (lower - x).max(zero)
+    x - x.max(lower).min(upper)
 }
 
 #[inline(always)]

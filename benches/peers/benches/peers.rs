@@ -1,4 +1,5 @@
-//! Other crates' RK4 and DOP853 beside ours, on workload A: `cargo bench -p peers`. The last lines are the errors and the ratios.
+//! Other crates' RK4 and DOP853 beside ours, on workload A, and an ensemble of runs beside all of them, workload C: `cargo bench -p peers`.
+//! The last lines are the errors and the ratios.
 
 #[path = "../../common/mod.rs"]
 mod common;
@@ -9,7 +10,9 @@ use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
-use gear_dynamics::{Dop853, Finish, Integrator, Rk4, Step};
+use gear_dynamics::{
+    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, ParameterError, Points, Rk4, Rows, Step, Sweep, SweepEngine, TableRk4,
+};
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -197,10 +200,82 @@ fn errors_and_ratios(title: &str, truth: f64, entrants: &[Entrant]) {
     }
 }
 
+/// RK4 as one writes it first, on f(t, y).
+fn hand_written_rk4(pair: &Pair) -> End {
+    let (h, steps, f) = (pair.step(), steps(pair), Rates(pair));
+    let (mut q, mut v) = (Q0, 0.0);
+    for k in 0..steps {
+        let t = k as f64 * h;
+        let [a1, b1] = f.at(t, q, v);
+        let [a2, b2] = f.at(t + 0.5 * h, q + 0.5 * h * a1, v + 0.5 * h * b1);
+        let [a3, b3] = f.at(t + 0.5 * h, q + 0.5 * h * a2, v + 0.5 * h * b2);
+        let [a4, b4] = f.at(t + h, q + h * a3, v + h * b3);
+        q += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+        v += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4);
+    }
+    End { q, evaluations: 4 * steps }
+}
+
+/// Workload C: `count` mesh frequencies, 20 periods each, statistics of every run.
+fn ensemble(count: usize, engine: &impl SweepEngine<Pair>) -> Rows {
+    let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    let sweep = Sweep::over(points).settle(0).measure(20).channels(&["q1"]).rattle();
+    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    rows.expect("the workload runs")
+}
+
+/// The least time of one trajectory of C in lanes, beside that of every other way, taken in turn.
+fn workload_c() {
+    const COUNT: usize = 96;
+    const STEPS: usize = 63 * 64;
+    let pair = Pair::new();
+    let time = |f: &mut dyn FnMut()| {
+        let start = std::time::Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    let lanes = |set| move || drop(black_box(ensemble(COUNT, &LaneRk4::<16>::new(STEPS).instructions(set))));
+    let (mut best, mut wide, mut avx2, mut table) = (
+        lanes(InstructionSet::Best),
+        || drop(black_box(ensemble(COUNT, &LaneRk4::<24>::new(STEPS)))),
+        lanes(InstructionSet::Avx2),
+        || drop(black_box(ensemble(2, &TableRk4::new(STEPS)))),
+    );
+    let one = |run: fn(&Pair) -> End| {
+        let pair = &pair;
+        move || _ = black_box(run(black_box(pair)))
+    };
+    let (mut scalar, mut hand) = (one(our_rk4), one(hand_written_rk4));
+    let (mut peer_a, mut peer_b) = (one(ode_solvers_rk4), one(differential_equations_rk4));
+    let mut entrants: [(&str, f64, &mut dyn FnMut()); 8] = [
+        ("lanes, W = 16", COUNT as f64, &mut best),
+        ("lanes, W = 24", COUNT as f64, &mut wide),
+        ("lanes, W = 16, AVX2 at most", COUNT as f64, &mut avx2),
+        ("scalar over a table", 2.0, &mut table),
+        ("gear-dynamics Rk4, plain steps, no table, no statistics", 1.0, &mut scalar),
+        ("RK4 by hand on f(t, y), no statistics", 1.0, &mut hand),
+        ("ode_solvers rk4, no statistics", 1.0, &mut peer_a),
+        ("differential-equations rk4, no statistics", 1.0, &mut peer_b),
+    ];
+    let mut least = [f64::INFINITY; 8];
+    for _ in 0..ROUNDS {
+        for (least, (_, runs, f)) in least.iter_mut().zip(&mut entrants) {
+            *least = least.min(time(*f) / *runs);
+        }
+    }
+    println!(
+        "\nC, least time per trajectory on one thread; how many times the lanes of W = 16 go into it, with the best instructions and with AVX2"
+    );
+    for (least_of, (name, ..)) in least.iter().zip(&entrants) {
+        println!("{name:56} {:7.3} ms {:6.1} {:6.1}", 1e3 * least_of, least_of / least[0], least_of / least[2]);
+    }
+}
+
 criterion_group!(benches, rk4, dop853);
 
 fn main() {
     benches();
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread is to be had").install(workload_c);
     let truth = ours(&Dop853::new().rtol(1e-13).atol(1e-18), &Pair::new()).q;
     errors_and_ratios("A, RK4, 64 steps per mesh period, error against DOP853 at rtol 1e-13", truth, &RK4);
     errors_and_ratios("A, DOP853, rtol 1e-8, atol 1e-12, error against DOP853 at rtol 1e-13", truth, &DOP853);

@@ -49,15 +49,16 @@ pub struct NfgPair {
 // Drives: shapes of phase, then constants.
 const STIFFNESS: usize = 0; // F
 const RADIUS: usize = 1; // r_b2/L
-const RADIUS_RATE: usize = 2; // d(r_b2/L)/dx
-const CENTRE: usize = 3; // θ2''/ω_c²
-const ERROR: usize = 4; // (L ē)'' over x [m]
-const PHASES: usize = 5;
-const OMEGA: usize = 5; // ω_c/ω_n
-const DAMPING: usize = 6; // 2 ζ
-const LOAD: usize = 7; // B0
-const WIDTH: usize = 8; // b/L
-const PER_LENGTH: usize = 9; // 1/L [1/m]
+const INVERSE: usize = 2; // L/r_b2: lanes multiply faster than they divide
+const STRETCH: usize = 3; // (dr_b2/dx)/r_b2
+const CENTRE: usize = 4; // θ2''/ω_c²
+const ERROR: usize = 5; // (L ē)'' over x [m]
+const PHASES: usize = 6;
+const OMEGA: usize = 6; // ω_c/ω_n
+const DAMPING: usize = 7; // 2 ζ
+const LOAD: usize = 8; // B0
+const WIDTH: usize = 9; // b/L
+const PER_LENGTH: usize = 10; // 1/L [1/m]
 const CONSTANTS: usize = 5;
 
 /// What the algebra needs of the drives.
@@ -153,10 +154,10 @@ impl NfgPair {
     #[inline(always)]
     fn at<S: Scalar>(&self, u: &[S]) -> At<S> {
         let (width, omega) = (u[WIDTH], u[OMEGA]);
-        let stretch = u[RADIUS_RATE] * omega / u[RADIUS];
+        let stretch = u[STRETCH] * omega;
         let (half_width, half_width_rate) = match self.reading.half_width {
             HalfWidth::Mean => (width, S::from(0.0)),
-            HalfWidth::Instant => (width / u[RADIUS], -(width / u[RADIUS] * stretch)),
+            HalfWidth::Instant => (width * u[INVERSE], -(width * u[INVERSE] * stretch)),
         };
         let (damping, stretch) = match self.reading.damping {
             Damping::ConstantRatio => (u[DAMPING], S::from(0.0)),
@@ -195,6 +196,25 @@ impl Generic for NfgPair {
         a[0] = forcing - self.tooth(law, &at, u, q[0], v[0]);
     }
 
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let at = self.at(u);
+        // In metres: r_b2 times q and b̄, with the rates of the products.
+        let r = u[RADIUS] * self.radius;
+        let r_rate = r * u[STRETCH] * u[OMEGA];
+        let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
+        out[0] = Contact {
+            deflection: r * q[0],
+            rate: r * v[0] + r_rate * q[0],
+            lower: -b,
+            upper: b,
+            lower_rate: -b_rate,
+            upper_rate: b_rate,
+            force: self.tooth(&AsIs, &at, u, q[0], v[0]) * (self.params.inertia * self.natural * self.natural / self.radius) * u[INVERSE],
+        };
+        true
+    }
+
     fn phases(&self) -> usize {
         PHASES
     }
@@ -205,7 +225,8 @@ impl Generic for NfgPair {
         let error = self.mesh_wave(phase, &self.params.error_harmonics);
         u[STIFFNESS] = stiffness * rho.value * rho.value / (1.0 + 0.5 * self.beta * self.beta);
         u[RADIUS] = rho.value;
-        u[RADIUS_RATE] = rho.rate;
+        u[INVERSE] = 1.0 / rho.value;
+        u[STRETCH] = rho.rate / rho.value;
         u[CENTRE] = self.centre(phase, s, c);
         u[ERROR] = match self.reading.error_forcing {
             ErrorForcing::MeanRadius => error.second,
@@ -215,6 +236,9 @@ impl Generic for NfgPair {
     }
     fn constants(&self, u: &mut [f64]) {
         u[PHASES..PHASES + CONSTANTS].copy_from_slice(&self.constants);
+    }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[OMEGA] = speed;
     }
     fn shares_lanes_with(&self, other: &Self) -> bool {
         self.reading == other.reading
@@ -264,19 +288,7 @@ impl Model for NfgPair {
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let at = self.at(u);
-        // In metres: r_b2 times q and b̄, with the rates of the products.
-        let (r, r_rate) = (self.radius * u[RADIUS], self.radius * u[RADIUS_RATE] * u[OMEGA]);
-        let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
-        out[0] = Contact {
-            deflection: r * q[0],
-            rate: r * v[0] + r_rate * q[0],
-            lower: -b,
-            upper: b,
-            lower_rate: -b_rate,
-            upper_rate: b_rate,
-            force: self.params.inertia * self.natural * self.natural / r * self.tooth(&AsIs, &at, u, q[0], v[0]),
-        };
+        self.contact_on(u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

@@ -161,6 +161,14 @@ impl Generic for NfgPair2 {
         a[1] = (u[RADIUS] * w - turning) * (1.0 / self.params.inertia);
     }
 
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let (deflection, rate) = self.deflection(u, q, v);
+        let force = self.force(&AsIs, u, deflection, rate);
+        out[0] = Contact { deflection, rate, lower: -u[WIDTH], upper: u[WIDTH], force, ..Contact::default() };
+        true
+    }
+
     fn phases(&self) -> usize {
         PHASES
     }
@@ -183,6 +191,9 @@ impl Generic for NfgPair2 {
         u[DAMPING] = self.damping;
         u[LOAD] = self.params.load_torque;
         u[WIDTH] = self.params.half_backlash;
+    }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[OMEGA] = speed;
     }
     fn shares_lanes_with(&self, other: &Self) -> bool {
         self.pinion_inertia == other.pinion_inertia
@@ -218,9 +229,7 @@ impl Model for NfgPair2 {
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let (deflection, rate) = self.deflection(u, q, v);
-        let force = self.force(&AsIs, u, deflection, rate);
-        out[0] = Contact { deflection, rate, lower: -u[WIDTH], upper: u[WIDTH], force, ..Contact::default() };
+        self.contact_on(u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

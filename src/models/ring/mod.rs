@@ -1,5 +1,6 @@
 //! The closed-loop ring of n gears.
 
+mod columns;
 mod matrices;
 mod params;
 mod relative;

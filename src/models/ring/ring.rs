@@ -1,5 +1,6 @@
 //! The ring as a model, in angles.
 
+use super::columns::Columns;
 use super::params::RingParams;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
@@ -7,7 +8,7 @@ use crate::mesh::MeshDrives;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, dual_jacobian};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, one_by_one};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -51,6 +52,7 @@ pub struct Ring<N = Backlash> {
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
     per_inertia: f64,
+    columns: Columns,
 }
 
 // Drives of a mesh: shapes of phase.
@@ -96,7 +98,8 @@ impl<N: Nonlinearity> Ring<N> {
         let meshes = &params.meshes;
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0 };
+        let columns = Columns::of(&params.gears);
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, columns };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
@@ -171,7 +174,7 @@ impl<N: Nonlinearity> Ring<N> {
     fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
         let n = self.params.gears.len();
         let j = if i + 1 == n { 0 } else { i + 1 };
-        let (ri, rj) = (self.params.gears[i].base_radius, self.params.gears[j].base_radius);
+        let (ri, rj) = (self.columns.radius[i], self.columns.radius[j]);
         let mesh = &u[STRIDE * i..][..STRIDE];
         let omega = u[STRIDE * n];
         let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
@@ -201,26 +204,49 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             a[1 + 2 * i] = S::from(0.0);
         }
         for i in 0..n {
+            let i = one_by_one(i);
             let j = if i + 1 == n { 0 } else { i + 1 };
             let (x, rate) = self.deflection(i, u, q, v);
             let w = self.force(law, i, u, x, rate);
-            a[1 + 2 * i] = a[1 + 2 * i] - w * self.params.gears[i].base_radius;
-            a[1 + 2 * j] = a[1 + 2 * j] + w * self.params.gears[j].base_radius;
+            a[1 + 2 * i] = a[1 + 2 * i] - w * self.columns.radius[i];
+            a[1 + 2 * j] = a[1 + 2 * j] + w * self.columns.radius[j];
         }
         for i in 0..n {
-            let gear = &self.params.gears[i];
+            let i = one_by_one(i);
             let (g, l) = (1 + 2 * i, 2 + 2 * i);
-            let shaft = (q[g] - q[l]) * gear.load.shaft.stiffness + (v[g] - v[l]) * gear.load.shaft.damping;
-            a[g] = (a[g] - shaft) * (1.0 / gear.inertia);
-            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * (1.0 / gear.load.inertia);
+            let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
+            a[g] = (a[g] - shaft) * self.columns.per_gear[i];
+            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
         }
         if self.frame == Frame::Rigid {
             let alpha = self.rigid_acceleration_of(u);
             let rigid = &self.rigid[..2 * n + 1];
             for j in 0..2 * n + 1 {
+                let j = one_by_one(j);
                 a[j] = a[j] - alpha * rigid[j];
             }
         }
+    }
+
+    #[inline(always)]
+    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let n = self.params.gears.len();
+        let (omega, out) = (u[STRIDE * n], &mut out[..n]);
+        for i in 0..n {
+            let i = one_by_one(i);
+            let (deflection, rate) = self.deflection(i, u, q, v);
+            let mesh = &u[STRIDE * i..][..STRIDE];
+            out[i] = Contact {
+                deflection,
+                rate,
+                lower: mesh[LOWER],
+                upper: mesh[UPPER],
+                lower_rate: omega * mesh[LOWER_RATE],
+                upper_rate: omega * mesh[UPPER_RATE],
+                force: self.force(&AsIs, i, u, deflection, rate),
+            };
+        }
+        true
     }
 
     fn phases(&self) -> usize {
@@ -238,6 +264,9 @@ impl<N: Nonlinearity> Generic for Ring<N> {
             u[2 + i] = self.params.meshes[i].damping;
             u[2 + n + i] = self.params.gears[i].load.torque;
         }
+    }
+    fn at_speed(&self, speed: f64, u: &mut [f64]) {
+        u[STRIDE * self.gears()] = speed;
     }
     /// Rings that are copies of one another, their excitations shared, up to torques and damping.
     fn shares_lanes_with(&self, other: &Self) -> bool {
@@ -318,20 +347,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
         self.gears()
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let omega = u[STRIDE * self.gears()];
-        for (i, out) in out.iter_mut().enumerate() {
-            let (deflection, rate) = self.deflection(i, u, q, v);
-            let mesh = &u[STRIDE * i..][..STRIDE];
-            *out = Contact {
-                deflection,
-                rate,
-                lower: mesh[LOWER],
-                upper: mesh[UPPER],
-                lower_rate: omega * mesh[LOWER_RATE],
-                upper_rate: omega * mesh[UPPER_RATE],
-                force: self.force(&AsIs, i, u, deflection, rate),
-            };
-        }
+        self.contact_on(u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

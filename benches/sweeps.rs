@@ -1,0 +1,121 @@
+//! Workload C, the ensemble, and rings in lanes: `cargo bench --bench sweeps`. Time per trajectory and per evaluation, statistics included,
+//! on one thread; what two threads gain; and whether lanes still become vector instructions. `cargo bench -p peers` sets other crates beside it.
+
+mod common;
+
+use common::{Pair, ratio, ring};
+use criterion::{Criterion, criterion_group};
+use gear_dynamics::*;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// Steps per period of the pair: 64 per mesh period.
+const STEPS: usize = 63 * 64;
+const PERIODS: usize = 20;
+
+fn ensemble(count: usize) -> Sweep {
+    ensemble_over(count, PERIODS)
+}
+
+fn ensemble_over(count: usize, periods: usize) -> Sweep {
+    let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    Sweep::over(points).settle(0).measure(periods).channels(&["q1"]).rattle()
+}
+
+fn run(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> Rows {
+    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    rows.expect("the workload runs")
+}
+
+fn one_thread<T: Send>(f: impl FnOnce() -> T + Send) -> T {
+    threads(1, f)
+}
+
+fn threads<T: Send>(count: usize, f: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads are to be had").install(f)
+}
+
+/// The least time of some: short ones and many, since other work on the machine only ever adds to it.
+fn least(rounds: usize, mut f: impl FnMut()) -> f64 {
+    let time = |f: &mut dyn FnMut()| {
+        let start = Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    (0..rounds).map(|_| time(&mut f)).fold(f64::INFINITY, f64::min)
+}
+
+/// One batch of W runs: the time that more periods add, so that the table, which many runs share, is not counted; and that of the table.
+fn report<const W: usize>(set: InstructionSet) {
+    let engine = LaneRk4::<W>::new(STEPS).instructions(set);
+    let seconds = |periods: usize| {
+        let sweep = ensemble_over(W, periods);
+        one_thread(|| least(100, || drop(black_box(run(&sweep, &engine)))))
+    };
+    let (short, long) = (seconds(5), seconds(20));
+    let each = (long - short) / (15 * W) as f64;
+    let table = short - each * (5 * W) as f64;
+    let (per_run, per_evaluation) = (1e3 * each * PERIODS as f64, 1e9 * each / (4 * STEPS) as f64);
+    println!(
+        "pair, W = {W:2}, {set:?}: {per_run:.3} ms per trajectory, {per_evaluation:.3} ns per evaluation; table {:.2} ms",
+        1e3 * table
+    );
+}
+
+fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEngine<Ring>) -> Rows {
+    let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
+    let sample = ring(gears, 2.0);
+    Sweep::over(Points::along(torques))
+        .settle(0)
+        .measure(periods)
+        .channels(&["deflection 1"])
+        .run(
+            engine,
+            |p| {
+                let mut params = sample.params().clone();
+                params.motor.torque = p["torque"];
+                Ring::as_printed(&params)
+            },
+            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
+        )
+        .expect("the ring runs")
+}
+
+fn report_ring<const W: usize>(gears: usize) {
+    const STEPS: usize = 1000;
+    let engine = LaneRk4::<W>::new(STEPS);
+    let seconds = |periods: usize| one_thread(|| least(60, || drop(black_box(ring_sweep(gears, W, periods, &engine)))));
+    let each = (seconds(4) - seconds(1)) / (3 * W * 4 * STEPS) as f64;
+    println!("ring of {gears}, W = {W:2}: {:.2} ns per evaluation and trajectory", 1e9 * each);
+}
+
+fn workload_c(c: &mut Criterion) {
+    let mut group = c.benchmark_group("C");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let sweep = ensemble(96);
+    group.bench_function("96 trajectories, lanes", |b| b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<24>::new(STEPS)))));
+    let sweep = ensemble(4);
+    group.bench_function("4 trajectories, table", |b| b.iter(|| one_thread(|| run(&sweep, &TableRk4::new(STEPS)))));
+    group.finish();
+}
+
+criterion_group!(benches, workload_c);
+
+fn main() {
+    benches();
+    println!("\nworkload C, statistics included, one thread");
+    for &set in InstructionSet::available().iter().rev() {
+        report::<16>(set);
+        report::<24>(set);
+    }
+    report_ring::<16>(3);
+    report_ring::<8>(16);
+    report_ring::<16>(16);
+    let sweep = ensemble(192);
+    let lanes = LaneRk4::<16>::new(STEPS);
+    let baseline = lanes.instructions(InstructionSet::Baseline);
+    let [median, least, most] = one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
+    println!("best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors");
+    let [median, least, most] = ratio(9, || drop(threads(1, || run(&sweep, &lanes))), || drop(threads(2, || run(&sweep, &lanes))));
+    println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
+}

@@ -1,0 +1,102 @@
+//! A sweep over many machines: its chunks are farmed over MPI ranks, rank 0 computing too.
+//!
+//! ```text
+//! sudo apt-get install libopenmpi-dev openmpi-bin libclang-dev clang
+//! cargo build --release -p sweep-mpi
+//! mpirun -n 4 target/release/sweep-mpi
+//! ```
+//!
+//! Rank 0 gives out the numbers of the chunks, and computes on a thread of its own meanwhile; whoever is free asks for the next one and sends
+//! the rows of the last one along. Rows are a function of their points alone, so the result has the same bits for any number of ranks: the
+//! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
+
+use gear_dynamics::{Axis, LaneRk4, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError, Watch};
+use mpi::Threading;
+use mpi::point_to_point::{Destination, Source};
+use mpi::topology::{Communicator, SimpleCommunicator};
+use std::error::Error;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+const CHUNKS: u64 = 24;
+/// The answer when there are no more chunks.
+const NO_MORE: u64 = u64::MAX;
+
+fn sweep() -> Result<Sweep, ParameterError> {
+    let points = Points::grid(vec![Axis::linear("speed", 100.0, 250.0, 24)?, Axis::linear("load", 10.0, 50.0, 16)?])?;
+    Ok(Sweep::over(points).settle(4).measure(2).channels(&["q1"]).rattle())
+}
+
+fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
+    let pair = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() });
+    let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
+    sweep.run_chunk(chunk as usize, chunks as usize, &LaneRk4::<16>::new(63 * 64), pair, start, &Watch::new())
+}
+
+/// Rank 0: answers on this thread, computes on another.
+fn lead(world: &SimpleCommunicator, sweep: &Sweep) -> Result<Rows, Box<dyn Error>> {
+    let next = AtomicU64::new(0);
+    let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|chunk| *chunk < CHUNKS);
+    let mut parts = Vec::new();
+    let own = std::thread::scope(|scope| {
+        let own = scope.spawn(|| {
+            let mut parts = Vec::new();
+            while let Some(chunk) = take() {
+                parts.push(compute(sweep, chunk, CHUNKS)?);
+            }
+            Ok::<_, SweepError>(parts)
+        });
+        let mut others = world.size() - 1;
+        while others > 0 {
+            if world.any_process().immediate_probe().is_none() {
+                std::thread::sleep(Duration::from_millis(1));
+                continue;
+            }
+            let (rows, status) = world.any_process().receive_vec::<u8>();
+            if !rows.is_empty() {
+                parts.push(sweep.rows_from_bytes(&rows)?);
+            }
+            let chunk = take();
+            others -= i32::from(chunk.is_none());
+            world.process_at_rank(status.source_rank()).send(&chunk.unwrap_or(NO_MORE));
+        }
+        match own.join() {
+            Ok(parts) => parts.map_err(Box::<dyn Error>::from),
+            Err(_) => Err("the computing thread of rank 0 broke down".into()),
+        }
+    })?;
+    parts.extend(own);
+    Ok(Rows::merge(parts)?)
+}
+
+/// Any other rank: asks, computes, sends.
+fn follow(world: &SimpleCommunicator, sweep: &Sweep) -> Result<(), Box<dyn Error>> {
+    let leader = world.process_at_rank(0);
+    let mut rows = Vec::new();
+    loop {
+        leader.send(&rows[..]);
+        let (chunk, _) = leader.receive::<u64>();
+        if chunk == NO_MORE {
+            return Ok(());
+        }
+        rows = compute(sweep, chunk, CHUNKS)?.to_bytes();
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let sweep = sweep()?;
+    if std::env::args().any(|argument| argument == "--serial") {
+        println!("{:016x}", compute(&sweep, 0, 1)?.fingerprint());
+        return Ok(());
+    }
+    let (universe, _) = mpi::initialize_with_threading(Threading::Funneled).ok_or("MPI does not start")?;
+    let world = universe.world();
+    if world.rank() == 0 {
+        let rows = lead(&world, &sweep)?;
+        println!("{:016x}", rows.fingerprint());
+        eprintln!("{} points on {} ranks, {} errors", rows.iter().count(), world.size(), rows.errors().len());
+        Ok(())
+    } else {
+        follow(&world, &sweep)
+    }
+}

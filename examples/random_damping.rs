@@ -1,0 +1,84 @@
+//! Random damping of the closed-loop ring (Yao 2020): bands over 1000 members, and the held values themselves, as in Fig. 11.
+//!
+//! `cargo run --release --example random_damping`
+
+mod support;
+
+use gear_dynamics::*;
+use rand_distr::Uniform;
+use support::{Csv, Mark, Outcome, Panel, figure, gallery};
+
+const MEMBERS: u64 = 1000;
+const END: f64 = 0.02;
+const SPANS: usize = 400;
+/// Largest random damping [N s/m], beside 1070 of the meshes, and its hold time: one mesh period.
+const SCALE: f64 = 1000.0;
+
+fn process(set: &RingSet, member: u64) -> Result<HeldProcess, Box<dyn std::error::Error>> {
+    let hold = std::f64::consts::TAU / set.omega();
+    Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020).with_member(member))
+}
+
+fn main() -> Outcome<()> {
+    let folder = gallery("random_damping")?;
+    let set = RingSet { motor_torque: 6.0, ..RingSet::a(3, 3000.0) };
+    let ring = Ring::as_printed(&set.params()?)?;
+    let slots: Vec<usize> = (0..3).map(|mesh| ring.damping_slot(mesh)).collect();
+    let family = |member: u64| -> Result<(Held<Ring>, State), String> {
+        let noisy = Held::new(ring.clone()).per_slot(&slots, SCALE, process(&set, member).map_err(|e| e.to_string())?);
+        Ok((noisy.map_err(|e| e.to_string())?, State::at_rest(ring.dof())))
+    };
+    let (force, error) = ("mesh force 1", "transmission error 1");
+    let ensemble = Ensemble::new(MEMBERS, END, SPANS)?.channels(&[force, error]).rattle();
+    let bands = ensemble.run(&Dop853::new().rtol(1e-7).atol(1e-11), family)?;
+
+    let peak = bands.peak(force)?;
+    let [low, high] = peak.confidence(1.96);
+    println!("{} members, {} failed", bands.members(), bands.failed().0);
+    println!(
+        "largest mesh force: mean {:.2} N ({low:.2} .. {high:.2}), 5% .. 95% {:.1} .. {:.1} N",
+        peak.mean(),
+        peak.quantile(0.05)?,
+        peak.quantile(0.95)?
+    );
+    if let Some(impacts) = bands.impacts(0) {
+        println!("impacts of mesh 1: mean {:.2}, {} .. {}", impacts.mean(), impacts.min(), impacts.max());
+    }
+    for (members, mean, error) in bands.convergence(force)? {
+        println!("  after {members:4} members: {mean:8.3} +- {error:.3} N");
+    }
+
+    let times: Vec<f64> = bands.times().iter().map(|t| 1e3 * t).collect();
+    let curve = |values: Vec<f64>| times.iter().copied().zip(values).collect::<Vec<_>>();
+    let mut csv = Csv::new(folder.join("bands.csv"), "t,mean,q05,q50,q95,min,max")?;
+    for (i, t) in bands.times().iter().enumerate() {
+        let at = bands.at(force, i)?;
+        csv.row(&[t, &at.mean(), &at.quantile(0.05)?, &at.quantile(0.5)?, &at.quantile(0.95)?, &at.min(), &at.max()])?;
+    }
+    let banded = |title: &str, channel: &str, unit: &str| -> Outcome<Panel> {
+        Ok(Panel::new(title, "t [ms]", unit)
+            .with("mean", Mark::Line, curve(bands.mean(channel)?))
+            .with("5%", Mark::Line, curve(bands.band(channel, 0.05)?))
+            .with("95%", Mark::Line, curve(bands.band(channel, 0.95)?)))
+    };
+    let held = process(&set, 0)?;
+    let values = (0..3).map(|mesh| {
+        let samples = 2000;
+        let at = |i: usize| END * i as f64 / samples as f64;
+        (mesh, (0..samples).map(|i| (1e3 * at(i), SCALE * held.value(at(i), Side::After, mesh))).collect::<Vec<_>>())
+    });
+    let mut values_panel = Panel::new("the random damping of member 0, mesh by mesh", "t [ms]", "[N s/m]");
+    for (mesh, points) in values {
+        values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
+    }
+    let counts = peak.histogram(40).into_iter().map(|(x, n)| (x, n as f64)).collect();
+    let panels = [
+        banded(&format!("mesh force 1 over {MEMBERS} members"), force, "[N]")?,
+        banded("transmission error of mesh 1", error, "[m]")?,
+        values_panel,
+        Panel::new("largest mesh force of a run", "[N]", "members").with("", Mark::Bars, counts),
+    ];
+    figure(folder.join("random_damping.svg"), 2, &panels)?;
+    println!("pictures and tables: {}", folder.display());
+    Ok(())
+}

@@ -1,0 +1,93 @@
+//! Rattle of the face gear pair over speed and load: 100 x 100 points, each 60 turns settled and 40 measured, in lanes.
+//!
+//! `cargo run --release --example rattle_map`
+
+mod support;
+
+use gear_dynamics::{
+    Axis, Integrator, LaneRk4, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4, Row, State, Statistics, Sweep, Watch,
+};
+use std::time::Instant;
+use support::{Csv, Map, Outcome, gallery, maps, progress};
+
+/// 64 steps per mesh period.
+const STEPS: usize = 63 * 64;
+const SETTLE: usize = 60;
+const MEASURE: usize = 40;
+const SIDE: usize = 100;
+
+fn pair(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
+    NfgPair::new(&NfgParams { speed: p["omega_1"], load_torque: p["load"], ..NfgParams::table1() })
+}
+
+fn start(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
+    pair.static_start()
+}
+
+/// The same model one at a time and without a table, statistics of the last periods included: seconds per evaluation.
+fn scalar_run(pair: &NfgPair) -> Outcome<f64> {
+    const PERIODS: usize = 10;
+    let began = Instant::now();
+    let solver = Rk4::new(pair.period() / STEPS as f64).plain();
+    let settled = solver.end(pair, &pair.static_start()?, PERIODS as f64 * pair.period())?;
+    let mut statistics = Statistics::new(pair, &["q1"])?;
+    let share = PERIODS * MEASURE / SETTLE;
+    solver.run(pair, &settled, settled.t + share as f64 * pair.period(), &mut statistics)?;
+    Ok(began.elapsed().as_secs_f64() / (4 * STEPS * (PERIODS + share)) as f64)
+}
+
+fn main() -> Outcome<()> {
+    let folder = gallery("rattle_map")?;
+    let points = Points::grid(vec![Axis::linear("omega_1", 100.0, 250.0, SIDE)?, Axis::linear("load", 2.0, 50.0, SIDE)?])?;
+    // Fixed steps across tooth edges leave a jitter of some per mille on weakly stable motions.
+    let sweep = Sweep::over(points).periodic_within(5e-3).settle(SETTLE).measure(MEASURE).channels(&["q1", "deflection"]).rattle();
+
+    let bar = progress("speed x load", SIDE * SIDE);
+    let advance = |done: usize, _: usize| bar.set_position(done as u64);
+    let began = Instant::now();
+    let rows = sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Watch::new().progress(&advance))?;
+    let seconds = began.elapsed().as_secs_f64();
+    bar.finish_and_clear();
+
+    let mut csv = Csv::new(folder.join("map.csv"), "omega_1,load,state,ppv")?;
+    for row in rows.iter() {
+        csv.row(&[&row.point()["omega_1"], &row.point()["load"], &(row.state(0) as u8), &row.channel("q1")?.peak_to_peak()])?;
+    }
+    let evaluations = (SIDE * SIDE * 4 * STEPS * (SETTLE + MEASURE)) as f64;
+    let mut alone = f64::INFINITY;
+    for _ in 0..3 {
+        alone = alone.min(scalar_run(&pair(&rows.points().point(SIDE * SIDE / 2))?)?);
+    }
+    let each = seconds / evaluations;
+    println!("ensemble: {:.3} ns per evaluation, {:.1} times one scalar run", 1e9 * each, alone / each);
+    println!(
+        "{} points in {seconds:.1} s on {} threads, {} errors",
+        rows.iter().count(),
+        rayon::current_num_threads(),
+        rows.errors().len()
+    );
+    let share = |of: &dyn Fn(&Row<'_>) -> bool| 100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64;
+    for state in 0..4 {
+        let name = rows.iter().find(|row| row.state(0) as u8 == state).map(|row| row.state(0).to_string());
+        if let Some(name) = name {
+            println!("{name:10} {:5.1}% of the points", share(&|row| row.state(0) as u8 == state));
+        }
+    }
+    println!("sensitive  {:5.1}% of the points: chaos or grazing", share(&|row| row.is_sensitive()));
+
+    let across = ("pinion speed [rad/s]", 100.0, 250.0);
+    let up = ("load [N m]", 2.0, 50.0);
+    let map = |title: &str, values: Vec<f64>| Map { title: title.into(), across, up, columns: SIDE, values };
+    maps(
+        folder.join("map.svg"),
+        &[
+            map("rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating", rows.column(|row| f64::from(row.state(0) as u8))),
+            map(
+                "log10 of the peak-to-peak of the deflection [m]",
+                rows.column(|row| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak().log10())),
+            ),
+            map("contact lost, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+            map("periods of the motion, 0 when it does not repeat", rows.column(|row| row.period_multiple().unwrap_or(0) as f64)),
+        ],
+    )
+}

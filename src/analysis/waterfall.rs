@@ -1,0 +1,119 @@
+//! Orders over a run with changing speed.
+
+use super::{Spectrum, Window};
+use crate::error::{ParameterError, check};
+use crate::model::{Generic, Periodic, State};
+use crate::ode::{Failed, Integrator};
+use crate::phase::Varying;
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// Amplitudes by order of the phase, window after window of a run with changing speed: sampled at equal steps of the phase, so that an
+/// order stays sharp while its frequency moves.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, PhaseLaw, Rk4, Varying, Waterfall};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let (start, speed, turn) = (pair.static_start()?, pair.centre_frequency(), 2718.68);
+/// let run_up = Varying::new(pair, PhaseLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
+/// let lines = Waterfall::new(2, 256)?.run(&Rk4::new(1.0), &run_up, &start, 6.0 * turn, "deflection")?;
+/// assert_eq!(lines.len(), 3);
+/// assert!(lines[2].speed > lines[0].speed && lines[1].order(63.0) > 1e-7); // [m], of the mesh
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waterfall {
+    turns: usize,
+    samples: usize,
+}
+
+/// Why there is no waterfall.
+///
+/// ```
+/// use gear_dynamics::{ParameterError, WaterfallError};
+/// let error = WaterfallError::from(ParameterError::TooFew { name: "turns".into(), value: 0, least: 1 });
+/// assert_eq!(error.to_string(), "turns is 0: at least 1 are needed");
+/// ```
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum WaterfallError {
+    /// A channel or a number that cannot be used.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The run ended early; it holds the part that there is.
+    #[error(transparent)]
+    Failed(#[from] Box<Failed>),
+}
+
+/// One window.
+///
+/// ```
+/// let line = gear_dynamics::WaterfallLine { t: 0.0, speed: 10.0, orders: vec![0.0, 0.5, 1.0], amplitudes: vec![0.0, 1.0, 4.0] };
+/// assert_eq!(line.order(0.9), 4.0);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaterfallLine {
+    /// Its middle.
+    pub t: f64,
+    /// Mean speed of the phase in it.
+    pub speed: f64,
+    /// Orders of the phase.
+    pub orders: Vec<f64>,
+    /// Their amplitudes, in the unit of the channel.
+    pub amplitudes: Vec<f64>,
+}
+
+impl WaterfallLine {
+    /// The amplitude of the order nearest to this one.
+    pub fn order(&self, order: f64) -> f64 {
+        let near = |i: &usize, j: &usize| (self.orders[*i] - order).abs().total_cmp(&(self.orders[*j] - order).abs());
+        (0..self.orders.len().min(self.amplitudes.len())).min_by(near).map_or(f64::NAN, |i| self.amplitudes[i])
+    }
+}
+
+impl Waterfall {
+    /// Windows of whole turns of the phase, seen at so many points of each turn: orders up to half of them.
+    ///
+    /// # Errors
+    /// No turns; fewer than four samples.
+    pub fn new(turns: usize, samples: usize) -> Result<Self, ParameterError> {
+        for (name, value, least) in [("turns", turns, 1), ("samples per turn", samples, 4)] {
+            if value < least {
+                return Err(ParameterError::TooFew { name: name.into(), value, least });
+            }
+        }
+        Ok(Waterfall { turns, samples })
+    }
+
+    /// Runs from `start`, at time 0, to `end`; windows that are not complete are left out.
+    ///
+    /// # Errors
+    /// [`WaterfallError`].
+    pub fn run<I: Integrator, M: Generic + Periodic>(
+        &self,
+        solver: &I,
+        model: &Varying<M>,
+        start: &State,
+        end: f64,
+        channel: &str,
+    ) -> Result<Vec<WaterfallLine>, WaterfallError> {
+        check::positive("end of the run", end)?;
+        let (law, step) = (model.law(), TAU / self.samples as f64);
+        let window = self.turns * self.samples;
+        let count = (law.phase(end) / step).floor() as usize / window * window;
+        let times: Vec<f64> = (0..count).map(|k| law.time(k as f64 * step)).collect();
+        let run = solver.sample(model, start, &times).map_err(Box::new)?;
+        let values = run.channel(model, channel)?;
+        times
+            .chunks_exact(window)
+            .zip(values.chunks_exact(window))
+            .map(|(times, values)| {
+                let spectrum = Spectrum::of(values, 1.0 / self.samples as f64, Window::Hann)?;
+                let (first, last) = (times[0], times[window - 1]);
+                let speed = (window - 1) as f64 * step / (last - first);
+                let orders = spectrum.orders(1.0)?;
+                Ok(WaterfallLine { t: 0.5 * (first + last), speed, orders, amplitudes: spectrum.amplitudes().to_vec() })
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,300 @@
+//! RK4 over a table of drives, many runs at once.
+
+use super::isa::InstructionSet;
+use super::meter::Meters;
+use super::number::Number;
+use super::table::Table;
+use crate::model::{AsIs, Contact, Generic, Model};
+use crate::scalar::{Scalar, one_by_one};
+use std::ops::Range;
+
+/// What a step needs of a model on numbers `S`: the drives of the table, then those of each lane.
+pub(crate) trait Algebra<S> {
+    fn dof(&self) -> usize;
+    fn drives(&self) -> usize;
+    fn contacts(&self) -> usize;
+    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
+    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
+}
+
+/// A generic model, shared by all lanes.
+pub(crate) struct Shared<'m, M>(pub(crate) &'m M);
+
+impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    #[inline(always)]
+    fn drives(&self) -> usize {
+        self.0.drives()
+    }
+    #[inline(always)]
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+    #[inline(always)]
+    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        self.0.accel_on(&AsIs, u, q, v, a);
+    }
+    #[inline(always)]
+    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+        self.0.contact_on(u, q, v, out);
+    }
+}
+
+/// Any model, alone.
+pub(crate) struct Plain<'m, M: ?Sized>(pub(crate) &'m M);
+
+impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn drives(&self) -> usize {
+        self.0.drives()
+    }
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.0.contact(u, q, v, out);
+    }
+}
+
+/// What every run of a batch has: its state, its step and the drives that are its own.
+#[derive(Clone, Debug)]
+pub(crate) struct Bundle<S> {
+    pub(crate) q: Vec<S>,
+    pub(crate) v: Vec<S>,
+    /// h.
+    pub(crate) step: S,
+    /// All drives; those of the table that vary are filled in by the steps.
+    pub(crate) u: Vec<S>,
+    /// Whether meters run.
+    pub(crate) metered: bool,
+    pub(crate) meters: Meters<S>,
+    scratch: Vec<S>,
+    contacts: Vec<Contact<S>>,
+}
+
+impl<S: Number> Bundle<S> {
+    /// Room for a model over a table, all zero.
+    pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &Table, meters: Meters<S>) -> Self {
+        let zero = S::from(0.0);
+        let (n, drives) = (algebra.dof(), algebra.drives());
+        let mut u = vec![zero; drives];
+        for (u, &x) in u.iter_mut().zip(table.row(0)) {
+            *u = x.into();
+        }
+        let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
+        Bundle {
+            q: vec![zero; n],
+            v: vec![zero; n],
+            step: zero,
+            u,
+            metered: false,
+            meters,
+            scratch: vec![zero; room],
+            contacts: vec![Contact::default(); algebra.contacts()],
+        }
+    }
+}
+
+/// A stretch of steps to make.
+pub(crate) struct Kernel<'a, A, S> {
+    pub(crate) algebra: &'a A,
+    pub(crate) table: &'a Table,
+    /// Which steps of the period.
+    pub(crate) steps: Range<usize>,
+    pub(crate) bundle: &'a mut Bundle<S>,
+}
+
+/// Most drives and contacts of a model whose step stays in registers.
+const DRIVES: usize = 16;
+const CONTACTS: usize = 2;
+/// Vectors of coordinates in a step.
+const STATES: usize = 7;
+
+#[inline(always)]
+fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
+    algebra.dof() <= 2 && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
+}
+
+/// The room for `len` numbers in which vectors one after the other begin 576 bytes apart in their pages of 4 KiB: processors take a load for
+/// one of a store just made when only these places agree, and vectors that march in step would meet so again and again.
+fn spread<S>(len: usize) -> usize {
+    const PAGE: usize = 4096;
+    const APART: usize = 576;
+    let bytes = (len * size_of::<S>()).saturating_sub(APART).next_multiple_of(PAGE) + APART;
+    bytes.div_ceil(size_of::<S>())
+}
+
+/// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
+/// the contacts.
+struct Work<'w, S> {
+    q: &'w mut [S],
+    v: &'w mut [S],
+    qs: &'w mut [S],
+    vs: &'w mut [S],
+    a: &'w mut [S],
+    first: &'w mut [S],
+    inner: &'w mut [S],
+    u: &'w mut [S],
+    contacts: &'w mut [Contact<S>],
+}
+
+impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
+    /// Makes the steps.
+    pub(crate) fn run(self, set: InstructionSet) {
+        set.run(self);
+    }
+
+    #[inline(always)]
+    fn dispatch(mut self) {
+        let small = is_small(self.algebra);
+        match (self.algebra.dof(), small, self.bundle.metered) {
+            (1, true, false) => self.small::<1, false>(),
+            (1, true, true) => self.small::<1, true>(),
+            (2, true, false) => self.small::<2, false>(),
+            (2, true, true) => self.small::<2, true>(),
+            (_, _, false) => self.large::<false>(),
+            (_, _, true) => self.large::<true>(),
+        }
+    }
+
+    /// On arrays.
+    #[inline(always)]
+    fn small<const N: usize, const METERED: bool>(&mut self) {
+        let zero = S::from(0.0);
+        let [mut q, mut v, mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; STATES];
+        let mut u = [zero; DRIVES];
+        let mut contacts = [Contact::default(); CONTACTS];
+        let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
+        q.copy_from_slice(&self.bundle.q);
+        v.copy_from_slice(&self.bundle.v);
+        u[..drives].copy_from_slice(&self.bundle.u);
+        let mut work = Work {
+            q: &mut q,
+            v: &mut v,
+            qs: &mut qs,
+            vs: &mut vs,
+            a: &mut a,
+            first: &mut first,
+            inner: &mut inner,
+            u: &mut u[..drives],
+            contacts: &mut contacts[..touching],
+        };
+        self.advance::<true, METERED>(&mut work);
+        self.bundle.q.copy_from_slice(&q);
+        self.bundle.v.copy_from_slice(&v);
+    }
+
+    /// In memory.
+    #[inline(always)]
+    fn large<const METERED: bool>(&mut self) {
+        let (n, drives) = (self.algebra.dof(), self.algebra.drives());
+        let mut scratch = std::mem::take(&mut self.bundle.scratch);
+        let mut contacts = std::mem::take(&mut self.bundle.contacts);
+        let (states, rest) = scratch.split_at_mut(STATES * spread::<S>(n));
+        let mut states = states.chunks_exact_mut(spread::<S>(n)).map(|x| &mut x[..n]);
+        let mut states = || states.next().unwrap_or_default();
+        let mut work = Work {
+            q: states(),
+            v: states(),
+            qs: states(),
+            vs: states(),
+            a: states(),
+            first: states(),
+            inner: states(),
+            u: &mut rest[..drives],
+            contacts: &mut contacts,
+        };
+        work.q.copy_from_slice(&self.bundle.q);
+        work.v.copy_from_slice(&self.bundle.v);
+        work.u.copy_from_slice(&self.bundle.u);
+        self.advance::<false, METERED>(&mut work);
+        self.bundle.q.copy_from_slice(work.q);
+        self.bundle.v.copy_from_slice(work.v);
+        self.bundle.scratch = scratch;
+        self.bundle.contacts = contacts;
+    }
+
+    #[inline(always)]
+    fn advance<const SMALL: bool, const METERED: bool>(&mut self, w: &mut Work<'_, S>) {
+        let n = w.q.len();
+        let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
+        let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
+        let reads_contacts = METERED && self.bundle.meters.reads_contacts();
+        let mut fresh = true;
+        for step in self.steps.clone() {
+            if fresh || SMALL {
+                fill::<S, SMALL>(table, 2 * step, w.u);
+            }
+            if METERED {
+                if reads_contacts {
+                    algebra.contact(w.u, w.q, w.v, w.contacts);
+                }
+                self.bundle.meters.sample(w.q, w.v, w.contacts);
+            }
+            algebra.accel(w.u, w.q, w.v, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { one_by_one(i) };
+                w.first[i] = w.a[i];
+                w.qs[i] = w.q[i] + half * w.v[i];
+                w.vs[i] = w.v[i] + half * w.a[i];
+            }
+            fill::<S, SMALL>(table, 2 * step + 1, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { one_by_one(i) };
+                w.inner[i] = w.a[i];
+                w.qs[i] = w.q[i] + half * w.vs[i];
+                w.vs[i] = w.v[i] + half * w.a[i];
+            }
+            algebra.accel(w.u, w.qs, w.vs, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { one_by_one(i) };
+                w.inner[i] = w.inner[i] + w.a[i];
+                w.qs[i] = w.q[i] + h * w.vs[i];
+                w.vs[i] = w.v[i] + h * w.a[i];
+            }
+            let (end, shared) = table.end(step);
+            fill::<S, SMALL>(table, end, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { one_by_one(i) };
+                w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
+                w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
+            }
+            // The next step begins with the drives at the end of this one, unless they jump.
+            fresh = !shared;
+        }
+    }
+}
+
+/// The drives of a row, the same for every lane.
+#[inline(always)]
+fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, u: &mut [S]) {
+    let row = table.row(row);
+    let u = &mut u[..row.len()];
+    if SMALL {
+        for i in 0..row.len() {
+            u[i] = S::from(row[i]);
+        }
+    } else {
+        for &i in table.varying() {
+            u[i] = S::from(row[i]);
+        }
+    }
+}
+
+impl<A: Algebra<S>, S: Number> pulp::WithSimd for Kernel<'_, A, S> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<I: pulp::Simd>(self, _: I) {
+        self.dispatch();
+    }
+}

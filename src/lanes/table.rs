@@ -1,0 +1,165 @@
+//! Drives over one period, evaluated once for all runs.
+
+use crate::model::{Generic, Model, Periodic};
+use crate::piece::Side;
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// Why no table can be made.
+///
+/// ```
+/// let error = gear_dynamics::TableError::NoSteps;
+/// assert_eq!(error.to_string(), "0 steps per period: at least one is needed");
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// Zero steps.
+    #[error("0 steps per period: at least one is needed")]
+    NoSteps,
+    /// A drive that jumps between the steps.
+    #[error(
+        "a drive jumps after {edge} of the period, which is step {at} of {steps}: take a number of steps that puts it on a whole one, \
+         or an engine that locates edges"
+    )]
+    EdgeOffGrid {
+        /// When, as a share of the period.
+        edge: f64,
+        /// Which step that would be.
+        at: f64,
+        /// Steps per period.
+        steps: usize,
+    },
+    /// A drive that is not a number.
+    #[error("drive {drive} is {value} at {phase} of the period")]
+    NotFinite {
+        /// Which drive.
+        drive: usize,
+        /// What it was.
+        value: f64,
+        /// When, as a share of the period.
+        phase: f64,
+    },
+    /// A period that is not positive and finite.
+    #[error("the period of the model is {period}: it must be positive and finite")]
+    BadPeriod {
+        /// What it was.
+        period: f64,
+    },
+}
+
+/// How far an edge may be from a grid point, in steps, and from where its two sides are looked at.
+const ON_GRID: f64 = 1e-6;
+/// Edges in one period before the model is taken to jump everywhere.
+const MOST_EDGES: usize = 100_000;
+
+/// The drives at the start, the middle and the end of every step of one period.
+///
+/// Row 2i is the start of step i, row 2i + 1 its middle. The end of a step is the start of the next one, seen from before, unless a drive
+/// jumps there.
+#[derive(Debug)]
+pub(crate) struct Table {
+    columns: usize,
+    values: Vec<f64>,
+    /// The row at the end of each step.
+    ends: Vec<u32>,
+    /// Columns that change over the period; the others are filled in once.
+    varying: Vec<usize>,
+}
+
+impl Table {
+    /// The shapes of phase that all lanes share.
+    pub(crate) fn of_shapes<M: Generic + Periodic>(model: &M, steps: usize) -> Result<Self, TableError> {
+        let mut all = vec![0.0; model.drives()];
+        let columns = model.phases();
+        Table::new(model, columns, steps, |share, side, out: &mut [f64]| {
+            model.phase_drives(TAU * share, side, &mut all);
+            out.copy_from_slice(&all[..columns]);
+        })
+    }
+
+    /// All drives of one model.
+    pub(crate) fn of_drives<M: Periodic + ?Sized>(model: &M, steps: usize) -> Result<Self, TableError> {
+        let period = model.period();
+        Table::new(model, model.drives(), steps, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
+    }
+
+    fn new<M: Periodic + ?Sized>(
+        model: &M,
+        columns: usize,
+        steps: usize,
+        mut read: impl FnMut(f64, Side, &mut [f64]),
+    ) -> Result<Self, TableError> {
+        if steps == 0 {
+            return Err(TableError::NoSteps);
+        }
+        let jumps = edges(model, steps)?;
+        let n = steps as f64;
+        let mut values = vec![0.0; 2 * steps * columns];
+        for (row, out) in values.chunks_exact_mut(columns.max(1)).enumerate() {
+            // At a jump a little later, so that the side does not hang on rounding.
+            let late = if row % 2 == 0 && jumps.binary_search(&(row / 2)).is_ok() { ON_GRID } else { 0.0 };
+            read((0.5 * row as f64 + late) / n, Side::After, out);
+        }
+        let mut ends: Vec<u32> = (1..=steps).map(|i| 2 * (i % steps) as u32).collect();
+        for &jump in &jumps {
+            let step = if jump == 0 { steps } else { jump };
+            ends[step - 1] = (values.len() / columns.max(1)) as u32;
+            let old = values.len();
+            values.resize(old + columns, 0.0);
+            read((step as f64 - ON_GRID) / n, Side::Before, &mut values[old..]);
+        }
+        if let Some(bad) = values.iter().position(|x| !x.is_finite()) {
+            let (row, drive) = (bad / columns, bad % columns);
+            return Err(TableError::NotFinite { drive, value: values[bad], phase: (0.5 * row as f64 / n).min(1.0) });
+        }
+        let varying = (0..columns).filter(|&c| values.iter().skip(c).step_by(columns).any(|x| *x != values[c])).collect();
+        Ok(Table { columns, values, ends, varying })
+    }
+
+    /// Steps in a period.
+    pub(crate) fn steps(&self) -> usize {
+        self.ends.len()
+    }
+    #[inline(always)]
+    pub(crate) fn varying(&self) -> &[usize] {
+        &self.varying
+    }
+    /// A row.
+    #[inline(always)]
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
+        &self.values[row * self.columns..][..self.columns]
+    }
+    /// The row at the end of a step, and whether the next step starts with the same one.
+    #[inline(always)]
+    pub(crate) fn end(&self, step: usize) -> (usize, bool) {
+        let row = self.ends[step] as usize;
+        (row, row < 2 * self.ends.len())
+    }
+}
+
+/// The grid points at which drives jump, in order.
+fn edges<M: Model + Periodic + ?Sized>(model: &M, steps: usize) -> Result<Vec<usize>, TableError> {
+    let period = model.period();
+    if !(period.is_finite() && period > 0.0) {
+        return Err(TableError::BadPeriod { period });
+    }
+    let mut found = Vec::new();
+    // Begun half a step early, so that a jump at the very start is met.
+    let mut t = -0.5 * period / steps as f64;
+    for _ in 0..MOST_EDGES {
+        let Some(edge) = model.next_edge(t) else { break };
+        let share = edge / period;
+        let at = share * steps as f64;
+        if at > steps as f64 - 0.5 || edge <= t {
+            break;
+        }
+        if (at - at.round()).abs() > ON_GRID {
+            return Err(TableError::EdgeOffGrid { edge: share, at, steps });
+        }
+        found.push(at.round().max(0.0) as usize);
+        t = edge;
+    }
+    found.dedup();
+    Ok(found)
+}

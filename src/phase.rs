@@ -1,0 +1,224 @@
+//! Running up, coasting down and speed that fluctuates: a phase that is not ωt.
+
+use crate::error::{ParameterError, check};
+use crate::excitation::earlier;
+use crate::model::{Channel, Contact, Generic, Jacobian, Model, Periodic};
+use crate::piece::{Piece, Side};
+use std::f64::consts::TAU;
+
+/// How the phase φ of the drives runs: its speed φ'(t) > 0 over the model's time, and φ(0) = 0.
+///
+/// ```
+/// use gear_dynamics::PhaseLaw;
+/// let run_up = PhaseLaw::ramp(10.0, 30.0, 4.0)?; // [rad/s] over 4 s, then constant
+/// assert_eq!((run_up.speed(2.0), run_up.phase(4.0), run_up.phase(5.0)), (20.0, 80.0, 110.0));
+/// assert!((run_up.time(35.0) - 2.242_640_687).abs() < 1e-8);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseLaw {
+    /// Times, speeds and phases at the knots; the speed is linear between them and constant outside.
+    knots: Vec<[f64; 3]>,
+    /// Amplitude over the mean speed and frequency of a sinusoidal fluctuation on top.
+    swing: f64,
+    frequency: f64,
+}
+
+impl PhaseLaw {
+    /// φ = ωt.
+    ///
+    /// # Errors
+    /// A speed that is not positive.
+    pub fn constant(speed: f64) -> Result<Self, ParameterError> {
+        PhaseLaw::table(&[0.0], &[speed])
+    }
+
+    /// From one speed to another within a time: run-up or coast-down.
+    ///
+    /// # Errors
+    /// Speeds or a duration that are not positive.
+    pub fn ramp(from: f64, to: f64, duration: f64) -> Result<Self, ParameterError> {
+        check::positive("duration of the ramp", duration)?;
+        PhaseLaw::table(&[0.0, duration], &[from, to])
+    }
+
+    /// φ' = ω (1 + a cos ft), φ = ω (t + a sin(ft)/f): the amplitude a in [0, 1).
+    ///
+    /// # Errors
+    /// A speed or frequency that is not positive, an amplitude outside [0, 1).
+    pub fn fluctuation(speed: f64, amplitude: f64, frequency: f64) -> Result<Self, ParameterError> {
+        let swing = check::fraction("amplitude of the fluctuation", amplitude)?;
+        let frequency = check::positive("frequency of the fluctuation", frequency)?;
+        Ok(PhaseLaw { swing, frequency, ..PhaseLaw::constant(speed)? })
+    }
+
+    /// Speeds at increasing times, the first of which is 0; linear between them, constant afterwards.
+    ///
+    /// # Errors
+    /// Lists of different lengths or empty ones, times out of order, speeds that are not positive.
+    pub fn table(times: &[f64], speeds: &[f64]) -> Result<Self, ParameterError> {
+        check::length("speeds of the phase law", speeds.len(), times.len())?;
+        if times.is_empty() {
+            return Err(ParameterError::Empty { name: "times of the phase law".into(), least: 1 });
+        }
+        check::all_finite("times of the phase law", times)?;
+        let mut knots: Vec<[f64; 3]> = Vec::with_capacity(times.len());
+        for (i, (&t, &speed)) in times.iter().zip(speeds).enumerate() {
+            let speed = check::positive(format!("speeds[{i}] of the phase law"), speed)?;
+            match knots.last() {
+                None if t != 0.0 => {
+                    return Err(ParameterError::OutOfRange { name: "times[0] of the phase law".into(), value: t, allowed: "0" });
+                }
+                None => knots.push([0.0, speed, 0.0]),
+                Some(&[before, last, phase]) => {
+                    check::positive(format!("times[{i}] less the one before it, of the phase law"), t - before)?;
+                    knots.push([t, speed, phase + 0.5 * (t - before) * (last + speed)]);
+                }
+            }
+        }
+        Ok(PhaseLaw { knots, swing: 0.0, frequency: 1.0 })
+    }
+
+    /// The last knot at or before `t`, and the acceleration after it.
+    fn piece(&self, t: f64) -> ([f64; 3], f64) {
+        let next = self.knots.partition_point(|knot| knot[0] <= t);
+        let knot = self.knots[next.saturating_sub(1)];
+        let slope = match self.knots.get(next) {
+            Some(after) if next > 0 => (after[1] - knot[1]) / (after[0] - knot[0]),
+            _ => 0.0,
+        };
+        (knot, slope)
+    }
+
+    /// φ(t) `[rad]`.
+    pub fn phase(&self, t: f64) -> f64 {
+        let ([t0, speed, phase], slope) = self.piece(t);
+        let dt = t - t0;
+        phase + dt * (speed + 0.5 * slope * dt) + speed * self.swing * libm::sin(self.frequency * t) / self.frequency
+    }
+    /// φ'(t).
+    pub fn speed(&self, t: f64) -> f64 {
+        let ([t0, speed, _], slope) = self.piece(t);
+        speed + slope * (t - t0) + speed * self.swing * libm::cos(self.frequency * t)
+    }
+    /// When the phase is reached.
+    pub fn time(&self, phase: f64) -> f64 {
+        let slowest = self.knots.iter().map(|knot| knot[1]).fold(f64::INFINITY, f64::min) * (1.0 - self.swing);
+        let swing = self.knots[0][1] * self.swing / self.frequency;
+        let (mut lo, mut hi) = (0.0, phase.abs() / slowest + swing);
+        if phase < 0.0 {
+            (lo, hi) = (-hi, 0.0);
+        }
+        // Newton, kept inside the bracket.
+        let mut t = 0.5 * (lo + hi);
+        for _ in 0..200 {
+            let off = self.phase(t) - phase;
+            if off > 0.0 {
+                hi = t
+            } else {
+                lo = t
+            }
+            let newton = t - off / self.speed(t);
+            let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            if next == t || hi <= lo {
+                break;
+            }
+            t = next;
+        }
+        t
+    }
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        self.knots.iter().map(|knot| knot[0]).find(|knot| *knot > t)
+    }
+}
+
+/// A model whose drives follow a phase law in place of constant speed.
+///
+/// Its drives are those of the phase, and what stands in its equations for the speed is φ'(t). What φ'' adds to second derivatives of the
+/// excitations is left out: exact for the ring, whose equations hold first derivatives only, and for the face gear pairs short of
+/// terms of the order φ''/φ'², which a run-up over many turns does not see.
+///
+/// ```
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, PhaseLaw, Varying};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let (start, speed) = (pair.static_start()?, pair.centre_frequency());
+/// let run_up = Varying::new(pair, PhaseLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
+/// let end = Dop853::new().rtol(1e-8).atol(1e-14).end(&run_up, &start, 1000.0)?;
+/// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Varying<M> {
+    model: M,
+    law: PhaseLaw,
+    /// φ' of the bare model.
+    nominal: f64,
+    edges: bool,
+}
+
+/// How far from an edge its sides are looked at `[rad]`.
+const ASIDE: f64 = 1e-9;
+
+impl<M: Generic + Periodic> Varying<M> {
+    /// The same model at another speed.
+    pub fn new(model: M, law: PhaseLaw) -> Self {
+        let nominal = TAU / model.period();
+        Varying { edges: model.next_edge(0.0).is_some(), model, law, nominal }
+    }
+    /// The model at its own speed.
+    pub fn bare(&self) -> &M {
+        &self.model
+    }
+    /// The law.
+    pub fn law(&self) -> &PhaseLaw {
+        &self.law
+    }
+}
+
+impl<M: Generic + Periodic> Model for Varying<M> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let aside = match side {
+            _ if !self.edges => 0.0,
+            Side::Before => -ASIDE,
+            Side::After => ASIDE,
+        };
+        let phase = self.law.phase(t) + aside;
+        self.model.phase_drives(phase - TAU * (phase / TAU).floor(), side, u);
+        self.model.constants(u);
+        self.model.at_speed(self.law.speed(t), u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let phase = self.law.phase(t) + 2.0 * ASIDE;
+        let edge = self.model.next_edge(phase / self.nominal).map(|edge| self.law.time(edge * self.nominal));
+        earlier(edge.filter(|edge| *edge > t), self.law.next_knot(t))
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.model.accel_on_pieces(pieces, u, q, v, a)
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        self.model.jacobian(pieces, u, q, v, out)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        self.model.channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.model.observe(u, q, v, contacts, out);
+    }
+}

@@ -1,0 +1,32 @@
+//! Many runs of one family, reduced on the fly.
+
+mod basins;
+mod bifurcation;
+mod bytes;
+mod engine;
+mod ensemble;
+mod error;
+mod located;
+mod moments;
+mod points;
+mod rows;
+mod run;
+mod sobol;
+mod tables;
+mod track;
+mod watch;
+
+pub use basins::{Attractor, Attractors};
+pub use bifurcation::{Bifurcation, Diagram, Mark, Marks};
+pub use engine::{Job, Source, SweepEngine};
+pub use ensemble::{Bands, Ensemble, EnsembleError};
+pub use error::{PointError, SweepError};
+pub use located::Located;
+pub use moments::Distribution;
+pub use points::{Axis, Point, Points};
+pub use rows::{Row, Rows};
+pub use run::{Carry, Sweep};
+pub use sobol::{SobolDesign, SobolIndex, Uncertain};
+pub use tables::{LaneRk4, TableRk4};
+pub use track::Plan;
+pub use watch::Watch;

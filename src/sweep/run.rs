@@ -1,0 +1,375 @@
+//! A sweep and how it is run.
+
+use super::engine::{Job, Source, SweepEngine};
+use super::error::{PointError, SweepError};
+use super::points::{Point, Points};
+use super::rows::{Layout, Rows};
+use super::track::Plan;
+use super::watch::Watch;
+use crate::channel::Probe;
+use crate::model::{Model, State};
+use rayon::prelude::*;
+use std::fmt::Display;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Where a run starts from.
+///
+/// ```
+/// assert_eq!(gear_dynamics::Carry::default(), gear_dynamics::Carry::No);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carry {
+    /// From the start of its own point.
+    #[default]
+    No,
+    /// From where its neighbour of lower index ended: along the last axis of a grid, or along the list. The first one of a line has a start.
+    Up,
+    /// From where its neighbour of higher index ended.
+    Down,
+}
+
+/// Many runs of one family of models: which points, how long to settle and to measure, and what. Nothing is stored of a run but its row.
+///
+/// A rattle map in ten lines:
+///
+/// ```
+/// use gear_dynamics::{Axis, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// let map = Sweep::over(Points::grid(vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?])?)
+///     .settle(4)
+///     .measure(1)
+///     .channels(&["q1"])
+///     .rattle()
+///     .run(
+///         &LaneRk4::<16>::new(63 * 32),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )?;
+/// assert_eq!(map.iter().filter(|row| row.state(0) as u8 == 2).count(), 7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    points: Points,
+    settle: usize,
+    measure: usize,
+    repeat: Option<f64>,
+    tolerance: f64,
+    channels: Vec<String>,
+    rattle: bool,
+    strobes: usize,
+    carry: Carry,
+    check_every: usize,
+}
+
+impl Sweep {
+    /// Settles 60 periods and measures 40, as nothing else is said.
+    pub fn over(points: Points) -> Self {
+        Sweep {
+            points,
+            settle: 60,
+            measure: 40,
+            repeat: None,
+            tolerance: 1e-6,
+            channels: Vec::new(),
+            rattle: false,
+            strobes: 0,
+            carry: Carry::No,
+            check_every: 0,
+        }
+    }
+    /// Periods to settle.
+    pub fn settle(self, periods: usize) -> Self {
+        Sweep { settle: periods, ..self }
+    }
+    /// Ends settling early, once the strobed state repeats this closely (in units of the largest strobed coordinate and velocity).
+    pub fn until_repeats(self, tolerance: f64) -> Self {
+        Sweep { repeat: Some(tolerance), ..self }
+    }
+    /// Periods to measure over, at least one.
+    pub fn measure(self, periods: usize) -> Self {
+        Sweep { measure: periods, ..self }
+    }
+    /// How closely a motion has to return to count as periodic, in the same units; 1e-6 if nothing is said.
+    pub fn periodic_within(self, tolerance: f64) -> Self {
+        Sweep { tolerance, ..self }
+    }
+    /// Channels of which mean, RMS and extremes are wanted (see [`Probe`]).
+    pub fn channels(self, names: &[&str]) -> Self {
+        Sweep { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
+    }
+    /// Rattle state, contact loss and impacts of every contact are wanted.
+    pub fn rattle(self) -> Self {
+        Sweep { rattle: true, ..self }
+    }
+    /// The last `count` strobed states are wanted, with the extremes of the channels in each of their periods.
+    pub fn strobe(self, count: usize) -> Self {
+        Sweep { strobes: count, ..self }
+    }
+    /// Where runs start from.
+    pub fn carry(self, carry: Carry) -> Self {
+        Sweep { carry, ..self }
+    }
+    /// Every `count`-th point is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines along which
+    /// states are carried are run again as a whole, for every `count`-th of them.
+    pub fn check_every(self, count: usize) -> Self {
+        Sweep { check_every: count, ..self }
+    }
+    pub(crate) fn names(&self) -> &[String] {
+        &self.channels
+    }
+    /// The points.
+    pub fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// All points.
+    ///
+    /// # Errors
+    /// [`SweepError`] for what is wrong with the sweep as a whole. A point that fails keeps its error among the rows.
+    pub fn run<M, E, X, Y>(
+        &self,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+    ) -> Result<Rows, SweepError>
+    where
+        M: Model,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        self.run_chunk(0, 1, engine, family, start, &Watch::new())
+    }
+
+    /// Chunk `chunk` of `chunks`: the rows of a part of the points, as they are in the whole sweep. [`Rows::merge`] puts them together.
+    ///
+    /// # Errors
+    /// As [`run`](Sweep::run), and [`SweepError::Chunk`].
+    pub fn run_chunk<M, E, X, Y>(
+        &self,
+        chunk: usize,
+        chunks: usize,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+        watch: &Watch<'_>,
+    ) -> Result<Rows, SweepError>
+    where
+        M: Model,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        if chunk >= chunks {
+            return Err(SweepError::Chunk { chunk, chunks });
+        }
+        self.check()?;
+        let family = |point: &Point<'_>| family(point).map_err(|e| PointError::Model(e.to_string()));
+        let start = |point: &Point<'_>, model: &M| start(point, model).map_err(|e| PointError::Model(e.to_string()));
+        let length = if self.carry == Carry::No { 1 } else { self.points.line() };
+        let lines = self.points.len() / length;
+        let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize;
+        let (first, last) = (share(chunk), share(chunk + 1));
+        // The shape of the rows is that of the first model there is.
+        let Some(model) = (0..self.points.len()).find_map(|i| family(&self.points.point(i)).ok()) else {
+            let layout = Layout { dof: 0, channels: 0, contacts: 0, strobes: 0 };
+            let mut rows = Rows::new(&self.points, &self.channels, &layout, first * length..last * length);
+            for index in rows.range() {
+                if let Err(error) = family(&self.points.point(index)) {
+                    rows.put(index, Err(error));
+                }
+            }
+            return Ok(rows);
+        };
+        let probe = Probe::new(&model);
+        let channels = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        engine.accepts(&model, &channels)?;
+        let layout = Layout {
+            dof: model.dof(),
+            channels: channels.len(),
+            contacts: if self.rattle { model.contacts() } else { 0 },
+            strobes: self.strobes.min(self.measure),
+        };
+        let plan = Plan { settle: self.settle, measure: self.measure, repeat: self.repeat, tolerance: self.tolerance, layout };
+        let rows = Rows::new(&self.points, &self.channels, &plan.layout, first * length..last * length);
+        let work = Work {
+            sweep: self,
+            plan: &plan,
+            channels: &channels,
+            shape: [model.dof(), model.contacts()],
+            length,
+            family: &family,
+            start: &start,
+            watch,
+            rows: Mutex::new(rows),
+            done: AtomicUsize::new(0),
+        };
+        work.all(engine, first..last, false);
+        if self.check_every > 0
+            && let Some(finer) = engine.finer()
+        {
+            work.all(&finer, first..last, true);
+        }
+        let rows = work.rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        Ok(rows)
+    }
+
+    fn check(&self) -> Result<(), SweepError> {
+        if self.measure == 0 {
+            return Err(SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" });
+        }
+        for (name, value) in [("periodic_within", Some(self.tolerance)), ("until_repeats", self.repeat)] {
+            if let Some(value) = value.filter(|x| !(x.is_finite() && *x > 0.0)) {
+                return Err(SweepError::Setting { name, value, allowed: "positive and finite" });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What all blocks of a sweep share.
+struct Work<'s, F, G> {
+    sweep: &'s Sweep,
+    plan: &'s Plan,
+    channels: &'s [usize],
+    shape: [usize; 2],
+    /// Points in a line.
+    length: usize,
+    family: &'s F,
+    start: &'s G,
+    watch: &'s Watch<'s>,
+    rows: Mutex<Rows>,
+    done: AtomicUsize,
+}
+
+impl<F: Sync, G: Sync> Work<'_, F, G> {
+    /// All lines of a range, or those to be checked, in blocks.
+    fn all<M, E>(&self, engine: &E, lines: Range<usize>, checking: bool)
+    where
+        M: Model,
+        E: SweepEngine<M>,
+        F: Fn(&Point<'_>) -> Result<M, PointError>,
+        G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+    {
+        let every = if checking { self.sweep.check_every } else { 1 };
+        let lines: Vec<usize> = lines.step_by(every).collect();
+        let share = lines.len() / (4 * rayon::current_num_threads());
+        let block = share.clamp(engine.batch(), 16 * engine.batch());
+        lines.par_chunks(block.max(1)).for_each(|lines| {
+            let mut source = Block { work: self, lines, taken: 0, checking };
+            engine.work(self.plan, self.channels, &mut source);
+        });
+    }
+}
+
+/// The runs of some lines.
+struct Block<'b, 's, F, G> {
+    work: &'b Work<'s, F, G>,
+    lines: &'b [usize],
+    taken: usize,
+    checking: bool,
+}
+
+impl<M, F, G> Block<'_, '_, F, G>
+where
+    M: Model,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
+        let point = self.work.sweep.points.point(index);
+        let model = (self.work.family)(&point)?;
+        let found = [model.dof(), model.contacts()];
+        if found != self.work.shape {
+            return Err(PointError::Shape { found, expected: self.work.shape });
+        }
+        let start = match carried {
+            Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
+            None => (self.work.start)(&point, &model)?,
+        };
+        start.check(found[0]).map_err(PointError::Start)?;
+        if start.t != 0.0 {
+            let (name, value) = ("start.t".into(), start.t);
+            return Err(PointError::Start(crate::ParameterError::OutOfRange { name, value, allowed: "0: runs begin with a period" }));
+        }
+        Ok(Job { index, model, start })
+    }
+
+    /// The point after this one in its line.
+    fn neighbour(&self, index: usize) -> Option<usize> {
+        let length = self.work.length;
+        match self.work.sweep.carry {
+            Carry::No => None,
+            Carry::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
+            Carry::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
+        }
+    }
+}
+
+impl<M, F, G> Source<M> for Block<'_, '_, F, G>
+where
+    M: Model,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
+        let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
+        let mut next = after.and_then(|(index, _)| self.neighbour(index));
+        loop {
+            if self.is_cancelled() {
+                return None;
+            }
+            let index = match next {
+                Some(index) => index,
+                None => {
+                    let line = *self.lines.get(self.taken)?;
+                    self.taken += 1;
+                    state = None;
+                    let length = self.work.length;
+                    if self.work.sweep.carry == Carry::Down { (line + 1) * length - 1 } else { line * length }
+                }
+            };
+            match self.job(index, state) {
+                Ok(job) => return Some(job),
+                Err(error) => {
+                    self.put(index, Err(error));
+                    // The line goes on from the last state there is.
+                    next = self.neighbour(index);
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, index: usize, row: Result<Vec<f64>, PointError>) {
+        let poisoned = std::sync::PoisonError::into_inner;
+        if self.checking {
+            if let Ok(row) = row {
+                self.work.rows.lock().unwrap_or_else(poisoned).checks.insert(index, row);
+            }
+            return;
+        }
+        {
+            let mut rows = self.work.rows.lock().unwrap_or_else(poisoned);
+            rows.put(index, row);
+            if let (Some(show), Some(Ok(row))) = (self.work.watch.rows, rows.row(index)) {
+                show(&row);
+            }
+        }
+        if let Some(progress) = self.work.watch.progress {
+            let done = 1 + self.work.done.fetch_add(1, Ordering::Relaxed);
+            progress(done, self.work.sweep.points.len());
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.work.watch.is_cancelled()
+    }
+
+    fn alone(&mut self, points: usize) {
+        if !self.checking {
+            self.work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner).alone += points;
+        }
+    }
+}

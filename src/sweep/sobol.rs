@@ -1,0 +1,159 @@
+//! Uncertain parameters, and which of them matter.
+
+use super::points::Points;
+use crate::error::{ParameterError, check};
+use crate::held::CounterRng;
+use rand_distr::Distribution as Draw;
+use std::sync::Arc;
+
+type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
+
+/// Parameters that are not known but for their distributions. A sample is a function of seed and number: any of them can be had in any order.
+///
+/// ```
+/// use gear_dynamics::Uncertain;
+/// use rand_distr::{Normal, Uniform};
+/// let tolerances = Uncertain::new(7).with("half_backlash", Uniform::new(4e-5, 6e-5)?).with("stiffness", Normal::new(3.1e8, 1e7)?);
+/// let points = tolerances.points(100)?;
+/// assert!((4e-5..6e-5).contains(&points.point(42)["half_backlash"]));
+/// assert_eq!(tolerances.sample(42), points.point(42).values());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct Uncertain {
+    seed: u64,
+    names: Vec<String>,
+    draws: Vec<Drawn>,
+}
+
+impl std::fmt::Debug for Uncertain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Uncertain").field("seed", &self.seed).field("names", &self.names).finish_non_exhaustive()
+    }
+}
+
+impl Uncertain {
+    /// No parameter yet.
+    pub fn new(seed: u64) -> Self {
+        Uncertain { seed, names: Vec::new(), draws: Vec::new() }
+    }
+    /// One more, independent of the others.
+    pub fn with<D: Draw<f64> + Send + Sync + 'static>(mut self, name: &str, distribution: D) -> Self {
+        self.names.push(name.into());
+        self.draws.push(Arc::new(move |rng: &mut CounterRng| distribution.sample(rng)));
+        self
+    }
+    /// The parameters of sample `k`, in the order they were named.
+    pub fn sample(&self, k: u64) -> Vec<f64> {
+        self.draw(0, k)
+    }
+    fn draw(&self, matrix: u64, k: u64) -> Vec<f64> {
+        // Streams of parameters lie beside those of held processes, which count from 0.
+        const BESIDE: u64 = 1 << 32;
+        let number = |(i, draw): (usize, &Drawn)| draw(&mut CounterRng::new(self.seed, k, BESIDE + i as u64, matrix));
+        self.draws.iter().enumerate().map(number).collect()
+    }
+    /// Samples 0 to `count - 1` as the points of a sweep.
+    ///
+    /// # Errors
+    /// No samples, no parameters, a distribution that draws what is not a number.
+    pub fn points(&self, count: usize) -> Result<Points, ParameterError> {
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        Points::list(&names, &(0..count as u64).map(|k| self.sample(k)).collect::<Vec<_>>())
+    }
+    /// The points that Sobol indices of `samples` samples need.
+    ///
+    /// # Errors
+    /// As [`points`](Uncertain::points); fewer than two samples.
+    pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
+        if samples < 2 {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
+        }
+        let mut rows = Vec::with_capacity(samples * (self.names.len() + 2));
+        for k in 0..samples as u64 {
+            let (a, b) = (self.draw(0, k), self.draw(1, k));
+            for i in 0..self.names.len() {
+                let mut mixed = a.clone();
+                mixed[i] = b[i];
+                rows.push(mixed);
+            }
+            rows.extend([a, b]);
+        }
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        Ok(SobolDesign { points: Points::list(&names, &rows)?, parameters: self.names.len() })
+    }
+}
+
+/// The points at which a measure has to be known for its Sobol indices: for each sample two independent draws A and B, and A with each
+/// parameter in turn from B.   Source: Saltelli et al., Comput. Phys. Commun. 181 (2010) 259.
+///
+/// ```
+/// use gear_dynamics::Uncertain;
+/// use rand_distr::StandardNormal;
+/// let design = Uncertain::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(4000)?;
+/// let points = design.points();
+/// let measure: Vec<f64> = (0..points.len()).map(|i| 2.0 * points.point(i)["x"] + points.point(i)["y"]).collect();
+/// let indices = design.indices(&measure)?;
+/// assert!((indices[0].first - 0.8).abs() < 3.0 * indices[0].first_error);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SobolDesign {
+    points: Points,
+    parameters: usize,
+}
+
+/// The share of one parameter in the variance of a measure.
+///
+/// ```
+/// let index = gear_dynamics::SobolIndex { name: "x".into(), first: 0.3, first_error: 0.01, total: 0.4, total_error: 0.01 };
+/// assert!(index.total >= index.first);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SobolIndex {
+    /// Which parameter.
+    pub name: String,
+    /// Alone.
+    pub first: f64,
+    /// Standard error of it.
+    pub first_error: f64,
+    /// With all its interactions.
+    pub total: f64,
+    /// Standard error of it.
+    pub total_error: f64,
+}
+
+impl SobolDesign {
+    /// The points, to be swept.
+    pub fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// The indices of a measure given at all points. Samples with a value that is not a number are left out.
+    ///
+    /// S_i = E[f(B) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
+    ///
+    /// # Errors
+    /// A list of another length; a measure that does not vary, or less than two good samples.
+    pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
+        check::length("measure", measure.len(), self.points.len())?;
+        let n = self.parameters;
+        let samples: Vec<&[f64]> = measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
+        if samples.len() < 2 {
+            return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), least: 2 });
+        }
+        let both = super::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
+        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance())?);
+        Ok((0..n)
+            .map(|i| {
+                let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
+                    let all = super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance));
+                    (all.mean(), all.standard_error())
+                };
+                let (first, first_error) = average(&|mixed, a, b| (b - mean) * (mixed - a));
+                let (total, total_error) = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                SobolIndex { name: self.points.names()[i].clone(), first, first_error, total, total_error }
+            })
+            .collect())
+    }
+}

@@ -1,0 +1,355 @@
+//! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name.
+
+#[path = "../benches/common/mod.rs"]
+mod common;
+
+use common::Pair;
+use gear_dynamics::*;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+const STEPS: usize = 63 * 16;
+
+fn pair(p: &Point<'_>) -> Result<Pair, ParameterError> {
+    Ok(Pair::at(p["we"]))
+}
+fn rest(_: &Point<'_>, _: &Pair) -> Result<State, ParameterError> {
+    Ok(Pair::start())
+}
+fn frequencies(count: usize) -> Points {
+    Points::along(Axis::linear("we", 0.15, 0.36, count).unwrap())
+}
+fn sweep(count: usize) -> Sweep {
+    Sweep::over(frequencies(count)).settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2)
+}
+fn hash(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> u64 {
+    sweep.run(engine, pair, rest).unwrap().fingerprint()
+}
+
+/// The bits are a function of the points alone: any number of lanes, any instructions, any threads, in order or not, chunked or whole.
+#[test]
+fn the_same_bits_however_it_is_run() {
+    let sweep = sweep(75);
+    let expected = hash(&sweep, &LaneRk4::<16>::new(STEPS));
+    assert_eq!(expected, hash(&sweep, &LaneRk4::<4>::new(STEPS)));
+    assert_eq!(expected, hash(&sweep, &LaneRk4::<8>::new(STEPS)));
+    assert_eq!(expected, hash(&sweep, &LaneRk4::<24>::new(STEPS)));
+    assert_eq!(expected, hash(&sweep, &LaneRk4::<32>::new(STEPS)));
+    for set in InstructionSet::available() {
+        assert_eq!(expected, hash(&sweep, &LaneRk4::<16>::new(STEPS).instructions(set)), "{set:?}");
+    }
+    for threads in [1, 2, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert_eq!(expected, pool.install(|| hash(&sweep, &LaneRk4::<16>::new(STEPS))), "{threads} threads");
+    }
+    for chunks in [2, 3, 7] {
+        let mut parts: Vec<Rows> =
+            (0..chunks).map(|i| sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Watch::new()).unwrap()).collect();
+        parts.reverse();
+        assert_eq!(expected, Rows::merge(parts).unwrap().fingerprint(), "{chunks} chunks");
+    }
+    // Backwards, and one at a time: a run alone is made without lanes, over the same table.
+    let rows = sweep.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
+    for i in [0, 17, 74] {
+        let value = rows.points().point(i)["we"];
+        let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()));
+        let alone = alone.settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2);
+        let alone = alone.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
+        let (a, b) = (alone.iter().next().unwrap(), rows.row(i).unwrap().unwrap());
+        assert_eq!(a.channel("q1"), b.channel("q1"));
+        assert_eq!(a.contact(0), b.contact(0));
+        assert!(a.strobes().eq(b.strobes()));
+        assert_eq!(alone.alone(), 1);
+    }
+    assert_eq!(rows.alone(), 0);
+}
+
+/// The bits of one sweep, written down: they may only change with an entry under "Numerics" of the change log.
+#[test]
+fn the_bits_are_pinned() {
+    assert_eq!(format!("{:016x}", hash(&sweep(20), &LaneRk4::<16>::new(STEPS))), "2ccb1e6034db27fa");
+}
+
+fn nfg(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
+    NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() })
+}
+fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
+    pair.static_start()
+}
+fn speeds(values: &[f64]) -> Points {
+    Points::along(Axis::list("speed", values).unwrap())
+}
+
+/// Fixed steps over the table against located edges, and against the estimate that the rows carry.
+#[test]
+fn lanes_agree_with_located_edges_within_their_estimate() {
+    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&["q1", "deflection", "mesh force"]);
+    let sweep = sweep.rattle();
+    let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
+    let lanes = sweep.clone().check_every(1).run(&LaneRk4::<16>::new(63 * 64), nfg, at_rest).unwrap();
+    for (a, b) in lanes.iter().zip(located.iter()) {
+        assert_eq!(a.state(0), b.state(0));
+        let (x, y) = (a.contact(0), b.contact(0));
+        // A flight shorter than a step is not seen.
+        assert!(x.impact_count().abs_diff(y.impact_count()) <= 1, "{x:?} {y:?}");
+        assert!((x.loss_fraction() - y.loss_fraction()).abs() < 1.0 / 64.0); // a sample in each mesh period
+        for channel in ["q1", "deflection", "mesh force"] {
+            let (p, q) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
+            let error = a.error(channel).unwrap();
+            let apart = [p.mean - q.mean, p.rms - q.rms, p.min - q.min, p.max - q.max].into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            println!("{} {channel}: {apart:.2e} apart, estimate {error:.2e}, ppv {:.3e}", a.index(), q.peak_to_peak());
+            // Near an extreme a fixed grid misses (pi/64)^2/2 of an amplitude at the most.
+            assert!(apart < 1.5e-3 * q.peak_to_peak(), "{channel}: {apart} of {}", q.peak_to_peak());
+            assert!(apart < 2.0 * error, "{channel}: {apart} against {error}");
+        }
+    }
+    assert!(located.iter().all(|row| row.error("q1").is_none()));
+}
+
+/// One run at a time over a table of all drives: the same steps, to the rounding of the drives.
+#[test]
+fn the_scalar_engine_agrees_with_lanes() {
+    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0])).settle(1).measure(2).channels(&["q1", "deflection", "mesh force"]).rattle();
+    let lanes = sweep.run(&LaneRk4::<4>::new(2016), nfg, at_rest).unwrap();
+    let scalar = sweep.run(&TableRk4::new(2016), nfg, at_rest).unwrap();
+    for (a, b) in lanes.iter().zip(scalar.iter()) {
+        for channel in ["q1", "deflection", "mesh force"] {
+            let (a, b) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
+            assert!((a.mean - b.mean).abs() < 1e-9 * a.mean.abs() && (a.max - b.max).abs() < 1e-9 * a.max.abs(), "{a:?} {b:?}");
+        }
+        assert_eq!(a.contact(0), b.contact(0));
+    }
+}
+
+#[test]
+fn chaos_is_flagged_and_periods_are_found() {
+    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 250.0])).settle(30).measure(40).channels(&["q1"]).rattle();
+    let rows = sweep.run(&LaneRk4::<4>::new(4032), nfg, at_rest).unwrap();
+    let multiples: Vec<_> = rows.iter().map(|row| row.period_multiple()).collect();
+    assert_eq!(multiples, [Some(1), None, None, Some(1)]);
+    let sensitive: Vec<_> = rows.iter().map(|row| row.is_sensitive()).collect();
+    assert_eq!(sensitive[..3], [false, true, true]);
+}
+
+/// Settling ends early where the motion repeats, lanes are refilled, and rows are those of each point alone.
+#[test]
+fn lanes_are_refilled_as_they_finish() {
+    let points = frequencies(23);
+    let sweep = Sweep::over(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+    let together = sweep.run(&LaneRk4::<4>::new(1008), pair, rest).unwrap();
+    let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
+    assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
+    assert_eq!(together.fingerprint(), sweep.run(&LaneRk4::<8>::new(1008), pair, rest).unwrap().fingerprint());
+}
+
+/// Carried states: each run starts where its neighbour ended, up and down.
+#[test]
+fn states_are_carried_along_a_line() {
+    let sweep = Sweep::over(frequencies(5)).settle(1).measure(1).channels(&["q1"]).strobe(1);
+    for carry in [Carry::Up, Carry::Down] {
+        let rows = sweep.clone().carry(carry).run(&LaneRk4::<8>::new(1008), pair, rest).unwrap();
+        let mut state = Pair::start();
+        let order: Vec<usize> = if carry == Carry::Up { (0..5).collect() } else { (0..5).rev().collect() };
+        for i in order {
+            let value = rows.points().point(i)["we"];
+            let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap())).settle(1).measure(1).channels(&["q1"]).strobe(1);
+            let start = state.clone();
+            let alone = alone.run(&LaneRk4::<8>::new(1008), pair, |_, _| Ok::<_, ParameterError>(start.clone())).unwrap();
+            let (a, b) = (alone.iter().next().unwrap(), rows.row(i).unwrap().unwrap());
+            assert_eq!(a.channel("q1"), b.channel("q1"), "{carry:?} {i}");
+            let end = a.strobes().next().unwrap();
+            state = State::new(0.0, &end[..1], &end[1..]);
+        }
+    }
+}
+
+#[test]
+fn a_cancelled_sweep_keeps_what_is_done() {
+    let (stop, seen) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let rows = |_: &Row<'_>| {
+        if seen.fetch_add(1, Ordering::Relaxed) == 9 {
+            stop.store(true, Ordering::Relaxed);
+        }
+    };
+    let watch = Watch::new().rows(&rows).cancel(&stop);
+    let sweep = sweep(200);
+    let part = sweep.run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &watch).unwrap();
+    assert!(!part.is_complete() && part.iter().count() >= 10 && part.iter().count() < 100, "{}", part.iter().count());
+    let whole = sweep.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
+    for row in part.iter() {
+        assert_eq!(row.channel("q1"), whole.row(row.index()).unwrap().unwrap().channel("q1"));
+    }
+}
+
+#[test]
+fn progress_counts_every_point() {
+    let last = AtomicUsize::new(0);
+    let progress = |done: usize, total: usize| {
+        assert!(done <= total && total == 30);
+        last.fetch_max(done, Ordering::Relaxed);
+    };
+    sweep(30).run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new().progress(&progress)).unwrap();
+    assert_eq!(last.into_inner(), 30);
+}
+
+// Bad input, by name.
+
+#[test]
+fn empty_and_reversed_ranges_and_nan_in_a_range() {
+    assert!(matches!(Axis::linear("x", 2.0, 1.0, 5), Err(ParameterError::NotPositive { .. })));
+    assert!(matches!(Axis::linear("x", 1.0, 1.0, 5), Err(ParameterError::NotPositive { .. })));
+    assert!(matches!(Axis::linear("x", f64::NAN, 1.0, 5), Err(ParameterError::NotFinite { .. })));
+    assert!(matches!(Axis::linear("x", 0.0, f64::INFINITY, 5), Err(ParameterError::NotFinite { .. })));
+    assert!(matches!(Axis::linear("x", 0.0, 1.0, 1), Err(ParameterError::TooFew { .. })));
+    assert!(matches!(Axis::list("x", &[]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(Axis::list("x", &[1.0, f64::NAN]), Err(ParameterError::NotFinite { .. })));
+    assert!(matches!(Points::grid(vec![]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(Points::list(&["x", "y"], &[vec![1.0]]), Err(ParameterError::Length { .. })));
+    assert!(matches!(Points::list(&["x"], &[]), Err(ParameterError::Empty { .. })));
+}
+
+#[test]
+fn zero_steps_per_period_and_zero_periods() {
+    let sweep = sweep(3);
+    let steps = sweep.run(&LaneRk4::<4>::new(0), pair, rest).unwrap_err();
+    assert!(matches!(steps, SweepError::Setting { name: "steps per period", .. }));
+    assert!(matches!(sweep.run(&TableRk4::new(0), pair, rest), Err(SweepError::Setting { .. })));
+    let nothing = sweep.clone().measure(0).run(&LaneRk4::<4>::new(8), pair, rest);
+    assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
+    let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
+    assert!(matches!(never, Err(SweepError::Setting { name: "until_repeats", .. })));
+    let chunk = sweep.run_chunk(3, 3, &LaneRk4::<4>::new(8), pair, rest, &Watch::new());
+    assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
+}
+
+#[test]
+fn a_family_that_fails_at_some_points() {
+    let odd = |p: &Point<'_>| if !p.index().is_multiple_of(2) { Err("odd") } else { Ok(Pair::at(p["we"])) };
+    let rows = sweep(9).run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
+    assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
+    assert_eq!(rows.row(3).unwrap().unwrap_err(), &PointError::Model("odd".into()));
+    assert!(rows.is_complete() && rows.iter().count() == 5);
+    let none = sweep(3).run(&LaneRk4::<4>::new(STEPS), |_| Err::<Pair, _>("never"), rest).unwrap();
+    assert_eq!((none.iter().count(), none.errors().len()), (0, 3));
+}
+
+#[test]
+fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
+    let far = |p: &Point<'_>, _: &Pair| {
+        Ok::<_, ParameterError>(State::new(0.0, &[if p.index() == 1 { 1e308 } else { -6.4e-4 }], &[1e308 * (p.index() == 1) as u8 as f64]))
+    };
+    let rows = sweep(3).run(&LaneRk4::<4>::new(STEPS), pair, far).unwrap();
+    assert!(matches!(rows.row(1).unwrap(), Err(PointError::Diverged { period: 1 })));
+    assert_eq!(rows.iter().count(), 2);
+    let wrong = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2))).unwrap();
+    assert!(matches!(wrong.row(0).unwrap(), Err(PointError::Start(ParameterError::Length { .. }))));
+    let late = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))).unwrap();
+    assert!(matches!(late.row(0).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+}
+
+/// Families whose models share no lanes run one by one, and the rows say so; families of several kinds run kind by kind.
+#[test]
+fn models_that_cannot_share_lanes_run_alone() {
+    let eccentric = |p: &Point<'_>| NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() });
+    let points = Points::along(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
+    let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
+    let rows = sweep.run(&LaneRk4::<16>::new(2016), eccentric, at_rest).unwrap();
+    assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
+    let grid = Points::grid(vec![Axis::linear("speed", 100.0, 110.0, 5).unwrap(), Axis::list("eps", &[0.1, 0.2]).unwrap()]).unwrap();
+    let family = |p: &Point<'_>| NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() });
+    let sweep = Sweep::over(grid).settle(0).measure(1).channels(&["q1"]);
+    let rows = sweep.run(&LaneRk4::<8>::new(2016), family, at_rest).unwrap();
+    assert!(rows.alone() <= 2 && rows.iter().count() == 10);
+    for row in rows.iter() {
+        let alone =
+            Sweep::over(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap()).settle(0).measure(1).channels(&["q1"]);
+        let alone = alone.run(&LaneRk4::<8>::new(2016), family, at_rest).unwrap();
+        assert_eq!(alone.iter().next().unwrap().channel("q1"), row.channel("q1"));
+    }
+}
+
+/// A stiffness wave whose edges fall on whole steps runs as the located engine does; otherwise the point says what is wrong.
+#[test]
+fn edges_of_drives_have_to_fall_on_the_grid() {
+    let base = RingSet::a(4, 1000.0);
+    let wave = |p: &Point<'_>| -> Result<Ring, ParameterError> {
+        let mut params = base.params()?;
+        let period = std::f64::consts::TAU / params.omega;
+        let stiffness = shared(RectangularWave::new(1.5e8, 2.5e8, 0.5, period)?);
+        let error = shared(Fourier::new(0.0, &[[0.0, 1e-6]], params.omega)?);
+        for mesh in &mut params.meshes {
+            *mesh = Mesh::new(stiffness.clone(), error.clone(), 1000.0, Backlash::new(2.65e-5)?)?;
+        }
+        params.motor.torque = p["torque"];
+        Ring::new(&params)
+    };
+    let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
+    let sweep = Sweep::over(Points::along(Axis::list("torque", &[40.0, 48.0]).unwrap())).settle(1).measure(1).channels(&["deflection 1"]);
+    let on = sweep.run(&LaneRk4::<4>::new(4000), wave, start).unwrap();
+    let located = sweep.run(&Located(Dop853::new().rtol(1e-9)), wave, start).unwrap();
+    for (a, b) in on.iter().zip(located.iter()) {
+        let (a, b) = (a.channel("deflection 1").unwrap(), b.channel("deflection 1").unwrap());
+        // The motion is not periodic yet: half a step at each end of the window.
+        assert!((a.mean - b.mean).abs() < b.peak_to_peak() / 4000.0, "{a:?} {b:?}");
+    }
+    let off = sweep.run(&LaneRk4::<4>::new(4002), wave, start).unwrap();
+    assert!(matches!(off.row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))), "{:?}", off.errors());
+}
+
+#[test]
+fn channels_that_tables_do_not_measure_and_names_there_are_not() {
+    let named = |name: &str| Sweep::over(speeds(&[100.0])).settle(0).measure(1).channels(&[name]);
+    let own = named("base radius").run(&LaneRk4::<4>::new(504), nfg, at_rest);
+    assert_eq!(own.unwrap_err(), SweepError::Channel { name: "base radius".into() });
+    assert!(named("base radius").run(&Located(Rk4::new(1.0)), nfg, at_rest).is_ok());
+    let unknown = named("nothing").run(&LaneRk4::<4>::new(504), nfg, at_rest);
+    assert!(matches!(unknown, Err(SweepError::Parameter(ParameterError::NoSuchChannel { .. }))));
+}
+
+#[test]
+fn parts_that_do_not_fit_together() {
+    let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new()).unwrap();
+    assert!(matches!(Rows::merge(vec![part(0), part(2)]), Err(SweepError::Parts { row: 3 })));
+    assert!(matches!(Rows::merge(vec![part(0), part(1)]), Err(SweepError::Parts { row: 6 })));
+    assert!(matches!(Rows::merge(vec![]), Err(SweepError::Parts { row: 0 })));
+}
+
+/// Rows come back from bytes; bytes that are cut off, changed or of another sweep are errors, whatever they hold.
+#[test]
+fn rows_as_bytes() {
+    let sweep = sweep(9).check_every(4);
+    let odd = |p: &Point<'_>| if p.index() == 3 { Err("odd") } else { Ok(Pair::at(p["we"])) };
+    let rows = sweep.run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
+    let bytes = rows.to_bytes();
+    let back = sweep.rows_from_bytes(&bytes).unwrap();
+    assert_eq!((back.fingerprint(), back.to_bytes().len()), (rows.fingerprint(), bytes.len()));
+    assert_eq!(back.row(3).unwrap().unwrap_err().to_string(), "no model: odd");
+    assert_eq!(back.row(4).unwrap().unwrap().error("q1"), rows.row(4).unwrap().unwrap().error("q1"));
+    for length in 0..bytes.len() {
+        assert!(matches!(sweep.rows_from_bytes(&bytes[..length]), Err(SweepError::Bytes { .. })), "{length}");
+    }
+    for place in 0..80 {
+        let mut bad = bytes.clone();
+        bad[place] = 0xff;
+        let _ = sweep.rows_from_bytes(&bad); // an error or other rows, never a panic
+    }
+    assert!(Sweep::over(frequencies(2)).rows_from_bytes(&bytes).is_err());
+}
+
+/// Reading A, 60 turns settled and 40 measured, located edges: contact is lost from 131.43 rad/s, both flanks meet from 149.6 to 150.1, and
+/// from 164 the motion repeats every turn again.   Source: tests/data/nfg.json, `bifurcation_modelA`.
+#[test]
+fn thresholds_of_reading_a() {
+    let family = |p: &Point<'_>| {
+        NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+    };
+    let scan = [131.38, 131.48, 164.0, 149.0, 149.1, 149.2, 149.3, 149.4, 149.5, 149.6, 149.7, 149.8, 149.9, 150.0, 150.1];
+    let sweep = Sweep::over(speeds(&scan)).settle(60).measure(40).rattle();
+    let rows = sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), family, at_rest).unwrap();
+    let states: Vec<_> = rows.iter().map(|row| row.state(0)).collect();
+    println!("{states:?}");
+    assert_eq!(states[..3], [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
+    let onset = scan[3..].iter().zip(&states[3..]).find(|(_, state)| **state == RattleState::Bilateral);
+    assert!(onset.is_some_and(|(speed, _)| (149.6..=150.1).contains(speed)), "{onset:?}");
+    let last = rows.row(2).unwrap().unwrap();
+    assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 40 * 126));
+}
