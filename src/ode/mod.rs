@@ -109,7 +109,7 @@ pub trait Integrator {
 }
 
 /// An observer whose type is forgotten: runs that only differ in it are compiled once.
-fn any<'o>(observer: &'o mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()>) -> &'o mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()> {
+fn any(observer: &mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()>) -> &mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()> {
     observer
 }
 
