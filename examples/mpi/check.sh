@@ -3,6 +3,9 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
+# Open MPI refuses to run as root unless told twice.
+[ "$(id -u)" -ne 0 ] || export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+
 cargo build --release -p sweep-mpi
 program=target/release/sweep-mpi
 serial=$("$program" --serial)

@@ -30,7 +30,7 @@ pub enum BalanceError {
         found: usize,
     },
     /// Samples that cannot tell the orders apart.
-    #[error("{samples} samples cannot hold order {highest}: more than {} are needed, and several times as many with contacts", 2 * highest)]
+    #[error("{samples} samples cannot hold order {highest}: at least {} are needed, and several times as many with contacts", (2 * highest + 1).max(16))]
     Samples {
         /// M.
         samples: usize,
@@ -40,7 +40,7 @@ pub enum BalanceError {
     /// A way to integrate that this model does not offer.
     #[error(
         "{integrals:?} integrals are not to be had: closed ones need accelerations linear on held pieces and drives of few harmonics, \
-             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled; Exact chooses what fits"
+             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled, linearised starts need held pieces; Exact chooses what fits"
     )]
     NotOffered {
         /// What was asked for.

@@ -4,6 +4,7 @@ use super::Orbit;
 use super::couplings::Slopes;
 use super::orbit::samples_for;
 use super::panels::drive_edges;
+use super::residual::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};
@@ -35,7 +36,8 @@ impl Orbit {
             let (mode, half) = (&rigid[k / 2], k % 2);
             if i / n == half { mode[i % n] } else { 0.0 }
         });
-        let fewer = self.below((3 * self.harmonics().highest()).div_ceil(4));
+        let highest = self.harmonics().highest();
+        let fewer = self.below(highest - highest.div_ceil(4));
         let multipliers = Multipliers::without(&self.monodromy(model, STEP)?, &basis, 0.0)?;
         let rough = fewer.monodromy(model, 2.0 * STEP).and_then(|m| Multipliers::without(&m, &basis, 0.0));
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
@@ -129,10 +131,11 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         let n = orbit.dof();
         let mut y = vec![0.0; 4 * n * n];
         (0..2 * n).for_each(|i| y[i * (2 * n + 1)] = 1.0);
-        let (a, size) = (coefficients(), vec![1.0; n]);
+        let (a, size) = (coefficients(), sizes(orbit));
+        let rates = size.iter().map(|s| s * orbit.frequency() * orbit.harmonics().highest().max(1) as f64).collect();
         let product = |i: usize, j: usize| (0..STAGES).map(|k| a[i][k] * a[k][j]).sum();
         Flow {
-            slopes: Slopes::new(model, [size.clone(), size]),
+            slopes: Slopes::new(model, [size, rates]),
             square: std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))),
             weights: std::array::from_fn(|j| (0..STAGES).map(|i| WEIGHTS[i] * a[i][j]).sum()),
             q: vec![0.0; n],
@@ -161,6 +164,9 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
         let mut fastest = self.read(0.5 * (start + end));
         while t < end {
+            if !fastest.is_finite() {
+                return None;
+            }
             // Whole steps of equal length to the end, as long as the frequency allows here; the slowest allowed is one order.
             let longest = step / fastest.max(TAU / self.orbit.span());
             let h = (end - t) / ((end - t) / longest).ceil().max(1.0);

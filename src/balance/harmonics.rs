@@ -102,12 +102,10 @@ impl Harmonics {
         self.orders.binary_search(&order).ok().map(|i| self.place(i))
     }
 
-    /// The same kind of set, 1.3 times as far.
-    pub(crate) fn extended(&self) -> Self {
+    /// Every order up to 1.3 times the highest, so that gaps of a list show too.
+    pub(super) fn extended(&self) -> Self {
         let highest = self.highest();
         let further = highest + (3 * highest).div_ceil(10).max(1);
-        let full = self.orders.len() == highest + 1;
-        let orders = if full { (0..=further).collect() } else { self.orders.iter().copied().chain(highest + 1..=further).collect() };
-        Harmonics { orders, periods: self.periods }
+        Harmonics { orders: (0..=further).collect(), periods: self.periods }
     }
 }

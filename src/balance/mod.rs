@@ -138,6 +138,9 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        if model.contacts() > 0 && !residual::holds_pieces(model) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
         let width = self.harmonics.unknowns();
         let rest =
             Orbit::of(&self.harmonics, model.period() * self.harmonics.periods() as f64, vec![0.0; model.dof() * width], model.dof());

@@ -129,12 +129,13 @@ impl Panels {
     }
 }
 
-/// Instants inside a span at which a drive jumps.
+/// Instants of a span at which a drive jumps; one at its beginning is met again at its end.
 pub(super) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
     let mut edges = Vec::new();
     let mut t = 0.0;
-    while let Some(edge) = model.next_edge(t).filter(|&edge| edge > t && edge < span) {
-        edges.push(edge);
+    // An edge at the end of the span may be off by rounding.
+    while let Some(edge) = model.next_edge(t).filter(|&edge| edge > t && edge <= span * (1.0 + 1e-12)) {
+        edges.push(edge.min(span));
         t = edge;
     }
     edges

@@ -8,7 +8,7 @@ use super::kinks::Kinks;
 use super::orbit::{Orbit, samples_for};
 use super::panels::{Panels, drive_edges};
 use super::spectra::{Samples, Spectra};
-use super::stencil::Stencil;
+use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
@@ -73,7 +73,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let holds = model.contacts() > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
         let samples = match integrals {
-            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() => {
+            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
                 return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
             }
             Integrals::Sampled { samples } => samples,
@@ -293,6 +293,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         // In units of the stiffest coordinate.
         let samples = self.grid.samples().div_ceil(stride) as f64;
+        if mean.iter().any(|x| !x.is_finite()) {
+            return None; // the residual says where
+        }
         (mean.singular_values().min() <= 1e-9 * samples).then_some(contact)
     }
 
@@ -346,14 +349,14 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
 }
 
 /// Whether a model offers held pieces.
-fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
+pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
     model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
 }
 
 /// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
-fn sizes(orbit: &Orbit) -> Vec<f64> {
+pub(super) fn sizes(orbit: &Orbit) -> Vec<f64> {
     let own: Vec<f64> = (0..orbit.dof()).map(|j| orbit.coefficients(j).iter().map(|c| c.abs()).sum()).collect();
     let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
     let fallback = if largest > 0.0 { largest } else { 1.0 };

@@ -151,9 +151,9 @@ mod tests {
     #[test]
     fn sums_begin_between_nodes() {
         let stencil = Stencil::new();
-        let g = |y: f64| (-(y * y) / 40.0).exp();
-        // ∫_0^∞ exp(-y²/40) dy = √(40π)/2; the rest by Simpson.
-        let tail = 0.5 * (40.0 * std::f64::consts::PI).sqrt();
+        let g = |y: f64| (-(y * y) / 160.0).exp();
+        // ∫_0^∞ exp(-y²/160) dy = √(160π)/2; the rest by Simpson.
+        let tail = 0.5 * (160.0 * std::f64::consts::PI).sqrt();
         for phi in [-0.5, -0.31, 0.0, 0.2, 0.5] {
             let part: f64 = (0..1000)
                 .map(|i| {
@@ -164,7 +164,7 @@ mod tests {
             let sum: f64 = (0..200).map(|i| g(i as f64 + 0.5)).sum();
             let w = stencil.weights(phi);
             let corrected = sum + (0..NODES).map(|i| w[i] * g(i as f64 - 7.5)).sum::<f64>();
-            assert!((corrected - (tail - part)).abs() < 3e-11, "{phi}: {corrected} against {}", tail - part);
+            assert!((corrected - (tail - part)).abs() < 1e-13, "{phi}: {corrected} against {}", tail - part);
         }
     }
 }

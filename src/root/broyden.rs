@@ -67,7 +67,7 @@ impl Broyden {
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }
     }
-    /// The size of the last correction, as a share of the largest unknown met on the way.
+    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Broyden { tolerance, ..self }
     }
@@ -101,7 +101,7 @@ impl Broyden {
             Err(floating) => return Err(root.singular(floating)),
         };
         let mut inverse = Inverse { factors, bad: self.bad, updates: Vec::new() };
-        let mut scale = largest(guess);
+        let first = largest(guess);
         let (mut x, mut next, mut change) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         while root.iterations < self.max_iterations {
             let mut step: Vec<f64> = r.iter().map(|r| -r).collect();
@@ -114,7 +114,7 @@ impl Broyden {
             }
             change.iter_mut().zip(&next).zip(&r).for_each(|((y, n), r)| *y = n - r);
             std::mem::swap(&mut r, &mut next);
-            scale = scale.max(largest(&x));
+            let scale = first.max(largest(&x));
             let size = largest(&step);
             root.step_to(&x, largest(&r));
             if size <= self.tolerance * scale {

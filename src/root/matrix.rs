@@ -94,7 +94,7 @@ impl Matrix {
     }
     /// The single block of a dense matrix.
     pub(crate) fn single(&self) -> Option<&[f64]> {
-        (self.block_rows() == 1 && !self.parts[0].pairs).then_some(&self.parts[0].values)
+        self.parts.first().filter(|part| self.block_rows() == 1 && !part.pairs).map(|part| &part.values[..])
     }
 
     /// Rows, equal to columns.

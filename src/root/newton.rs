@@ -33,7 +33,7 @@ impl Newton {
     pub fn new() -> Self {
         Newton { tolerance: 1e-10, max_iterations: 50, least_damping: 1e-4 }
     }
-    /// The size of the last correction, as a share of the largest unknown met on the way.
+    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Newton { tolerance, ..self }
     }
@@ -57,7 +57,7 @@ impl Newton {
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
         let mut matrix = equations.matrix();
-        let mut scale = largest(guess);
+        let first = largest(guess);
         let (mut x, mut step, mut next) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
         while root.iterations < self.max_iterations {
@@ -81,6 +81,7 @@ impl Newton {
                 return Err(root.singular(super::Floating(unknown)));
             }
             let mut damping = 1.0;
+            let scale = first.max(largest(&root.x));
             let contraction = loop {
                 x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
                 equations.residual(&x, &mut next);
@@ -90,7 +91,6 @@ impl Newton {
                     r.copy_from_slice(&next);
                     next.iter_mut().for_each(|r| *r = -*r);
                     kept.solve(&mut next);
-                    scale = scale.max(largest(&x));
                     // A correction within the tolerance needs no further test.
                     if damping == 1.0 && size <= self.tolerance * scale {
                         root.step_to(&x, residual);

@@ -1,0 +1,56 @@
+//! Balance of the rattling pair against the truth, with its own estimates. Long:
+//! `cargo test --release --test balance_truth -- --ignored`.
+
+use gear_dynamics::*;
+use serde_json::Value;
+
+/// Reading A at five speeds: balance to 1e-3 of ppv, |z_H - z_1.3H| within a factor of two of the true error, the shooting correction within
+/// six, and polished to 1e-9 of the reference.
+#[test]
+#[ignore = "minutes without optimisation: cargo test --release --test balance_truth -- --ignored"]
+fn balance_reaches_the_truth_and_knows_its_error() {
+    let file = format!("{}/tests/data/nfg.json", env!("CARGO_MANIFEST_DIR"));
+    let data: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    for (speed, highest) in [(120.0, 600), (140.0, 800), (148.0, 1300), (180.0, 800), (220.0, 650)] {
+        let case = data["cases"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|c| {
+                let options = &c["options"];
+                let plain = c["params_override"].as_object().unwrap().len() == 1 && c["params_override"]["w1"] == speed;
+                plain && options["rmode"] == "et" && options["forc"] == "two" && options["radius"] == "base"
+            })
+            .unwrap();
+        let params = NfgParams { speed, ..NfgParams::table1() };
+        let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+        let solver = Dop853::new().rtol(1e-10).atol(1e-15);
+        let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+        let balance = Balance::new(Harmonics::up_to(highest));
+        let guess = Orbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
+        let orbit = balance.solve(&pair, &guess).unwrap();
+        let proof = balance.prove(&pair, &orbit).unwrap();
+        let cycle = proof.polished.unwrap();
+        let sharp = Dop853::new().rtol(1e-12).atol(1e-16);
+        let truth = Orbit::project(&sharp, &pair, &cycle.states()[0], &Harmonics::up_to(4000)).unwrap();
+        let error = orbit.distance(&truth);
+        println!(
+            "{speed} rad/s, H = {highest}: error {error:.1e}, |z_H - z_1.3H| {:.1e}, shooting {:.1e}",
+            proof.truncation, proof.shooting
+        );
+        assert!(error < 1e-3);
+        assert!(error < 2.0 * proof.truncation && proof.truncation < 2.0 * error);
+        assert!(error < 6.0 * proof.shooting && proof.shooting < 6.0 * error);
+        let mut statistics = Statistics::new(&pair, &["q1"]).unwrap();
+        cycle.observe(&pair, &mut statistics).unwrap();
+        let (summary, ppv) = (statistics.summary("q1").unwrap(), case["ppv"].as_f64().unwrap());
+        for (found, name) in [(summary.max, "qmax"), (summary.min, "qmin"), (summary.mean, "mean")] {
+            assert!((found - case[name].as_f64().unwrap()).abs() < 1e-9 * ppv, "{speed} {name}");
+        }
+        let fifteen = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).linearised(&pair, Piece::Lower);
+        let fifteen = Balance::new(Harmonics::bands(63, 1, 2).unwrap())
+            .integrals(Integrals::Sampled { samples: 1024 })
+            .solve(&pair, &fifteen.unwrap());
+        assert!(fifteen.map_or(true, |orbit| orbit.is_doubtful()));
+    }
+}
