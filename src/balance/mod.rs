@@ -43,7 +43,7 @@ use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrals {
     /// Whichever of the exact ways suits the model: [`Closed`](Integrals::Closed) or [`Kinks`](Integrals::Kinks), panels where drives
-    /// jump or pieces cannot be held, samples where nothing switches.
+    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order: keep orders up to those of its drives.
     #[default]
     Exact,
     /// Sampled at M uniform instants, as the second paper does: a dead zone then has a Jacobian that jumps, and folds that are not there.
@@ -55,7 +55,8 @@ pub enum Integrals {
     Closed,
     /// Samples corrected around every kink: any smooth pieces.
     Kinks,
-    /// Gauss panels between switches and jumps of the drives: anything.
+    /// Gauss panels between switches and jumps of the drives. Their width follows the highest order kept: a drive of much higher orders is not
+    /// resolved.
     Panels,
 }
 

@@ -24,7 +24,8 @@ pub struct Proof {
     pub truncation: f64,
     /// The orbit on 1.3 H orders.
     pub finer: Orbit,
-    /// The correction that exact integrals ask for, over the peak-to-peak; zero when they are exact.
+    /// The correction that exact integrals ask for, over the peak-to-peak, where contacts were sampled; zero otherwise, also for the samples of
+    /// a model without contacts.
     pub aliasing: f64,
     /// The first correction of multiple shooting, over the range of motion: a few times smaller than the error when it is small; above 0.1,
     /// and infinite when shooting finds nothing, there is no orbit of the equation near.
