@@ -38,6 +38,7 @@ mod analysis;
 mod balance;
 mod channel;
 mod check;
+mod dual;
 mod error;
 mod excitation;
 mod held;
@@ -52,6 +53,7 @@ mod phase;
 mod piece;
 mod root;
 mod scalar;
+mod slopes;
 mod sweep;
 
 pub use analysis::{
@@ -61,6 +63,7 @@ pub use analysis::{
 pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
+pub use dual::{Dual, dual_jacobian};
 pub use error::ParameterError;
 pub use excitation::{
     CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Repeats, Scaled, Shared, Sum,
@@ -69,7 +72,7 @@ pub use excitation::{
 pub use held::{CounterRng, Held, HeldProcess};
 pub use lanes::{InstructionSet, Lanes, TableError};
 pub use mesh::{ContactDamping, Mesh};
-pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State, dual_jacobian};
+pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
 pub use models::{
     CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, Radius,
     RelativeView, Ring, RingParams, RingSet, Shaft,
@@ -85,7 +88,7 @@ pub use orbit::{
 pub use phase::{PhaseLaw, Varying};
 pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
-pub use scalar::{Dual, Scalar, one_by_one};
+pub use scalar::{Scalar, one_by_one};
 pub use sweep::{
     Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, Distribution, Ensemble, EnsembleError, Job, LaneRk4, Located, Mark,
     Marks, Plan, Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4,

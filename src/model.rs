@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::nonlinearity::Nonlinearity;
 use crate::piece::{Piece, Side};
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 
 /// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
@@ -311,50 +311,6 @@ impl<S: Scalar> Law<S> for OnPieces<'_> {
     #[inline(always)]
     fn touch(&self, i: usize, _: S, _: S, _: S) -> S {
         S::from(if self.0[i] == Piece::Gap { 0.0 } else { 1.0 })
-    }
-}
-
-/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`].
-pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-    match pieces {
-        None => slopes(model, &AsIs, u, q, v, out),
-        Some(pieces) => slopes(model, &OnPieces(pieces), u, q, v, out),
-    }
-    true
-}
-
-/// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
-const SMALL: usize = 32;
-const LARGER: usize = 512;
-
-fn slopes<M: Generic, L: Law<Dual>>(model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-    let needed = u.len() + 3 * model.dof();
-    let zero = Dual::from(0.0);
-    if needed <= SMALL {
-        slopes_in(&mut [zero; SMALL][..needed], model, law, u, q, v, out)
-    } else if needed <= LARGER {
-        slopes_in(&mut [zero; LARGER][..needed], model, law, u, q, v, out)
-    } else {
-        slopes_in(&mut vec![zero; needed], model, law, u, q, v, out)
-    }
-}
-
-#[inline(always)]
-fn slopes_in<M: Generic, L: Law<Dual>>(numbers: &mut [Dual], model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-    let n = model.dof();
-    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
-        *number = x.into();
-    }
-    let (u, rest) = numbers.split_at_mut(u.len());
-    let (y, a) = rest.split_at_mut(2 * n);
-    for j in 0..2 * n {
-        y[j].slope = 1.0;
-        model.accel_on(law, u, &y[..n], &y[n..], a);
-        y[j].slope = 0.0;
-        let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
-        for (i, a) in a.iter().enumerate() {
-            half[(i, column)] = a.slope;
-        }
     }
 }
 

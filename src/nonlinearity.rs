@@ -6,9 +6,10 @@ mod smooth;
 pub use backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 pub use smooth::{Cubic, Linear, SmoothedBacklash};
 
+use crate::dual::Dual;
 use crate::excitation::Repeats;
 use crate::piece::{Piece, Side};
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::Scalar;
 
 /// The edges of a gap and how fast they move.
 ///
@@ -95,7 +96,7 @@ pub trait Nonlinearity {
     /// df/dx at rest at t = 0, exact by dual numbers; at an edge the slope of the gap.
     fn slope(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
-        self.force(Dual::variable(x), 0.0.into(), e.lower.into(), e.upper.into()).slope
+        self.force(Dual::variable(x), 0.0.into(), e.lower.into(), e.upper.into()).slope[0]
     }
 }
 

@@ -12,7 +12,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// use gear_dynamics::{Dual, Scalar};
 /// fn cubic<S: Scalar>(x: S) -> S { x + x * x * x * 0.5 }
 /// assert_eq!(cubic(2.0), 6.0);
-/// assert_eq!(cubic(Dual::variable(2.0)).slope, 7.0);
+/// assert_eq!(cubic(Dual::variable(2.0)).slope, [7.0]);
 /// ```
 pub trait Scalar:
     Copy
@@ -76,108 +76,5 @@ impl Scalar for f64 {
     #[inline(always)]
     fn step(self) -> Self {
         if self > 0.0 { 1.0 } else { 0.0 }
-    }
-}
-
-/// A value with its slope: x + x'ε with ε² = 0. Derivatives through it are exact to rounding.
-///
-/// ```
-/// use gear_dynamics::{Dual, Scalar};
-/// let x = Dual::variable(4.0);
-/// assert_eq!(x.sqrt().value, 2.0);
-/// assert_eq!(x.sqrt().slope, 0.25);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual {
-    /// x.
-    pub value: f64,
-    /// x'.
-    pub slope: f64,
-}
-
-impl Dual {
-    /// The variable itself: slope 1.
-    pub fn variable(value: f64) -> Self {
-        Dual { value, slope: 1.0 }
-    }
-}
-
-impl From<f64> for Dual {
-    #[inline(always)]
-    fn from(value: f64) -> Self {
-        Dual { value, slope: 0.0 }
-    }
-}
-
-impl Add for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        Dual { value: self.value + o.value, slope: self.slope + o.slope }
-    }
-}
-
-impl Sub for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        Dual { value: self.value - o.value, slope: self.slope - o.slope }
-    }
-}
-
-impl Mul for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: Self) -> Self {
-        Dual { value: self.value * o.value, slope: self.slope * o.value + self.value * o.slope }
-    }
-}
-
-impl Mul<f64> for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: f64) -> Self {
-        Dual { value: self.value * o, slope: self.slope * o }
-    }
-}
-
-impl Div for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, o: Self) -> Self {
-        let value = self.value / o.value;
-        Dual { value, slope: (self.slope - value * o.slope) / o.value }
-    }
-}
-
-impl Neg for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Dual { value: -self.value, slope: -self.slope }
-    }
-}
-
-impl Scalar for Dual {
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        let value = self.value.sqrt();
-        Dual { value, slope: 0.5 * self.slope / value }
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        if self.value < 0.0 { -self } else { self }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        if self.value < other.value { self } else { other }
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        if self.value > other.value { self } else { other }
-    }
-    #[inline(always)]
-    fn step(self) -> Self {
-        Dual::from(Scalar::step(self.value))
     }
 }

@@ -8,7 +8,7 @@
 //! and everything else is a product of short series.
 
 use super::Harmonics;
-use super::couplings::{Couplings, Slope, Slopes, even};
+use super::couplings::{Couplings, Slope, even};
 use super::grid::Grid;
 use super::look::{Look, Part, Series, is_linear_on_pieces, value_at};
 use super::spectra::Spectra;
@@ -16,6 +16,7 @@ use super::stencil::Phasors;
 use super::switching::Switching;
 use crate::model::Periodic;
 use crate::piece::Piece;
+use crate::slopes::Slopes;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -1,70 +1,8 @@
-//! Which accelerations depend on which coordinates, and how to ask for the slopes.
+//! Which accelerations depend on which coordinates.
 
-use crate::model::{Jacobian, Model, Periodic};
+use crate::model::{Jacobian, Periodic};
 use crate::piece::{Piece, Side};
-
-/// Slopes of the acceleration at one instant: the model's own, or central differences.
-pub(super) struct Slopes<'m, M: ?Sized> {
-    model: &'m M,
-    /// Size of coordinates and velocities, for differences.
-    size: [Vec<f64>; 2],
-    pub(super) jacobian: Jacobian,
-    /// Whether the model offers none.
-    pub(super) differenced: bool,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    a: [Vec<f64>; 2],
-}
-
-impl<'m, M: Model + ?Sized> Slopes<'m, M> {
-    pub(super) fn new(model: &'m M, size: [Vec<f64>; 2]) -> Self {
-        let n = model.dof();
-        let (mut u, rest) = (vec![0.0; model.drives()], vec![0.0; n]);
-        model.drive(0.0, Side::After, &mut u);
-        let mut jacobian = Jacobian::new(n);
-        let differenced = !model.jacobian(None, &u, &rest, &rest, &mut jacobian);
-        Slopes { model, size, jacobian, differenced, q: vec![0.0; n], v: vec![0.0; n], a: [vec![0.0; n], vec![0.0; n]] }
-    }
-
-    /// Size of coordinates (0) or velocities (1).
-    pub(super) fn reach(&self, half: usize) -> Vec<f64> {
-        self.size[half].clone()
-    }
-
-    /// Fills `jacobian`.
-    pub(super) fn at(&mut self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
-        if !self.differenced && self.model.jacobian(pieces, u, q, v, &mut self.jacobian) {
-            return;
-        }
-        let n = q.len();
-        for column in 0..2 * n {
-            let (half, j) = (column / n, column % n);
-            let h = 1e-6 * self.size[half][j];
-            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-                self.q.copy_from_slice(q);
-                self.v.copy_from_slice(v);
-                if half == 0 {
-                    self.q[j] += sign * h
-                } else {
-                    self.v[j] += sign * h
-                }
-                accelerate(self.model, pieces, u, &self.q, &self.v, &mut self.a[side]);
-            }
-            let target = if half == 0 { &mut self.jacobian.q } else { &mut self.jacobian.v };
-            for i in 0..n {
-                target[(i, j)] = (self.a[0][i] - self.a[1][i]) / (2.0 * h);
-            }
-        }
-    }
-}
-
-/// q'', on held pieces if the model offers them.
-#[inline]
-pub(super) fn accelerate<M: Model + ?Sized>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-    if !pieces.is_some_and(|pieces| model.accel_on_pieces(pieces, u, q, v, a)) {
-        model.accel(u, q, v, a);
-    }
-}
+use crate::slopes::Slopes;
 
 /// How one acceleration depends on one coordinate or velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +37,7 @@ const LOOKS: usize = 16;
 
 impl Couplings {
     pub(super) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, holds: bool) -> Self {
-        let (model, n) = (slopes.model, slopes.model.dof());
+        let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;
         // 0 never, 1 constant, 2 varying; a model that hides its pieces may hide couplings too.
         let hidden = !holds && (slopes.differenced || n <= 4);
@@ -111,7 +49,7 @@ impl Couplings {
         for look in 0..LOOKS {
             model.drive(model.period() * even(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
-            let random = |half: usize, j: usize| size * slopes.size[half][j] * (2.0 * even(look, 1 + 2 * j + half) - 1.0);
+            let random = |half: usize, j: usize| size * slopes.scale[half * n + j] * (2.0 * even(look, 1 + 2 * j + half) - 1.0);
             let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|j| (random(0, j), random(1, j))).unzip();
             for &pieces in &ways {
                 slopes.at(pieces, &u, &q, &v);

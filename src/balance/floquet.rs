@@ -1,7 +1,6 @@
 //! Floquet multipliers straight from a balance.
 
 use super::Orbit;
-use super::couplings::Slopes;
 use super::orbit::samples_for;
 use super::panels::drive_edges;
 use super::residual::sizes;
@@ -12,15 +11,16 @@ use crate::model::{Contact, Periodic};
 use crate::orbit::{Multipliers, rigid_modes};
 use crate::piece::{Piece, Side};
 use crate::root::{Factors, Matrix};
-use nalgebra::{DMatrix, Matrix4, Matrix4x2};
+use crate::slopes::Slopes;
+use nalgebra::{DMatrix, SMatrix};
 use std::f64::consts::TAU;
 
-/// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-9.
-const STEP: f64 = 0.6;
+/// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-8.
+const STEP: f64 = 1.2;
 
 impl Orbit {
     /// Floquet multipliers of the equation linearised along this series, Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span, by Gauss collocation of
-    /// order 8 on the smooth stretches between switches (Hairer & Wanner II, Sec. IV.5).
+    /// order 12 on the smooth stretches between switches (Hairer & Wanner II, Sec. IV.5).
     ///
     /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
     /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
@@ -38,42 +38,39 @@ impl Orbit {
         });
         let highest = self.harmonics().highest();
         let fewer = self.below(highest - highest.div_ceil(4));
-        let multipliers = Multipliers::without(&self.monodromy(model, STEP)?, &basis, 0.0)?;
-        let rough = fewer.monodromy(model, 2.0 * STEP).and_then(|m| Multipliers::without(&m, &basis, 0.0));
-        let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
-        Some(multipliers.with_error(if self.jumps(model) { f64::INFINITY } else { error }))
-    }
-
-    /// The motion on a grid, and its switches.
-    fn switching<'m, M: Periodic + ?Sized>(&self, model: &'m M) -> (Grid<'m, M>, Switching) {
-        let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
-        grid.set(self.all_coefficients());
-        let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid, Stencil::get());
-        (grid, switching)
-    }
-
-    /// Whether a force jumps at a switch: then the flow does too, and a series cannot tell how.
-    fn jumps<M: Periodic + ?Sized>(&self, model: &M) -> bool {
-        if model.contacts() == 0 {
-            return false;
+        let (breaks, jumps) = self.breaks(model);
+        let multipliers = Multipliers::without(&self.monodromy(model, &breaks, STEP)?, &basis, 0.0)?;
+        if jumps {
+            return Some(multipliers.with_error(f64::INFINITY));
         }
-        let (grid, switching) = self.switching(model);
-        let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
-        Kinks::new(self.dof(), model.contacts()).jumps(&grid, Stencil::get(), &switching, &mut spectra);
-        !spectra.jumps.is_empty()
+        let rough = fewer.monodromy(model, &fewer.breaks(model).0, 2.0 * STEP).and_then(|m| Multipliers::without(&m, &basis, 0.0));
+        let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
+        Some(multipliers.with_error(error))
+    }
+
+    /// The ends of the smooth stretches of one span, and whether a force jumps at a switch: then the flow does too, and a series cannot
+    /// tell how.
+    fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
+        let mut breaks = drive_edges(model, self.span());
+        breaks.extend([0.0, self.span()]);
+        let mut jumps = false;
+        if model.contacts() > 0 {
+            let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
+            grid.set(self.all_coefficients());
+            let mut switching = Switching::new(model.contacts(), grid.samples());
+            switching.locate(&mut grid, Stencil::get());
+            breaks.extend(switching.events().iter().map(|e| e.time(grid.step())));
+            let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
+            Kinks::new(self.dof(), model.contacts()).jumps(&grid, Stencil::get(), &switching, &mut spectra);
+            jumps = !spectra.jumps.is_empty();
+        }
+        breaks.sort_by(f64::total_cmp);
+        (breaks, jumps)
     }
 
     /// ∂x(span)/∂x(0) along the series.
-    fn monodromy<M: Periodic + ?Sized>(&self, model: &M, step: f64) -> Option<DMatrix<f64>> {
-        let (n, span) = (self.dof(), self.span());
-        let mut breaks = drive_edges(model, span);
-        if model.contacts() > 0 {
-            let (grid, switching) = self.switching(model);
-            breaks.extend(switching.events().iter().map(|e| e.time(grid.step())));
-        }
-        breaks.extend([0.0, span]);
-        breaks.sort_by(f64::total_cmp);
+    fn monodromy<M: Periodic + ?Sized>(&self, model: &M, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
+        let n = self.dof();
         let mut flow = Flow::new(self, model);
         for stretch in breaks.windows(2) {
             flow.advance(stretch[0], stretch[1], step)?;
@@ -83,16 +80,32 @@ impl Orbit {
 }
 
 /// Stages of the collocation.
-const STAGES: usize = 4;
-/// Nodes and weights on 0 .. 1: Gauss, four points.   Abramowitz & Stegun, Table 25.4.
-const NODES: [f64; STAGES] = [0.069_431_844_202_973_71, 0.330_009_478_207_571_87, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
-const WEIGHTS: [f64; STAGES] = [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
+const STAGES: usize = 6;
+/// Nodes and weights on 0 .. 1: Gauss, six points.   Abramowitz & Stegun, Table 25.4.
+const NODES: [f64; STAGES] = [
+    0.033_765_242_898_423_99,
+    0.169_395_306_766_867_73,
+    0.380_690_406_958_401_56,
+    0.619_309_593_041_598_5,
+    0.830_604_693_233_132_2,
+    0.966_234_757_101_576,
+];
+const WEIGHTS: [f64; STAGES] = [
+    0.085_662_246_189_585_18,
+    0.180_380_786_524_069_3,
+    0.233_956_967_286_345_52,
+    0.233_956_967_286_345_52,
+    0.180_380_786_524_069_3,
+    0.085_662_246_189_585_18,
+];
 
 /// a_ij = ∫_0^{c_i} of the j-th Lagrange polynomial of the nodes.
 fn coefficients() -> [[f64; STAGES]; STAGES] {
     let mut a = [[0.0; STAGES]; STAGES];
     for j in 0..STAGES {
-        let mut p = [1.0, 0.0, 0.0, 0.0];
+        // The polynomial by its coefficients, then its integral.
+        let mut p = [0.0; STAGES];
+        p[0] = 1.0;
         for (degree, k) in (0..STAGES).filter(|&k| k != j).enumerate() {
             let scale = 1.0 / (NODES[j] - NODES[k]);
             for m in (0..=degree + 1).rev() {
@@ -100,7 +113,7 @@ fn coefficients() -> [[f64; STAGES]; STAGES] {
             }
         }
         for (i, c) in NODES.iter().enumerate() {
-            a[i][j] = c * (p[0] + c * (p[1] / 2.0 + c * (p[2] / 3.0 + c * p[3] / 4.0)));
+            a[i][j] = c * p.iter().enumerate().rev().fold(0.0, |sum, (m, p)| sum * c + p / (m + 1) as f64);
         }
     }
     a
@@ -122,8 +135,12 @@ struct Flow<'m, M: ?Sized> {
     u: Vec<f64>,
     contacts: Vec<Contact>,
     pieces: Vec<Piece>,
+    /// Slopes of every stage, by columns.
+    of_q: Vec<f64>,
+    of_v: Vec<f64>,
     system: Matrix,
-    right: Vec<f64>,
+    /// Accelerations of every stage for every column of Y.
+    k: Vec<f64>,
 }
 
 impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
@@ -132,10 +149,11 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         let mut y = vec![0.0; 4 * n * n];
         (0..2 * n).for_each(|i| y[i * (2 * n + 1)] = 1.0);
         let (a, size) = (coefficients(), sizes(orbit));
-        let rates = size.iter().map(|s| s * orbit.frequency() * orbit.harmonics().highest().max(1) as f64).collect();
+        let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
+        let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
         let product = |i: usize, j: usize| (0..STAGES).map(|k| a[i][k] * a[k][j]).sum();
         Flow {
-            slopes: Slopes::new(model, [size, rates]),
+            slopes: Slopes::new(model, scale, 0.0),
             square: std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))),
             weights: std::array::from_fn(|j| (0..STAGES).map(|i| WEIGHTS[i] * a[i][j]).sum()),
             q: vec![0.0; n],
@@ -143,8 +161,10 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             u: vec![0.0; model.drives()],
             contacts: vec![Contact::default(); model.contacts()],
             pieces: vec![Piece::Gap; model.contacts()],
-            system: Matrix::dense(STAGES * n),
-            right: vec![0.0; STAGES * n * 2 * n],
+            of_q: vec![0.0; STAGES * n * n],
+            of_v: vec![0.0; STAGES * n * n],
+            system: Matrix::dense(if n == 1 { 0 } else { STAGES * n }),
+            k: vec![0.0; STAGES * n * 2 * n],
             orbit,
             model,
             y,
@@ -167,10 +187,10 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             if !fastest.is_finite() {
                 return None;
             }
-            // Whole steps of equal length to the end, as long as the frequency allows here; the slowest allowed is one order.
+            // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
             let longest = step / fastest.max(TAU / self.orbit.span());
             let h = (end - t) / ((end - t) / longest).ceil().max(1.0);
-            fastest = self.step(t, h)?;
+            fastest = fastest.max(self.step(t, h)?);
             t = if (end - t) <= 1.5 * h { end } else { t + h };
         }
         Some(())
@@ -190,44 +210,70 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
 
     /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).
     fn step(&mut self, t: f64, h: f64) -> Option<f64> {
-        let (n, rows) = (self.orbit.dof(), STAGES * self.orbit.dof());
+        let n = self.orbit.dof();
         let mut fastest = 0.0f64;
         for (stage, c) in NODES.iter().enumerate() {
             fastest = fastest.max(self.read(t + c * h));
-            let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
+            self.of_q[stage * n * n..][..n * n].copy_from_slice(self.slopes.jacobian.q.as_slice());
+            self.of_v[stage * n * n..][..n * n].copy_from_slice(self.slopes.jacobian.v.as_slice());
+        }
+        if n == 1 {
+            self.single(h)?
+        } else {
+            self.several(h)?
+        }
+        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.k.chunks_exact(STAGES * n)) {
+            for i in 0..n {
+                let sum = |weights: &[f64; STAGES]| weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>();
+                y[i] += h * y[n + i] + h * h * sum(&self.weights);
+                y[n + i] += h * sum(&WEIGHTS);
+            }
+        }
+        Some(fastest)
+    }
+
+    /// k of one coordinate: sizes are fixed, and nothing is on the heap.
+    fn single(&mut self, h: f64) -> Option<()> {
+        let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
+        let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit - h * h * self.square[i][j] * of_q[i] - h * self.a[i][j] * of_v[i]
+        });
+        let mut k = SMatrix::<f64, STAGES, 2>::from_fn(|i, column| {
+            let (q, v) = (y[2 * column], y[2 * column + 1]);
+            of_q[i] * (q + NODES[i] * h * v) + of_v[i] * v
+        });
+        if !system.lu().solve_mut(&mut k) {
+            return None;
+        }
+        self.k.copy_from_slice(k.as_slice());
+        Some(())
+    }
+
+    /// k of any number of coordinates.
+    fn several(&mut self, h: f64) -> Option<()> {
+        let (n, rows) = (self.orbit.dof(), STAGES * self.orbit.dof());
+        for (stage, c) in NODES.iter().enumerate() {
+            let (of_q, of_v) = (&self.of_q[stage * n * n..][..n * n], &self.of_v[stage * n * n..][..n * n]);
             for other in 0..STAGES {
                 let (by_q, by_v) = (-h * h * self.square[stage][other], -h * self.a[stage][other]);
                 for j in 0..n {
                     let column = &mut self.system.column_mut(other * n + j)[stage * n..(stage + 1) * n];
                     for (i, entry) in column.iter_mut().enumerate() {
                         let unit = if stage == other && i == j { 1.0 } else { 0.0 };
-                        *entry = unit + by_q * of_q[(i, j)] + by_v * of_v[(i, j)];
+                        *entry = unit + by_q * of_q[j * n + i] + by_v * of_v[j * n + i];
                     }
                 }
             }
-            for (y, right) in self.y.chunks_exact(2 * n).zip(self.right.chunks_exact_mut(rows)) {
+            for (y, k) in self.y.chunks_exact(2 * n).zip(self.k.chunks_exact_mut(rows)) {
                 for i in 0..n {
-                    let along = |j: usize| of_q[(i, j)] * (y[j] + c * h * y[n + j]) + of_v[(i, j)] * y[n + j];
-                    right[stage * n + i] = (0..n).map(along).sum();
+                    let along = |j: usize| of_q[j * n + i] * (y[j] + c * h * y[n + j]) + of_v[j * n + i] * y[n + j];
+                    k[stage * n + i] = (0..n).map(along).sum();
                 }
             }
         }
-        if n == 1 {
-            // Fixed sizes need no heap.
-            let system = Matrix4::from_fn(|i, j| self.system.column(j)[i]);
-            let k = system.try_inverse()? * Matrix4x2::from_column_slice(&self.right);
-            self.right.copy_from_slice(k.as_slice());
-        } else {
-            let factors = Factors::new(&self.system).ok()?;
-            self.right.chunks_exact_mut(rows).for_each(|k| factors.solve(k));
-        }
-        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.right.chunks_exact(rows)) {
-            for i in 0..n {
-                let sum = |weights: &[f64; STAGES]| (0..STAGES).map(|s| weights[s] * k[s * n + i]).sum::<f64>();
-                y[i] += h * y[n + i] + h * h * sum(&self.weights);
-                y[n + i] += h * sum(&WEIGHTS);
-            }
-        }
-        Some(fastest)
+        let factors = Factors::new(&self.system).ok()?;
+        self.k.chunks_exact_mut(rows).for_each(|k| factors.solve(k));
+        Some(())
     }
 }

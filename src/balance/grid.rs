@@ -75,6 +75,9 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
 
     /// Whether some contact is in its gap at every instant of a coarse look.
     pub(super) fn any_floats(&self) -> bool {
+        if self.model.contacts() == 0 {
+            return false;
+        }
         let (n, stride) = (self.dof(), (self.samples() / 32).max(1));
         let mut contacts = vec![Contact::default(); self.model.contacts()];
         let mut touched = vec![false; contacts.len()];

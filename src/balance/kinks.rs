@@ -4,13 +4,14 @@
 //! errs by a functional of Δ e^{-ikωt} around t_s alone, which weights on sixteen samples give to rounding for every order at once: the
 //! samples are corrected first, one transform does the rest.
 
-use super::couplings::{Couplings, Slopes, accelerate};
+use super::couplings::Couplings;
 use super::grid::Grid;
 use super::spectra::{Jump, Samples, Spectra};
 use super::stencil::{NODES, Stencil};
 use super::switching::{Event, Switching};
 use crate::model::{Contact, Periodic};
 use crate::piece::{Piece, Side};
+use crate::slopes::{Slopes, accelerate};
 use std::f64::consts::TAU;
 
 /// Scratch for evaluations on both sides of a switch.

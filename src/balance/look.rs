@@ -1,9 +1,10 @@
 //! A model at rest with contacts held: the short series that closed integrals are made of.
 
-use super::couplings::{Couplings, Slopes, even};
+use super::couplings::{Couplings, even};
 use super::transform::{Transform, unpack};
 use crate::model::Periodic;
 use crate::piece::{Piece, Side};
+use crate::slopes::Slopes;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -136,7 +137,7 @@ pub(super) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
         let pieces: Vec<Piece> =
             (0..contacts).map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize]).collect();
         let state = |half: usize| -> Vec<f64> {
-            slopes.reach(half).iter().enumerate().map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0)).collect()
+            slopes.scale[half * n..][..n].iter().enumerate().map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0)).collect()
         };
         let (q, v) = (state(0), state(1));
         if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {

@@ -173,27 +173,23 @@ impl Orbit {
 
     /// Coordinates and velocities at t.
     pub(super) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
-        let omega = self.frequency();
+        let (omega, means) = (self.frequency(), usize::from(self.harmonics.has_mean()));
+        let orders = &self.harmonics.orders()[means..];
+        let turned = |order: usize| libm::sincos(TAU * (order as f64 * (t / self.span).fract()).fract());
+        let (turn_sin, turn_cos) = turned(1);
+        let first = orders.first().copied().unwrap_or(0);
+        let at_first = if first == 1 { (turn_sin, turn_cos) } else { turned(first) };
         for (j, rigid) in self.mean_acceleration.iter().enumerate() {
-            let (part, mut at) = (self.coefficients(j), 0);
-            let (mut sum, mut rate) = (0.0, 0.0);
-            let mut orders = self.harmonics.orders();
-            if let [0, rest @ ..] = orders {
-                (sum, at, orders) = (part[0], 1, rest);
-            }
-            let first = orders.first().copied().unwrap_or(0);
-            let angle = |order: usize| TAU * (order as f64 * (t / self.span).fract()).fract();
-            let (turn_sin, turn_cos) = libm::sincos(angle(1));
-            let (mut sin, mut cos) = if first == 1 { (turn_sin, turn_cos) } else { libm::sincos(angle(first)) };
-            let mut here = first;
-            for &order in orders {
+            let (mean, pairs) = self.coefficients(j).split_at(means);
+            let (mut sum, mut rate) = (mean.iter().sum::<f64>(), 0.0);
+            let ((mut sin, mut cos), mut here) = (at_first, first);
+            for (&order, pair) in orders.iter().zip(pairs.chunks_exact(2)) {
                 while here < order {
-                    (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
                     here += 1;
+                    (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
                 }
-                sum += part[at] * cos + part[at + 1] * sin;
-                rate += order as f64 * (part[at + 1] * cos - part[at] * sin);
-                at += 2;
+                sum += pair[0] * cos + pair[1] * sin;
+                rate += order as f64 * (pair[1] * cos - pair[0] * sin);
             }
             (q[j], v[j]) = (sum + 0.5 * rigid * t * t, omega * rate + rigid * t);
         }

@@ -1,6 +1,6 @@
 //! Exact switching by Gauss quadrature on the smooth stretches between switches and jumps of the drives.
 
-use super::couplings::{Couplings, Slopes};
+use super::couplings::Couplings;
 use super::grid::Grid;
 use super::orbit::write;
 use super::spectra::Spectra;
@@ -8,6 +8,7 @@ use super::stencil::Phasors;
 use super::switching::Switching;
 use crate::model::Periodic;
 use crate::piece::Side;
+use crate::slopes::Slopes;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -111,11 +111,8 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     for s in (0..m).step_by((m / if n == 1 { 256 } else { 64 }).max(1)) {
         equations.grid.state(s, &mut q, &mut v);
         equations.slopes.at(held, equations.grid.drives(s), &q, &v);
-        let stiffness = -&equations.slopes.jacobian.q;
-        stiffest = stiffest.max(match n {
-            1 => stiffness[(0, 0)],
-            _ => largest_eigenvalue(&stiffness),
-        });
+        let slopes = &equations.slopes.jacobian.q;
+        stiffest = stiffest.max(if n == 1 { -slopes[(0, 0)] } else { largest_eigenvalue(&-slopes) });
     }
     stiffest.sqrt() / equations.layout.omega
 }

@@ -2,7 +2,7 @@
 
 use super::assembly::Layout;
 use super::closed::Closed;
-use super::couplings::{Couplings, Slopes};
+use super::couplings::Couplings;
 use super::grid::Grid;
 use super::kinks::Kinks;
 use super::orbit::{Orbit, samples_for};
@@ -15,6 +15,7 @@ use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::model::{Generic, Periodic};
 use crate::piece::{Piece, Side};
 use crate::root::{Matrix, Residual};
+use crate::slopes::Slopes;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q'), every coordinate over its scale; with rigid motions, their mean accelerations are
 /// unknowns too and the mean position along them is fixed.
@@ -69,7 +70,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let size = sizes(near);
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
         let fastest = omega * harmonics.highest().max(1) as f64;
-        let mut slopes = Slopes::new(model, [size.clone(), size.iter().map(|s| s * fastest).collect()]);
+        let mut slopes = Slopes::new(model, size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect(), 0.0);
         let holds = model.contacts() > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
         let samples = match integrals {
@@ -130,7 +131,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         M: Generic + Sized,
     {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
-        let forces = Forces::new(n, contacts, &self.layout.harmonics, m);
+        let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);
         self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
         self.couplings = self.couplings.without_slopes();
         self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
@@ -253,8 +254,13 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 }
             }
             Method::Truncated(samples, split) => {
-                split.look(grid, slopes_too, &mut samples.force);
-                samples.transform_forces(grid, out);
+                if !known {
+                    split.accelerations(grid, &mut samples.force);
+                    samples.transform_forces(grid, out);
+                }
+                if slopes_too {
+                    split.slopes(grid);
+                }
             }
         }
     }

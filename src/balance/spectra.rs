@@ -1,13 +1,14 @@
 //! Fourier coefficients of accelerations and of their slopes, from samples.
 
 use super::Harmonics;
-use super::couplings::{Couplings, Slopes};
+use super::couplings::Couplings;
 use super::grid::Grid;
 use super::orbit::write;
 use super::table::Table;
 use super::transform::unpack;
 use crate::model::Periodic;
 use crate::piece::Piece;
+use crate::slopes::{Slopes, accelerate};
 use num_complex::Complex64;
 
 /// What the integrals give.
@@ -83,10 +84,7 @@ impl Samples {
     pub(super) fn forces<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, held: Option<&[Piece]>) {
         for s in 0..grid.samples() {
             grid.state(s, &mut self.q, &mut self.v);
-            match held {
-                None => grid.model.accel(grid.drives(s), &self.q, &self.v, &mut self.a),
-                Some(_) => super::couplings::accelerate(grid.model, held, grid.drives(s), &self.q, &self.v, &mut self.a),
-            }
+            accelerate(grid.model, held, grid.drives(s), &self.q, &self.v, &mut self.a);
             for (force, a) in self.force.iter_mut().zip(&self.a) {
                 force[s] = *a;
             }

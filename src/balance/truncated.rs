@@ -7,21 +7,28 @@ use super::orbit::{spread, write};
 use super::spectra::pack;
 use super::table::Table;
 use super::transform::unpack;
+use crate::dual::Dual;
 use crate::model::{AsIs, Generic, Law, Periodic};
 use crate::nonlinearity::Nonlinearity;
 use crate::root::Matrix;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
 
 /// What a balance with truncated forces asks of a generic model; a trait so that other models need not be generic.
 pub(super) trait Truncated<M: ?Sized> {
-    /// Samples of the acceleration with truncated forces; for a Jacobian to come, the slopes as well.
-    fn look(&mut self, grid: &mut Grid<'_, M>, slopes_too: bool, force: &mut [Vec<f64>]);
+    /// Samples of the acceleration with truncated forces.
+    fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]);
+    /// The slopes on the same motion, for a Jacobian to come.
+    fn slopes(&mut self, grid: &mut Grid<'_, M>);
     /// Adds the slopes to a dense Jacobian.
     fn add_jacobian(&self, layout: &Layout, out: &mut Matrix);
 }
+
+/// Directions that one evaluation gives: coordinates, velocities and forces.
+const DIRECTIONS: usize = 4;
+type Slopes = Dual<DIRECTIONS>;
 
 /// f_c, and what depends on what, of every contact.
 pub(super) struct Forces {
@@ -38,11 +45,20 @@ pub(super) struct Forces {
     /// One list of samples for each table, in the order direct, levers, slopes.
     samples: Vec<Vec<f64>>,
     buffer: Vec<Complex64>,
+    /// Coefficients of one force.
+    part: Vec<f64>,
+    /// q, v, a and given forces.
+    values: Vec<f64>,
+    seen: Vec<Cell<f64>>,
+    /// Drives, q, v, given forces and a.
+    duals: Vec<Slopes>,
+    seen_duals: Vec<Cell<Slopes>>,
 }
 
 impl Forces {
-    pub(super) fn new(dof: usize, contacts: usize, harmonics: &Harmonics, samples: usize) -> Self {
+    pub(super) fn new(dof: usize, drives: usize, contacts: usize, harmonics: &Harmonics, samples: usize) -> Self {
         let tables = |count: usize| (0..count).map(|_| Table::new(harmonics.highest())).collect::<Vec<_>>();
+        let zero = Slopes::from(0.0);
         Forces {
             forces: vec![vec![0.0; samples]; contacts],
             direct: tables(2 * dof * dof),
@@ -52,20 +68,24 @@ impl Forces {
             dof,
             samples: vec![vec![0.0; samples]; 2 * dof * dof + dof * contacts + 2 * contacts * dof],
             buffer: vec![Complex64::ZERO; samples],
+            part: vec![0.0; harmonics.unknowns()],
+            values: vec![0.0; 3 * dof + contacts],
+            seen: vec![Cell::new(0.0); contacts],
+            duals: vec![zero; drives + 3 * dof + contacts],
+            seen_duals: vec![Cell::new(zero); contacts],
         }
     }
 
     /// To the kept orders and back.
     fn truncate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
-        let harmonics = grid.harmonics().clone();
-        let mut part = vec![0.0; harmonics.unknowns()];
         for force in &mut self.forces {
             self.buffer.iter_mut().zip(&*force).for_each(|(z, f)| *z = (*f).into());
             grid.transform.analyse(&mut self.buffer);
+            let harmonics = grid.harmonics();
             for (i, &order) in harmonics.orders().iter().enumerate() {
-                write(&mut part[harmonics.place(i)..], order, unpack(&self.buffer, order).0);
+                write(&mut self.part[harmonics.place(i)..], order, unpack(&self.buffer, order).0);
             }
-            spread(&part, &harmonics, 0.0, &mut self.buffer);
+            spread(&self.part, harmonics, 0.0, &mut self.buffer);
             grid.transform.synthesise(&mut self.buffer);
             force.iter_mut().zip(&self.buffer).for_each(|(f, z)| *f = z.re);
         }
@@ -88,55 +108,54 @@ impl Forces {
 }
 
 impl<M: Generic + Periodic> Truncated<M> for Forces {
-    fn look(&mut self, grid: &mut Grid<'_, M>, slopes_too: bool, force: &mut [Vec<f64>]) {
-        let (n, c) = (self.dof, self.contacts);
-        let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let seen = vec![Cell::new(0.0); c];
+    fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]) {
+        let n = self.dof;
         for s in 0..grid.samples() {
-            grid.state(s, &mut q, &mut v);
-            grid.model.accel_on(&Recorded(&seen), grid.drives(s), &q, &v, &mut a);
-            self.forces.iter_mut().zip(&seen).for_each(|(f, seen)| f[s] = seen.get());
+            let (q, v, a, _) = split(&mut self.values, n);
+            grid.state(s, q, v);
+            grid.model.accel_on(&Recorded(&self.seen), grid.drives(s), q, v, a);
+            self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] = seen.get());
         }
         self.truncate(grid);
-        let mut given = vec![0.0; c];
         for s in 0..grid.samples() {
-            grid.state(s, &mut q, &mut v);
+            let (q, v, a, given) = split(&mut self.values, n);
+            grid.state(s, q, v);
             given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
-            grid.model.accel_on(&Given(&given), grid.drives(s), &q, &v, &mut a);
-            force.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
+            grid.model.accel_on(&Given { forces: given, seen: &self.seen }, grid.drives(s), q, v, a);
+            out.iter_mut().zip(a).for_each(|(out, a)| out[s] = *a);
         }
-        if !slopes_too {
-            return;
-        }
-        let mut a = vec![Dual::from(0.0); n];
-        let (mut u, mut y, mut f) = (vec![Dual::from(0.0); grid.model.drives()], vec![Dual::from(0.0); 2 * n], vec![Dual::from(0.0); c]);
-        let seen = vec![Cell::new(Dual::from(0.0)); c];
+    }
+
+    fn slopes(&mut self, grid: &mut Grid<'_, M>) {
+        let (n, c, drives) = (self.dof, self.contacts, grid.model.drives());
         let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
-        let set = |to: &mut [Dual], from: &[f64]| to.iter_mut().zip(from).for_each(|(d, x)| *d = Dual::from(*x));
         for s in 0..grid.samples() {
-            grid.state(s, &mut q, &mut v);
-            set(&mut u, grid.drives(s));
-            set(&mut y[..n], &q);
-            set(&mut y[n..], &v);
-            f.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = Dual::from(samples[s]));
-            for column in 0..2 * n {
-                y[column].slope = 1.0;
-                grid.model.accel_on(&Given(&f), &u, &y[..n], &y[n..], &mut a);
-                for (i, a) in a.iter().enumerate() {
-                    self.samples[i * 2 * n + column][s] = a.slope;
-                }
-                grid.model.accel_on(&Recorded(&seen), &u, &y[..n], &y[n..], &mut a);
-                for (contact, seen) in seen.iter().enumerate() {
-                    self.samples[slopes + contact * 2 * n + column][s] = seen.get().slope;
-                }
-                y[column].slope = 0.0;
-            }
-            for contact in 0..c {
-                f[contact].slope = 1.0;
-                grid.model.accel_on(&Given(&f), &u, &y[..n], &y[n..], &mut a);
-                f[contact].slope = 0.0;
-                for (i, a) in a.iter().enumerate() {
-                    self.samples[levers + i * c + contact][s] = a.slope;
+            let (q, v, _, forces) = split(&mut self.values, n);
+            grid.state(s, q, v);
+            forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
+            let (u, rest) = self.duals.split_at_mut(drives);
+            let (variables, a) = rest.split_at_mut(2 * n + c);
+            let set = |to: &mut [Slopes], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x));
+            set(u, grid.drives(s));
+            set(&mut variables[..n], q);
+            set(&mut variables[n..2 * n], v);
+            set(&mut variables[2 * n..], forces);
+            for first in (0..2 * n + c).step_by(DIRECTIONS) {
+                let directions = first..(first + DIRECTIONS).min(2 * n + c);
+                directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
+                let (y, forces) = variables.split_at(2 * n);
+                grid.model.accel_on(&Given { forces, seen: &self.seen_duals }, u, &y[..n], &y[n..], a);
+                for j in directions {
+                    variables[j] = variables[j].value.into();
+                    for (i, a) in a.iter().enumerate() {
+                        let list = if j < 2 * n { i * 2 * n + j } else { levers + i * c + j - 2 * n };
+                        self.samples[list][s] = a.slope[j - first];
+                    }
+                    if j < 2 * n {
+                        for (contact, seen) in self.seen_duals.iter().enumerate() {
+                            self.samples[slopes + contact * 2 * n + j][s] = seen.get().slope[j - first];
+                        }
+                    }
                 }
             }
         }
@@ -204,14 +223,27 @@ impl<S: Scalar> Law<S> for Recorded<'_, S> {
     }
 }
 
-/// Forces as given.
-struct Given<'a, S>(&'a [S]);
+/// Forces as given, those of the laws written down.
+struct Given<'a, S> {
+    forces: &'a [S],
+    seen: &'a [Cell<S>],
+}
 
 impl<S: Scalar> Law<S> for Given<'_, S> {
-    fn force<N: Nonlinearity>(&self, i: usize, _: &N, _: S, _: S, _: S, _: S) -> S {
-        self.0[i]
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        Recorded(self.seen).force(i, nonlinearity, x, rate, lower, upper);
+        self.forces[i]
     }
     fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
         AsIs.touch(i, x, lower, upper)
     }
+}
+
+/// q, v, a and what comes after.
+#[inline(always)]
+fn split(values: &mut [f64], n: usize) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64]) {
+    let (q, rest) = values.split_at_mut(n);
+    let (v, rest) = rest.split_at_mut(n);
+    let (a, rest) = rest.split_at_mut(n);
+    (q, v, a, rest)
 }

@@ -10,7 +10,6 @@ mod rigid;
 mod segments;
 mod shooting;
 mod size;
-mod slopes;
 mod tangent;
 mod variation;
 

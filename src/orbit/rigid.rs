@@ -1,15 +1,15 @@
 //! Rigid modes: directions in which a model turns freely.
 
-use super::slopes::Slopes;
 use crate::model::Model;
 use crate::piece::{Piece, Side};
+use crate::slopes::Slopes;
 use nalgebra::DMatrix;
 
 /// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
 /// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at.
 pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
     let n = model.dof();
-    let mut slopes = Slopes::new(model, 0.0);
+    let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
     // All Jacobians below one another, each in units of its largest entry.
@@ -18,10 +18,11 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
         model.drive(span * golden(look + 1), Side::After, &mut u);
         let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
         let y: Vec<f64> = (0..2 * n).map(part).collect();
-        let ((q, v), scale) = (y.split_at(n), vec![*size; 2 * n]);
+        let (q, v) = y.split_at(n);
+        slopes.scale.fill(*size);
         for flank in &flanks {
-            let jacobian = slopes.read(Some(flank), &u, q, v, &scale);
-            for half in [&jacobian.q, &jacobian.v] {
+            slopes.at(Some(flank), &u, q, v);
+            for half in [&slopes.jacobian.q, &slopes.jacobian.v] {
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
                 if largest > 0.0 {
                     let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });

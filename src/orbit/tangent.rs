@@ -1,9 +1,9 @@
 //! A model together with small differences of its motion: the variational equations as a model of their own.
 
-use super::slopes::{Slopes, accel};
 use crate::model::{Contact, Model, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
 use crate::piece::{Piece, Side};
+use crate::slopes::{Slopes, accelerate};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
@@ -38,7 +38,7 @@ const NEGLIGIBLE: f64 = 1e-10;
 impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64], tolerance: f64) -> Self {
         let n = model.dof();
-        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model, tolerance)) }
+        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model, scale.to_vec(), tolerance)) }
     }
 
     /// The motion held to `tolerance` of its size, or to rounding; the differences ten times looser.
@@ -98,12 +98,12 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let n = self.n;
         let ((q, dq), (v, dv), (a, da)) = (q.split_at(n), v.split_at(n), a.split_at_mut(n));
-        if !accel(self.model, pieces, u, q, v, a) {
+        if !accelerate(self.model, pieces, u, q, v, a) {
             return false;
         }
         let mut slopes = self.slopes.borrow_mut();
-        let jacobian = slopes.read(pieces, u, q, v, self.scale);
-        let (by_q, by_v) = (jacobian.q.as_slice(), jacobian.v.as_slice());
+        slopes.at(pieces, u, q, v);
+        let (by_q, by_v) = (slopes.jacobian.q.as_slice(), slopes.jacobian.v.as_slice());
         for ((dq, dv), da) in dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)) {
             da.fill(0.0);
             for j in 0..n {

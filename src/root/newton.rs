@@ -3,7 +3,7 @@
 use super::{Factors, Residual, Root, RootError, check_setting, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
-/// equations can mislead. While corrections shrink twentyfold the factors are kept.
+/// equations can mislead. While corrections shrink fourfold the factors are kept.
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2 and 3.3.
 ///
 /// ```
@@ -26,7 +26,7 @@ impl Default for Newton {
 }
 
 /// A correction this many times smaller than the one before keeps the factors.
-const FAST: f64 = 0.05;
+const FAST: f64 = 0.25;
 
 impl Newton {
     /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.

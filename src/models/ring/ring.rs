@@ -2,10 +2,11 @@
 
 use super::columns::Columns;
 use super::params::RingParams;
+use crate::dual::dual_jacobian;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
 use crate::mesh::MeshDrives;
-use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, dual_jacobian};
+use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
 use crate::scalar::{Scalar, one_by_one};

@@ -1,0 +1,177 @@
+//! Dual numbers, and Jacobians by them.
+
+use crate::model::{AsIs, Generic, Jacobian, Law, OnPieces};
+use crate::piece::Piece;
+use crate::scalar::Scalar;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
+///
+/// ```
+/// use gear_dynamics::{Dual, Scalar};
+/// let x = Dual::variable(4.0);
+/// assert_eq!(x.sqrt().value, 2.0);
+/// assert_eq!(x.sqrt().slope, [0.25]);
+/// let (x, y) = (Dual::<2>::along(3.0, 0), Dual::<2>::along(5.0, 1));
+/// assert_eq!((x * y).slope, [5.0, 3.0]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const N: usize = 1> {
+    /// x.
+    pub value: f64,
+    /// x'_i.
+    pub slope: [f64; N],
+}
+
+impl Dual {
+    /// The variable itself: slope 1.
+    pub fn variable(value: f64) -> Self {
+        Dual { value, slope: [1.0] }
+    }
+}
+
+impl<const N: usize> Dual<N> {
+    /// The variable of one direction: slope 1 there and 0 in all others.
+    #[inline(always)]
+    pub fn along(value: f64, direction: usize) -> Self {
+        Dual { value, slope: std::array::from_fn(|i| if i == direction { 1.0 } else { 0.0 }) }
+    }
+}
+
+impl<const N: usize> From<f64> for Dual<N> {
+    #[inline(always)]
+    fn from(value: f64) -> Self {
+        Dual { value, slope: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Dual { value: self.value + o.value, slope: std::array::from_fn(|i| self.slope[i] + o.slope[i]) }
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Dual { value: self.value - o.value, slope: std::array::from_fn(|i| self.slope[i] - o.slope[i]) }
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Dual { value: self.value * o.value, slope: std::array::from_fn(|i| self.slope[i] * o.value + self.value * o.slope[i]) }
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: f64) -> Self {
+        Dual { value: self.value * o, slope: self.slope.map(|x| x * o) }
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        let value = self.value / o.value;
+        Dual { value, slope: std::array::from_fn(|i| (self.slope[i] - value * o.slope[i]) / o.value) }
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Dual { value: -self.value, slope: self.slope.map(|x| -x) }
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        Dual { value, slope: self.slope.map(|x| 0.5 * x / value) }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        if self.value < 0.0 { -self } else { self }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self.value < other.value { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self.value > other.value { self } else { other }
+    }
+    #[inline(always)]
+    fn step(self) -> Self {
+        Dual::from(Scalar::step(self.value))
+    }
+}
+
+/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`].
+pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    match pieces {
+        None => slopes(model, &AsIs, u, q, v, out),
+        Some(pieces) => slopes(model, &OnPieces(pieces), u, q, v, out),
+    }
+    true
+}
+
+/// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
+const SMALL: usize = 32;
+const LARGER: usize = 512;
+
+/// Columns that one evaluation gives.
+const COLUMNS: usize = 4;
+
+fn slopes<M: Generic, L: Law<Dual<COLUMNS>>>(model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+    let needed = u.len() + 3 * model.dof();
+    let zero = Dual::from(0.0);
+    if needed <= SMALL {
+        slopes_in(&mut [zero; SMALL][..needed], model, law, u, q, v, out)
+    } else if needed <= LARGER {
+        slopes_in(&mut [zero; LARGER][..needed], model, law, u, q, v, out)
+    } else {
+        slopes_in(&mut vec![zero; needed], model, law, u, q, v, out)
+    }
+}
+
+#[inline(always)]
+fn slopes_in<M: Generic, L: Law<Dual<COLUMNS>>>(
+    numbers: &mut [Dual<COLUMNS>],
+    model: &M,
+    law: &L,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
+    let n = model.dof();
+    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
+        *number = x.into();
+    }
+    let (u, rest) = numbers.split_at_mut(u.len());
+    let (y, a) = rest.split_at_mut(2 * n);
+    for first in (0..2 * n).step_by(COLUMNS) {
+        let columns = first..(first + COLUMNS).min(2 * n);
+        columns.clone().for_each(|j| y[j] = Dual::along(y[j].value, j - first));
+        model.accel_on(law, u, &y[..n], &y[n..], a);
+        for j in columns {
+            y[j] = y[j].value.into();
+            let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
+            for (i, a) in a.iter().enumerate() {
+                half[(i, column)] = a.slope[j - first];
+            }
+        }
+    }
+}
