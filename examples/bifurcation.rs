@@ -1,23 +1,31 @@
-//! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md).
+//! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md),
+//! and the largest Lyapunov exponent beneath.
 //!
 //! `cargo run --release --example bifurcation`
 
 mod support;
 
-use gear_dynamics::{Axis, Bifurcation, Dop853, Located, Mark as Marked, Marks, NfgPair, NfgParams, NfgReading};
+use gear_dynamics::{Axis, Bifurcation, Dop853, Located, Lyapunov, Mark as Marked, Marks, NfgPair, NfgParams, NfgReading, Rows};
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
 fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
     let speeds = Axis::linear("omega_1", 100.0, 250.0, 151)?;
-    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40).run(
+    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40);
+    // For a picture, not for digits: the flow held to 1e-7, 60 turns.
+    let diagram = diagram.lyapunov(Lyapunov::new().align(3).periods(60).tolerance(1e-7)).run(
         &Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])),
         |p| NfgPair::with_reading(&NfgParams { speed: p["omega_1"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
         |_, pair| pair.static_start(),
     )?;
 
     let mut csv = Csv::new(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
-    for (direction, marks) in [("up", diagram.up()), ("down", diagram.down())] {
+    let mut exponents = Csv::new(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
+    for ((direction, marks), rows) in [("up", diagram.up()), ("down", diagram.down())].into_iter().zip(diagram.rows()) {
+        for row in rows.iter() {
+            let (exponent, error) = (row.lyapunov().unwrap_or(f64::NAN), row.lyapunov_error().unwrap_or(f64::NAN));
+            exponents.row(&[&direction, &row.point()["omega_1"], &exponent, &error])?;
+        }
         for mark in marks {
             let period = mark.period.map_or("none".into(), |p| p.to_string());
             for q in &mark.values {
@@ -41,11 +49,14 @@ fn main() -> Outcome<()> {
     if !points.is_empty() {
         panel = panel.with("hysteresis", Mark::Dots, points);
     }
-    let period = |marks: &[Marked]| marks.iter().map(|m| (m.parameter, m.period.unwrap_or(0) as f64)).collect();
-    let periods = Panel::new("period of the motion in turns, 0 when it does not repeat", "pinion speed [rad/s]", "turns")
-        .with("up", Mark::Dots, period(diagram.up()))
-        .with("down", Mark::Dots, period(diagram.down()));
-    figure(folder.join("bifurcation.svg"), 1, &[panel, periods])?;
+    let exponent = |rows: &Rows| rows.iter().map(|row| (row.point()["omega_1"], row.lyapunov().unwrap_or(f64::NAN))).collect::<Vec<_>>();
+    let [up, down] = diagram.rows().map(exponent);
+    let ends = [100.0, 250.0].map(|speed| (speed, 0.0)).to_vec();
+    let exponents = Panel::new("largest Lyapunov exponent per turn of the face gear", "pinion speed [rad/s]", "[1]")
+        .with("up", Mark::Line, up)
+        .with("down", Mark::Line, down)
+        .with("chaos above", Mark::Line, ends);
+    figure(folder.join("bifurcation.svg"), 1, &[panel, exponents])?;
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

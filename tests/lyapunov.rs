@@ -73,6 +73,69 @@ fn of_the_rattling_pair() {
     }
 }
 
+/// x'' + c x' + 2 x = cos 2t: exponents -1 and -2 with c = 3, of period π.
+struct Driven(f64);
+
+impl Model for Driven {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = (2.0 * u[0]).cos() - self.0 * v[0] - 2.0 * q[0];
+    }
+}
+
+impl Periodic for Driven {
+    fn period(&self) -> f64 {
+        std::f64::consts::PI
+    }
+}
+
+/// In a sweep: -T by the closed form, whichever engine made the run, and where states are carried.
+#[test]
+fn the_largest_exponent_is_a_measure_of_sweeps() {
+    let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));
+    let start = |_: &Point<'_>, _: &Driven| Ok::<_, ParameterError>(State::at_rest(1));
+    let points = Points::along(Axis::list("damping", &[3.0, 4.0]).unwrap());
+    let sweep = Sweep::over(points).settle(4).measure(2).strobe(1).carry(Carry::Up);
+    let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
+    let period = Driven(0.0).period();
+    for rows in [asked.run(&TableRk4::new(64), family, start).unwrap(), asked.run(&Located(Dop853::new()), family, start).unwrap()] {
+        for (row, rate) in rows.iter().zip([-1.0, 2f64.sqrt() - 2.0]) {
+            let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+            assert!((ours - rate * period).abs() < 1e-7 && error < 1e-7, "{ours} ± {error} {rate}");
+        }
+        assert_eq!(asked.rows_from_bytes(&rows.to_bytes()).unwrap(), rows);
+        assert!(sweep.rows_from_bytes(&rows.to_bytes()).is_err());
+    }
+    let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
+    assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_error().is_none()));
+    for bad in [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().tolerance(f64::NAN)] {
+        assert!(matches!(sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start), Err(SweepError::Parameter(_))));
+    }
+}
+
+/// The measure goes on from where the run of the point ended: to the bit what [`Lyapunov`] gives from there, in lanes and in chunks.
+#[test]
+fn the_exponent_of_a_row_is_that_of_its_own_motion() {
+    let pair = |p: &Point<'_>| {
+        NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+    };
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
+    let speeds = Points::along(Axis::list("speed", &[100.0, 155.0, 180.0]).unwrap());
+    let sweep = Sweep::over(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov);
+    let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
+    for row in rows.iter() {
+        let end = row.strobes().next().unwrap();
+        let alone = lyapunov.settle(0).count(1).run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..])).unwrap();
+        assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
+        assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
+    }
+    let parts = (0..3).map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Watch::new()).unwrap());
+    assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
+}
+
 /// A failure keeps what was measured before it; bad settings are named.
 #[test]
 fn bad_input() {

@@ -2,6 +2,7 @@
 
 mod basins;
 mod bifurcation;
+mod block;
 mod bytes;
 mod engine;
 mod ensemble;

@@ -15,6 +15,8 @@ pub(crate) struct Layout {
     pub(crate) contacts: usize,
     /// Periods of which the strobed state and the extremes of the channels are kept.
     pub(crate) strobes: usize,
+    /// The largest Lyapunov exponent and its standard error: 2 figures, or 0.
+    pub(crate) exponents: usize,
 }
 
 impl Layout {
@@ -30,14 +32,17 @@ impl Layout {
     pub(crate) fn strobe_width(&self) -> usize {
         2 * self.channels + 2 * self.dof
     }
+    pub(crate) fn exponent(&self) -> usize {
+        self.contact(self.contacts)
+    }
     pub(crate) fn strobe(&self, i: usize) -> usize {
-        self.contact(self.contacts) + self.strobe_width() * i
+        self.exponent() + self.exponents + self.strobe_width() * i
     }
     /// The stride, if it can be counted.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
         let rest = self.channels.checked_mul(4)?.checked_add(self.contacts.checked_mul(5)?)?;
-        strobes.checked_add(rest)?.checked_add(Layout::HEAD)
+        strobes.checked_add(rest)?.checked_add(Layout::HEAD + self.exponents)
     }
     pub(crate) fn stride(&self) -> usize {
         self.strobe(self.strobes)
@@ -249,6 +254,20 @@ impl Row<'_> {
     pub fn period_multiple(&self) -> Option<usize> {
         Some(self.data[0] as usize).filter(|p| *p > 0)
     }
+    /// The largest Lyapunov exponent per period, if [`lyapunov`](crate::Sweep::lyapunov) was asked for: positive in chaos, negative where
+    /// small differences die out.
+    pub fn lyapunov(&self) -> Option<f64> {
+        self.exponents().first().copied()
+    }
+    /// Standard error of [`lyapunov`](Row::lyapunov), from the scatter of up to 16 batches of periods.
+    pub fn lyapunov_error(&self) -> Option<f64> {
+        self.exponents().get(1).copied()
+    }
+    fn exponents(&self) -> &[f64] {
+        let layout = &self.rows.layout;
+        &self.data[layout.exponent()..][..layout.exponents]
+    }
+
     /// How far the last return was off, in units of the largest strobed coordinate and velocity: the convergence of the settling.
     pub fn change(&self) -> f64 {
         self.data[1]
