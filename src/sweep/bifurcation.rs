@@ -3,7 +3,8 @@
 use super::engine::SweepEngine;
 use super::error::SweepError;
 use super::points::{Axis, Point, Points};
-use super::rows::{Row, Rows};
+use super::row::Row;
+use super::rows::Rows;
 use super::run::{Carry, Sweep};
 use super::watch::Watch;
 use crate::error::ParameterError;
