@@ -1,4 +1,5 @@
-//! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name.
+//! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
+//! `cargo test --release --test sweeps -- --ignored`.
 
 #[path = "../benches/common/mod.rs"]
 mod common;
@@ -383,16 +384,49 @@ fn rows_as_bytes() {
     assert!(Sweep::over(frequencies(2)).rows_from_bytes(&bytes).is_err());
 }
 
+fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
+    NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+}
+
+/// Reading A in lanes, up and down, each run starting where its neighbour ended: there is no hysteresis, so that both ways give the same
+/// rattle state and, to the 5 % that the flag is about, the same peak-to-peak; chaotic speeds are flagged and not compared.
+fn up_and_down(speeds: &[f64]) {
+    let sweep = Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
+    let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
+    let mut firm = 0;
+    for (a, b) in up.iter().zip(down.iter()) {
+        let speed = a.point()["speed"];
+        let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
+        println!("{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}", a.state(0), b.state(0), 100.0 * (x / y - 1.0), a.scatter());
+        if !(a.is_sensitive() || b.is_sensitive()) {
+            firm += 1;
+            assert_eq!(a.state(0), b.state(0), "{speed}");
+            assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
+        }
+        assert!((150.0..164.0).contains(&speed) || !a.is_sensitive(), "{speed} is flagged");
+    }
+    assert!(firm + speeds.iter().filter(|s| (150.0..164.0).contains(*s)).count() >= speeds.len());
+}
+
+#[test]
+fn up_and_down_agree() {
+    up_and_down(&[100.0, 115.0, 130.0, 140.0, 145.0, 155.0, 166.0, 180.0, 200.0, 225.0, 250.0]);
+}
+
+#[test]
+#[ignore = "minutes without optimisation: cargo test --release --test sweeps -- --ignored"]
+fn up_and_down_agree_every_half_step() {
+    up_and_down(&(0..=300).map(|i| 100.0 + 0.5 * f64::from(i)).collect::<Vec<_>>());
+}
+
 /// Reading A, 60 turns settled and 40 measured, located edges: contact is lost from 131.43 rad/s, both flanks meet from 149.6 to 150.1, and
 /// from 164 the motion repeats every turn again.   Source: tests/data/nfg.json, `bifurcation_modelA`.
 #[test]
 fn thresholds_of_reading_a() {
-    let family = |p: &Point<'_>| {
-        NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
-    };
     let scan = [131.38, 131.48, 164.0, 149.0, 149.1, 149.2, 149.3, 149.4, 149.5, 149.6, 149.7, 149.8, 149.9, 150.0, 150.1];
     let sweep = Sweep::over(speeds(&scan)).settle(60).measure(40).rattle();
-    let rows = sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), family, at_rest).unwrap();
+    let rows = sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap();
     let states: Vec<_> = rows.iter().map(|row| row.state(0)).collect();
     println!("{states:?}");
     assert_eq!(states[..3], [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
