@@ -1,51 +1,80 @@
-//! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md).
+//! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md),
+//! and the largest Lyapunov exponent beneath.
 //!
 //! `cargo run --release --example bifurcation`
 
 mod support;
 
-use gear_dynamics::{Axis, Bifurcation, Dop853, Located, Mark as Marked, Marks, NfgPair, NfgParams, NfgReading};
+use gear_dynamics::{Axis, Bifurcation, Dop853, Located, Lyapunov, Mark as Marked, Marks, NfgPair, NfgParams, NfgReading, Row, Rows};
+use plotters::prelude::SeriesLabelPosition;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
+
+/// Every half rad/s where the motion is chaotic, coarser elsewhere.
+fn speeds() -> Vec<f64> {
+    let span = |from: f64, step: f64, count: usize| (0..count).map(move |i| from + step * i as f64);
+    span(100.0, 3.0, 15).chain(span(145.0, 0.5, 50)).chain(span(170.0, 4.0, 21)).collect()
+}
 
 fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
-    let speeds = Axis::linear("omega_1", 100.0, 250.0, 151)?;
-    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40).run(
-        &Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])),
+    let speeds = Axis::list("omega_1", &speeds())?;
+    // For a picture, not for digits: exponents over 40 turns, their flow held to 1e-7.
+    let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
+    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40).lyapunov(exponents).run(
+        &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
         |p| NfgPair::with_reading(&NfgParams { speed: p["omega_1"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
         |_, pair| pair.static_start(),
     )?;
 
-    let mut csv = Csv::new(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
-    for (direction, marks) in [("up", diagram.up()), ("down", diagram.down())] {
+    let mut marked = Csv::new(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
+    let mut grown = Csv::new(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
+    let ways = [("up", diagram.up()), ("down", diagram.down())];
+    for ((direction, marks), rows) in ways.into_iter().zip(diagram.rows()) {
         for mark in marks {
             let period = mark.period.map_or("none".into(), |p| p.to_string());
             for q in &mark.values {
-                csv.row(&[&direction, &mark.parameter, &period, q])?;
+                marked.row(&[&direction, &mark.parameter, &period, q])?;
             }
         }
-        let aperiodic: Vec<f64> = marks.iter().filter(|m| m.period.is_none()).map(|m| m.parameter).collect();
-        if let (Some(first), Some(last)) = (aperiodic.first(), aperiodic.last()) {
-            println!("{direction:5} no period at {} of {} speeds, from {first} to {last} rad/s", aperiodic.len(), marks.len());
+        for row in rows.iter() {
+            if let (Some(exponent), Some(error)) = (row.lyapunov(), row.lyapunov_error()) {
+                grown.row(&[&direction, &row.point()["omega_1"], &exponent, &error])?;
+            }
+        }
+        let chaotic = |row: &Row<'_>| row.lyapunov().is_some_and(|exponent| exponent > 0.0).then(|| row.point()["omega_1"]);
+        let chaotic: Vec<f64> = rows.iter().filter_map(|row| chaotic(&row)).collect();
+        if let (Some(first), Some(last)) = (chaotic.first(), chaotic.last()) {
+            println!("{direction:5} positive exponent at {} of {} speeds, from {first} to {last} rad/s", chaotic.len(), marks.len());
+        }
+        for (index, error) in rows.errors() {
+            println!("{direction:5} point {index}: {error}");
         }
     }
     let hysteresis = diagram.hysteresis(0.01);
     println!("the two ways end on different motions at {hysteresis:?} rad/s");
 
-    let dots = |marks: &[Marked]| marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect();
-    let points: Vec<(f64, f64)> =
-        hysteresis.iter().filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s)).map(|m| (m.parameter, m.values[0])).collect();
-    let mut panel = Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")
-        .with("up", Mark::Specks, dots(diagram.up()))
-        .with("down", Mark::Specks, dots(diagram.down()));
-    if !points.is_empty() {
-        panel = panel.with("hysteresis", Mark::Dots, points);
-    }
-    let period = |marks: &[Marked]| marks.iter().map(|m| (m.parameter, m.period.unwrap_or(0) as f64)).collect();
-    let periods = Panel::new("period of the motion in turns, 0 when it does not repeat", "pinion speed [rad/s]", "turns")
-        .with("up", Mark::Dots, period(diagram.up()))
-        .with("down", Mark::Dots, period(diagram.down()));
-    figure(folder.join("bifurcation.svg"), 1, &[panel, periods])?;
+    let panels = [(100.0, 250.0), (145.0, 170.0)].map(|(from, to)| {
+        let within = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| (from..=to).contains(&p.0)).collect::<Vec<_>>();
+        let dots = |marks: &[Marked]| within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect());
+        let points = hysteresis.iter().filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s)).map(|m| (m.parameter, m.values[0]));
+        let points = within(points.collect());
+        let mut strobed = Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")
+            .with("up", Mark::Specks, dots(diagram.up()))
+            .with("down", Mark::Specks, dots(diagram.down()));
+        if !points.is_empty() {
+            strobed = strobed.with("hysteresis", Mark::Dots, points);
+        }
+        let curve = |rows: &Rows| within(rows.iter().filter_map(|row| Some((row.point()["omega_1"], row.lyapunov()?))).collect());
+        let [up, down] = diagram.rows().map(curve);
+        let exponent = Panel::new("largest Lyapunov exponent per turn", "pinion speed [rad/s]", "[1]")
+            .labels_at(SeriesLabelPosition::UpperRight)
+            .with("up", Mark::Line, up)
+            .with("down", Mark::Line, down)
+            .with("chaos above", Mark::Line, vec![(from, 0.0), (to, 0.0)]);
+        (strobed, exponent)
+    });
+    let [(whole, below), (window, beneath)] = panels;
+    figure(folder.join("bifurcation.svg"), 2, &[whole, window, below, beneath])?;
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

@@ -56,10 +56,11 @@ fn main() -> Outcome<()> {
         csv.row(&[t, &at.mean(), &at.quantile(0.05)?, &at.quantile(0.5)?, &at.quantile(0.95)?, &at.min(), &at.max()])?;
     }
     let banded = |title: &str, channel: &str, unit: &str| -> Outcome<Panel> {
-        Ok(Panel::new(title, "t [ms]", unit)
-            .with("mean", Mark::Line, curve(bands.mean(channel)?))
-            .with("5%", Mark::Line, curve(bands.band(channel, 0.05)?))
-            .with("95%", Mark::Line, curve(bands.band(channel, 0.95)?)))
+        let (mut outline, mut back) = (curve(bands.band(channel, 0.05)?), curve(bands.band(channel, 0.95)?));
+        back.reverse();
+        outline.append(&mut back);
+        let mean = curve(bands.mean(channel)?);
+        Ok(Panel::new(title, "t [ms]", unit).headroom(0.15).with("mean", Mark::Line, mean).with("5% .. 95%", Mark::Area, outline))
     };
     let held = process(&set, 0)?;
     let values = (0..3).map(|mesh| {
@@ -67,7 +68,7 @@ fn main() -> Outcome<()> {
         let at = |i: usize| END * i as f64 / samples as f64;
         (mesh, (0..samples).map(|i| (1e3 * at(i), SCALE * held.value(at(i), Side::After, mesh))).collect::<Vec<_>>())
     });
-    let mut values_panel = Panel::new("the random damping of member 0, mesh by mesh", "t [ms]", "[N s/m]");
+    let mut values_panel = Panel::new("the random damping of member 0, mesh by mesh", "t [ms]", "[N s/m]").headroom(0.35);
     for (mesh, points) in values {
         values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
     }

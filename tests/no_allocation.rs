@@ -59,6 +59,44 @@ fn analysis_does_not_allocate() {
     assert_eq!(run(0.1), run(1.0));
 }
 
+/// A point of a sweep costs its row: a map of a million points with two channels and the rattle stays below 200 MB. To put chunks together
+/// takes the room of the whole beside theirs. Measured on 10 000 points; the rest does not grow with them.
+#[test]
+fn a_million_points_fit_into_200_megabytes() {
+    const POINTS: usize = 10_000;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
+    let loads = Axis::linear("load", 20.0, 40.0, POINTS / 2).unwrap();
+    let points = Points::grid(vec![Axis::list("speed", &[100.0, 101.0]).unwrap(), loads]).unwrap();
+    let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1", "deflection"]).rattle();
+    let family = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() });
+    let chunk =
+        |i, n| sweep.run_chunk(i, n, &LaneRk4::<16>::new(63 * 16), family, |_, pair: &NfgPair| pair.static_start(), &Watch::new()).unwrap();
+    let most = |run: &mut dyn FnMut()| allocation_counter::measure(run).bytes_max as f64 / POINTS as f64;
+    let mut count = 0;
+    let whole = most(&mut || count = pool.install(|| chunk(0, 1)).iter().count());
+    let merged = most(&mut || count += Rows::merge((0..10).map(|i| pool.install(|| chunk(i, 10))).collect()).unwrap().iter().count());
+    println!("{whole:.0} bytes per point, {merged:.0} merged");
+    assert_eq!(count, 2 * POINTS); // none has failed
+    assert!(whole < 200.0 && merged < 2.0 * whole, "{whole} bytes per point, {merged} merged");
+}
+
+/// An ensemble keeps nothing of its members: ten times as many take no more.
+#[test]
+fn members_are_not_kept() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
+    let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+    let family = |member: u64| -> Result<_, ParameterError> {
+        Ok((pair.clone(), State::new(0.0, &[-6.4e-4 * (1.0 + 1e-6 * member as f64)], &[0.0])))
+    };
+    let most = |members: u64| {
+        let ensemble = Ensemble::new(members, 2.0, 4).unwrap().channels(&["q1"]).rattle();
+        allocation_counter::measure(|| drop(pool.install(|| ensemble.run(&Rk4::new(0.5), family)).unwrap())).bytes_max
+    };
+    let (few, many) = (most(2_000), most(20_000));
+    println!("{few} bytes for 2 000 members, {many} for 20 000");
+    assert!(many < few + few / 10 && many < 1_000_000);
+}
+
 /// Nor does the variational flow, of models with a Jacobian and without: twice the time asks for as many arrays.
 #[test]
 fn differences_do_not_allocate() {

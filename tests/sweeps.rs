@@ -1,4 +1,5 @@
-//! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name.
+//! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
+//! `cargo test --release --test sweeps -- --ignored`.
 
 #[path = "../benches/common/mod.rs"]
 mod common;
@@ -66,7 +67,7 @@ fn the_same_bits_however_it_is_run() {
 /// The bits of one sweep, written down: they may only change with an entry under "Numerics" of the change log.
 #[test]
 fn the_bits_are_pinned() {
-    assert_eq!(format!("{:016x}", hash(&sweep(20), &LaneRk4::<16>::new(STEPS))), "2ccb1e6034db27fa");
+    assert_eq!(format!("{:016x}", hash(&sweep(20), &LaneRk4::<16>::new(STEPS))), "3d71c50b00010d24");
 }
 
 fn nfg(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
@@ -79,27 +80,66 @@ fn speeds(values: &[f64]) -> Points {
     Points::along(Axis::list("speed", values).unwrap())
 }
 
+/// What fixed steps can miss in a period of a motion.
+struct Missed {
+    flights: u64,
+    /// Stays on a flank or in the gap that are shorter than a step.
+    short: u64,
+    /// Half a step off the extreme, x = x* - x''h²/8: the largest second difference of each channel over 8.
+    peaks: Vec<f64>,
+}
+
+/// The period after `settle` others, edges located.
+fn missed(pair: &NfgPair, settle: usize, steps: usize, channels: &[&str]) -> Missed {
+    let (solver, period) = (Dop853::new().rtol(1e-9).atol(1e-15), pair.period());
+    let settled = solver.end(pair, &pair.static_start().unwrap(), settle as f64 * period).unwrap();
+    let mut probe = Probe::new(pair);
+    let places: Vec<usize> = channels.iter().map(|name| probe.index(name).unwrap()).collect();
+    let (mut times, mut flights, mut y) = (Vec::new(), 0, [0.0; 2]);
+    let mut samples: Vec<Vec<f64>> = vec![Vec::new(); channels.len()];
+    let step = period / steps as f64;
+    let mut look = |run: &mut Step<'_>| {
+        for crossing in run.crossings() {
+            times.push(run.t1());
+            flights += u64::from(crossing.from != Piece::Gap);
+        }
+        while let t = settled.t + samples[0].len() as f64 * step
+            && t <= run.t1()
+        {
+            run.at(t, &mut y);
+            let all = probe.read(t, Side::Before, &y[..1], &y[1..]);
+            samples.iter_mut().zip(&places).for_each(|(x, place)| x.push(all[*place]));
+        }
+        std::ops::ControlFlow::Continue(())
+    };
+    solver.run(pair, &settled, settled.t + period, &mut look).unwrap();
+    let bend = |x: &Vec<f64>| x.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs()).fold(0.0, f64::max);
+    let short = times.windows(2).filter(|t| t[1] - t[0] < step).count() as u64;
+    Missed { flights, short, peaks: samples.iter().map(|x| bend(x) / 8.0).collect() }
+}
+
 /// Fixed steps over the table against located edges, and against the estimate that the rows carry.
 #[test]
 fn lanes_agree_with_located_edges_within_their_estimate() {
-    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&["q1", "deflection", "mesh force"]);
-    let sweep = sweep.rattle();
+    let channels = ["q1", "deflection", "mesh force"];
+    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::<16>::new(63 * 64), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
         assert_eq!(a.state(0), b.state(0));
         let (x, y) = (a.contact(0), b.contact(0));
-        // A flight shorter than a step is not seen.
-        assert!(x.impact_count().abs_diff(y.impact_count()) <= 1, "{x:?} {y:?}");
-        assert!((x.loss_fraction() - y.loss_fraction()).abs() < 1.0 / 64.0); // a sample in each mesh period
-        for channel in ["q1", "deflection", "mesh force"] {
+        // A stay of less than a step may fall between two samples: it is not seen, nor the impact that ends it or the one it is.
+        let Missed { flights, short, peaks } = missed(&nfg(&a.point()).unwrap(), 8, 63 * 64, &channels);
+        assert!(x.impact_count().abs_diff(y.impact_count()) <= short, "{x:?} {y:?}, {short} short stays");
+        // The samples in a stay are its length in steps, rounded up or down.
+        assert!((x.loss_fraction() - y.loss_fraction()).abs() <= flights as f64 / (63.0 * 64.0), "{x:?} {y:?}, {flights} flights");
+        for (channel, peak) in channels.into_iter().zip(peaks) {
             let (p, q) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
             let error = a.error(channel).unwrap();
             let apart = [p.mean - q.mean, p.rms - q.rms, p.min - q.min, p.max - q.max].into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            println!("{} {channel}: {apart:.2e} apart, estimate {error:.2e}, ppv {:.3e}", a.index(), q.peak_to_peak());
-            // Near an extreme a fixed grid misses (pi/64)^2/2 of an amplitude at the most.
-            assert!(apart < 1.5e-3 * q.peak_to_peak(), "{channel}: {apart} of {}", q.peak_to_peak());
-            assert!(apart < 2.0 * error, "{channel}: {apart} against {error}");
+            println!("{} {channel}: {apart:.2e} apart, estimate {error:.2e}, grid {peak:.2e}, ppv {:.3e}", a.index(), q.peak_to_peak());
+            // The estimate of an extreme is twice its change on the finer grid: it covers the error, and is itself within what a grid misses.
+            assert!(apart <= error && error <= 2.0 * peak, "{channel}: {apart} against {error}, {peak}");
         }
     }
     assert!(located.iter().all(|row| row.error("q1").is_none()));
@@ -120,14 +160,23 @@ fn the_scalar_engine_agrees_with_lanes() {
     }
 }
 
+/// Chaos is flagged. At 180 rad/s fixed steps across edges keep the motion from repeating, yet its figures are those of an orbit of
+/// period one, and it is not flagged: finer steps find the orbit.
 #[test]
 fn chaos_is_flagged_and_periods_are_found() {
-    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 250.0])).settle(30).measure(40).channels(&["q1"]).rattle();
-    let rows = sweep.run(&LaneRk4::<4>::new(4032), nfg, at_rest).unwrap();
-    let multiples: Vec<_> = rows.iter().map(|row| row.period_multiple()).collect();
-    assert_eq!(multiples, [Some(1), None, None, Some(1)]);
-    let sensitive: Vec<_> = rows.iter().map(|row| row.is_sensitive()).collect();
-    assert_eq!(sensitive[..3], [false, true, true]);
+    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0])).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let rows = sweep.run(&LaneRk4::<8>::new(4032), nfg, at_rest).unwrap();
+    let of = |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
+    assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
+    let fine = Sweep::over(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
+    let fine = fine.periodic_within(1e-4).run(&LaneRk4::<8>::new(4 * 4032), nfg, at_rest).unwrap();
+    assert_eq!(of(&fine), [(Some(1), false)]);
+    let (coarse, fine) = (rows.row(3).unwrap().unwrap(), fine.row(0).unwrap().unwrap());
+    assert_eq!(coarse.state(0), fine.state(0));
+    for channel in ["q1", "deflection"] {
+        let [a, b] = [coarse, fine].map(|row| row.channel(channel).unwrap().peak_to_peak());
+        assert!((a / b - 1.0).abs() < 0.05, "{channel}: {a} {b}"); // what the flag promises
+    }
 }
 
 /// Settling ends early where the motion repeats, lanes are refilled, and rows are those of each point alone.
@@ -288,8 +337,8 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9)), wave, start).unwrap();
     for (a, b) in on.iter().zip(located.iter()) {
         let (a, b) = (a.channel("deflection 1").unwrap(), b.channel("deflection 1").unwrap());
-        // The motion is not periodic yet: half a step at each end of the window.
-        assert!((a.mean - b.mean).abs() < b.peak_to_peak() / 4000.0, "{a:?} {b:?}");
+        // The motion is not periodic yet: a sum over the ends of N steps is off by (x_N - x_0)/2N.
+        assert!((a.mean - b.mean).abs() < b.peak_to_peak() / (2.0 * 4000.0), "{a:?} {b:?}");
     }
     let off = sweep.run(&LaneRk4::<4>::new(4002), wave, start).unwrap();
     assert!(matches!(off.row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))), "{:?}", off.errors());
@@ -335,16 +384,62 @@ fn rows_as_bytes() {
     assert!(Sweep::over(frequencies(2)).rows_from_bytes(&bytes).is_err());
 }
 
+fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
+    NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+}
+
+/// Reading A in lanes, up and down, each run starting where its neighbour ended: there is no hysteresis, so that both ways give the same
+/// rattle state and, to the 5 % that the flag is about, the same peak-to-peak. Flagged speeds are not compared: chaos from 150 to 163 rad/s, and
+/// up to 175 weakly attracting orbits which fixed steps keep from settling (the located ones are compared below).
+fn up_and_down(speeds: &[f64]) {
+    let sweep = Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
+    let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
+    let mut firm = 0;
+    for (a, b) in up.iter().zip(down.iter()) {
+        let speed = a.point()["speed"];
+        let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
+        println!("{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}", a.state(0), b.state(0), 100.0 * (x / y - 1.0), a.scatter());
+        if !(a.is_sensitive() || b.is_sensitive()) {
+            firm += 1;
+            assert_eq!(a.state(0), b.state(0), "{speed}");
+            assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
+        }
+        assert!((149.5..175.0).contains(&speed) || !(a.is_sensitive() || b.is_sensitive()), "{speed} is flagged");
+    }
+    println!("{firm} of {} speeds are firm", speeds.len());
+}
+
+#[test]
+fn up_and_down_agree() {
+    up_and_down(&[100.0, 115.0, 130.0, 140.0, 145.0, 155.0, 166.0, 180.0, 200.0, 225.0, 250.0]);
+}
+
+/// The same with located edges from 163.5 rad/s, where the motion is periodic again.
+#[test]
+fn up_and_down_agree_with_located_edges() {
+    let diagram =
+        Bifurcation::over(Axis::list("speed", &[163.5, 164.0, 166.0, 170.0]).unwrap(), "q1", Marks::Strobed).settle(60).measure(4);
+    let diagram = diagram.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap();
+    for way in [diagram.up(), diagram.down()] {
+        assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1), Some(1), Some(1)]);
+    }
+    assert_eq!(diagram.hysteresis(1e-3), []);
+}
+
+#[test]
+#[ignore = "minutes without optimisation: cargo test --release --test sweeps -- --ignored"]
+fn up_and_down_agree_every_half_step() {
+    up_and_down(&(0..=300).map(|i| 100.0 + 0.5 * f64::from(i)).collect::<Vec<_>>());
+}
+
 /// Reading A, 60 turns settled and 40 measured, located edges: contact is lost from 131.43 rad/s, both flanks meet from 149.6 to 150.1, and
 /// from 164 the motion repeats every turn again.   Source: tests/data/nfg.json, `bifurcation_modelA`.
 #[test]
 fn thresholds_of_reading_a() {
-    let family = |p: &Point<'_>| {
-        NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
-    };
     let scan = [131.38, 131.48, 164.0, 149.0, 149.1, 149.2, 149.3, 149.4, 149.5, 149.6, 149.7, 149.8, 149.9, 150.0, 150.1];
     let sweep = Sweep::over(speeds(&scan)).settle(60).measure(40).rattle();
-    let rows = sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), family, at_rest).unwrap();
+    let rows = sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap();
     let states: Vec<_> = rows.iter().map(|row| row.state(0)).collect();
     println!("{states:?}");
     assert_eq!(states[..3], [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);

@@ -45,6 +45,8 @@ pub enum Mark {
     Specks,
     /// Vertical bars from the foot of the panel, as in a spectrum.
     Bars,
+    /// The area within a closed outline.
+    Area,
 }
 
 pub struct Series {
@@ -59,6 +61,8 @@ pub struct Panel {
     y: String,
     logarithmic: bool,
     labels: SeriesLabelPosition,
+    /// Empty space above, as a share of the range.
+    headroom: f64,
     series: Vec<Series>,
 }
 
@@ -70,6 +74,7 @@ impl Panel {
             y: y.into(),
             logarithmic: false,
             labels: SeriesLabelPosition::UpperLeft,
+            headroom: 0.0,
             series: Vec::new(),
         }
     }
@@ -80,6 +85,10 @@ impl Panel {
     /// Labels in another corner.
     pub fn labels_at(self, labels: SeriesLabelPosition) -> Self {
         Panel { labels, ..self }
+    }
+    /// Space for the labels above what is drawn.
+    pub fn headroom(self, headroom: f64) -> Self {
+        Panel { headroom, ..self }
     }
     pub fn with(mut self, label: impl Into<String>, mark: Mark, points: Vec<(f64, f64)>) -> Self {
         self.series.push(Series { label: label.into(), mark, points });
@@ -94,6 +103,16 @@ impl Panel {
     }
 }
 
+/// Colours that are told apart by everybody.   Source: Okabe & Ito, Color Universal Design, 2008.
+const PALETTE: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+];
+
 /// Panels side by side in rows, `columns` to a row.
 pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
     const SIZE: (u32, u32) = (620, 330);
@@ -106,6 +125,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             up.start = 0.0;
         }
         let foot = up.start;
+        up.end += panel.headroom * (up.end - up.start);
         let smallest = 1e-9 * (up.end - up.start).min(across.end - across.start);
         let mut chart = ChartBuilder::on(area)
             .caption(&panel.title, ("sans-serif", 16))
@@ -127,13 +147,14 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             mesh.y_label_formatter(&plain).draw()?
         }
         for (i, series) in panel.series.iter().enumerate() {
-            let color = Palette99::pick(i).to_rgba();
+            let color = PALETTE[i % PALETTE.len()].to_rgba();
             let points = series.points.iter().copied().filter(|p| p.1.is_finite());
             let drawn = match series.mark {
                 Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
                 // Later dots are smaller, so that earlier ones show around them.
                 Mark::Dots => chart.draw_series(points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())))?,
                 Mark::Specks => chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?,
+                Mark::Area => chart.draw_series([Polygon::new(points.collect::<Vec<_>>(), color.mix(0.4).filled())])?,
                 Mark::Bars => chart.draw_series(points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))))?,
             };
             if !series.label.is_empty() {
@@ -181,6 +202,8 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
         let finite = || map.values.iter().copied().filter(|x| x.is_finite());
         let (lo, hi) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         let hi = if hi > lo { hi } else { lo + 1.0 };
+        // A few whole numbers are boxes with their names, all else a continuous scale.
+        let whole = finite().all(|x| x.fract() == 0.0) && hi - lo < 17.0;
         let color = |x: f64| if x.is_finite() { shade((x - lo) / (hi - lo)).filled() } else { WHITE.filled() };
         let (picture, scale) = area.split_horizontally(SIZE.0 - 84);
         let rows = map.values.len() / map.columns;
@@ -208,17 +231,26 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
                 }
             }
         }
+        let (foot, head) = if whole { (lo - 0.5, hi + 0.5) } else { (lo, hi) };
         let mut bar = ChartBuilder::on(&scale)
             .margin_top(44)
             .margin_bottom(46)
             .margin_right(8)
             .y_label_area_size(44)
-            .build_cartesian_2d(0.0..1.0, lo..hi)?;
-        bar.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).y_label_style(("sans-serif", 12)).draw()?;
-        let step = (hi - lo) / 64.0;
-        bar.draw_series((0..64).map(|i| {
-            let y = lo + f64::from(i) * step;
-            Rectangle::new([(0.0, y), (1.0, (y + 1.5 * step).min(hi))], color(y + 0.5 * step))
+            .build_cartesian_2d(0.0..1.0, foot..head)?;
+        let mut mesh = bar.configure_mesh();
+        mesh.disable_mesh().disable_x_axis().y_label_style(("sans-serif", 12));
+        if whole {
+            mesh.y_labels((hi - lo) as usize + 1).y_label_formatter(&|y: &f64| format!("{y:.0}")).draw()?;
+        } else {
+            mesh.y_labels(6).draw()?;
+        }
+        let boxes = if whole { (hi - lo) as u32 + 1 } else { 64 };
+        let step = (head - foot) / f64::from(boxes);
+        bar.draw_series((0..boxes).map(|i| {
+            let y = foot + f64::from(i) * step;
+            let over = if whole { 1.0 } else { 1.5 };
+            Rectangle::new([(0.0, y), (1.0, (y + over * step).min(head))], color((y + 0.5 * step).clamp(lo, hi)))
         }))?;
     }
     root.present()?;

@@ -81,7 +81,7 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`], with the exponents over the periods that succeeded.
     pub fn run<M: Periodic + ?Sized>(&self, model: &M, start: &State) -> Result<Exponents, LyapunovError> {
-        self.run_any(&model, start, model.period())
+        self.run_over(model, start, model.period())
     }
 
     /// The same for a model that does not repeat: `span` takes the place of the period.
@@ -89,10 +89,21 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`], with the exponents over the spans that succeeded.
     pub fn run_over<M: Model + ?Sized>(&self, model: &M, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
-        self.run_any(&model, start, span)
+        self.run_while(model, start, span, &|| true)
     }
 
-    fn run_any(&self, model: &dyn Model, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
+    /// The same as long as `go_on` says so; afterwards the exponents are those of the spans that are done.
+    pub(crate) fn run_while<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        span: f64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Exponents, LyapunovError> {
+        self.run_any(&model, start, span, go_on)
+    }
+
+    fn run_any(&self, model: &dyn Model, start: &State, span: f64, go_on: &dyn Fn() -> bool) -> Result<Exponents, LyapunovError> {
         let components = 2 * model.dof();
         let count = self.count.unwrap_or(components);
         self.check(count, components, start, span)?;
@@ -118,6 +129,9 @@ impl Lyapunov {
         for period in 0..self.align + self.periods {
             directions.growth.fill(0.0);
             for part in 1..=self.renormalisations {
+                if !go_on() {
+                    return Ok(exponents);
+                }
                 let until = from + span * (period as f64 + part as f64 / self.renormalisations as f64);
                 all = tangent.run(&solver, all, until).map_err(|e| fail(e, &exponents))?.0;
                 directions.orthonormalise(&mut all);
@@ -130,18 +144,24 @@ impl Lyapunov {
         Ok(exponents)
     }
 
-    fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
+    /// What can be told without a model.
+    pub(crate) fn check_settings(&self) -> Result<(), ParameterError> {
+        let count = self.count.unwrap_or(1);
         for (name, value) in [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)] {
             if value == 0 {
-                return Err(ParameterError::TooFew { name: name.into(), value, least: 1 }.into());
+                return Err(ParameterError::TooFew { name: name.into(), value, least: 1 });
             }
         }
+        check::positive("tolerance", self.tolerance).map(|_| ())
+    }
+
+    fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
+        self.check_settings()?;
         if count > components {
             let allowed = "1 to the number of coordinates and velocities";
             return Err(ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into());
         }
         check::scale("span", span)?;
-        check::positive("tolerance", self.tolerance)?;
         Ok(start.check(components / 2)?)
     }
 }

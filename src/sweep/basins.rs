@@ -1,7 +1,8 @@
 //! Which motions the rows of a sweep ended on.
 
 use super::error::SweepError;
-use super::rows::{Row, Rows};
+use super::row::Row;
+use super::rows::Rows;
 
 /// The motions on which runs ended, told apart by their strobed states: basins of attraction, when the points of the sweep are starts.
 ///

@@ -3,11 +3,13 @@
 use super::engine::SweepEngine;
 use super::error::SweepError;
 use super::points::{Axis, Point, Points};
-use super::rows::{Row, Rows};
+use super::row::Row;
+use super::rows::Rows;
 use super::run::{Carry, Sweep};
 use super::watch::Watch;
 use crate::error::ParameterError;
-use crate::model::{Model, State};
+use crate::model::{Periodic, State};
+use crate::orbit::Lyapunov;
 use std::fmt::Display;
 
 /// What is drawn of each run of a bifurcation diagram.
@@ -43,12 +45,13 @@ pub struct Bifurcation {
     marks: Marks,
     settle: usize,
     measure: usize,
+    lyapunov: Option<Lyapunov>,
 }
 
 impl Bifurcation {
     /// Of a channel along an axis; 60 periods to settle and 40 to draw at every value.
     pub fn over(axis: Axis, channel: &str, marks: Marks) -> Self {
-        Bifurcation { axis, channel: channel.into(), marks, settle: 60, measure: 40 }
+        Bifurcation { axis, channel: channel.into(), marks, settle: 60, measure: 40, lyapunov: None }
     }
     /// Periods to settle at every value.
     pub fn settle(self, periods: usize) -> Self {
@@ -57,6 +60,10 @@ impl Bifurcation {
     /// Periods to draw at every value.
     pub fn measure(self, periods: usize) -> Self {
         Bifurcation { measure: periods, ..self }
+    }
+    /// The largest Lyapunov exponent at every value as well, as in [`Sweep::lyapunov`]: [`Row::lyapunov`] of the [rows](Diagram::rows).
+    pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
+        Bifurcation { lyapunov: Some(lyapunov), ..self }
     }
 
     /// Runs up and down; the first run of each way starts from `start`.
@@ -70,16 +77,19 @@ impl Bifurcation {
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
     ) -> Result<Diagram, SweepError>
     where
-        M: Model,
+        M: Periodic,
         E: SweepEngine<M>,
         X: Display,
         Y: Display,
     {
-        let sweep = Sweep::over(Points::along(self.axis.clone()))
+        let mut sweep = Sweep::over(Points::along(self.axis.clone()))
             .settle(self.settle)
             .measure(self.measure)
             .channels(&[&self.channel])
             .strobe(self.measure);
+        if let Some(lyapunov) = self.lyapunov {
+            sweep = sweep.lyapunov(lyapunov);
+        }
         let way = |carry| sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &Watch::new());
         let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
         let (up, down) = (up?, down?);

@@ -12,7 +12,7 @@ impl Rows {
     /// elsewhere. [`Sweep::rows_from_bytes`] reads them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let l = &self.layout;
-        let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, self.alone];
+        let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, l.exponents, self.alone];
         let mut words = vec![MARK];
         words.extend(head.map(|x| x as u64));
         words.extend([self.errors.len() as u64, self.checks.len() as u64]);
@@ -53,9 +53,9 @@ impl Sweep {
     pub fn rows_from_bytes(&self, bytes: &[u8]) -> Result<Rows, SweepError> {
         let mut read = Reader { bytes, at: 0 };
         read.expect(MARK)?;
-        let [start, end, dof, channels, contacts, strobes, alone] = read.sizes::<7>()?;
+        let [start, end, dof, channels, contacts, strobes, exponents, alone] = read.sizes::<8>()?;
         let [errors, checks] = read.sizes::<2>()?;
-        let layout = Layout { dof, channels, contacts, strobes };
+        let layout = Layout { dof, channels, contacts, strobes, exponents };
         let count = end.checked_sub(start).filter(|_| end <= self.points().len()).ok_or(SweepError::Bytes { at: 8 })?;
         // Nothing is set aside before the bytes for it are seen to be there.
         let fits = |count: usize, each: usize| count.checked_mul(each).is_some_and(|words| words <= bytes.len() / 8);
@@ -64,6 +64,9 @@ impl Sweep {
         let stride = stride.filter(|stride| fits(count, 1 + stride) && fits(checks, 1 + stride)).ok_or(SweepError::Bytes { at: 24 })?;
         if channels != self.names().len() && channels != 0 {
             return Err(SweepError::Bytes { at: 32 });
+        }
+        if exponents != self.exponents() && exponents != 0 {
+            return Err(SweepError::Bytes { at: 56 });
         }
         let mut rows = Rows::new(self.points(), self.names(), &layout, start..end);
         rows.alone = alone;

@@ -35,8 +35,8 @@ pub trait SweepEngine<M: Model>: Sync {
 pub trait Source<M> {
     /// The next run: the one that goes on from the state at which point `after` ended, or any other. `None` when there are no more.
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>>;
-    /// Takes what a run gave.
-    fn put(&mut self, index: usize, row: Result<Vec<f64>, PointError>);
+    /// Takes what a run gave: its row and the state in which it ended, coordinates then velocities.
+    fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>);
     /// Whether to leave all as it is and return.
     fn is_cancelled(&self) -> bool;
     /// Counts points that ran alone.

@@ -3,6 +3,7 @@
 use crate::error::ParameterError;
 use crate::lanes::TableError;
 use crate::ode::IntegrateError;
+use crate::orbit::LyapunovError;
 use thiserror::Error;
 
 /// Why a sweep as a whole cannot be run.
@@ -77,6 +78,9 @@ pub enum PointError {
     /// The integration ended early.
     #[error(transparent)]
     Integrate(#[from] IntegrateError),
+    /// No Lyapunov exponent. The exponents over the periods that succeeded are in the error.
+    #[error("Lyapunov exponent: {0}")]
+    Lyapunov(#[from] LyapunovError),
     /// The motion grew beyond all bounds.
     #[error("the motion is not finite any more in period {period}")]
     Diverged {

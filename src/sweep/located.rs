@@ -43,7 +43,7 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
             match self.one(plan, channels, &model, &start, &*source) {
                 Ok(None) => return,
                 Ok(Some((row, state))) => {
-                    source.put(index, Ok(row));
+                    source.put(index, Ok((row, &state)));
                     next.extend(source.next(Some((index, &state))));
                 }
                 Err(error) => {

@@ -2,6 +2,7 @@
 
 mod basins;
 mod bifurcation;
+mod block;
 mod bytes;
 mod engine;
 mod ensemble;
@@ -9,6 +10,7 @@ mod error;
 mod located;
 mod moments;
 mod points;
+mod row;
 mod rows;
 mod run;
 mod sobol;
@@ -24,7 +26,8 @@ pub use error::{PointError, SweepError};
 pub use located::Located;
 pub use moments::Distribution;
 pub use points::{Axis, Point, Points};
-pub use rows::{Row, Rows};
+pub use row::Row;
+pub use rows::Rows;
 pub use run::{Carry, Sweep};
 pub use sobol::{SobolDesign, SobolIndex, Uncertain};
 pub use tables::{LaneRk4, TableRk4};

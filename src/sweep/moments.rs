@@ -92,9 +92,9 @@ impl Distribution {
     pub fn variance(&self) -> f64 {
         if self.count > 1 { self.square / (self.count - 1) as f64 } else { 0.0 }
     }
-    /// Standard error of the mean.
+    /// Standard error of the mean; infinite with fewer than two values.
     pub fn standard_error(&self) -> f64 {
-        (self.variance() / self.count.max(1) as f64).sqrt()
+        if self.count > 1 { (self.variance() / self.count as f64).sqrt() } else { f64::INFINITY }
     }
     /// The mean with `z` standard errors either side: z = 1.96 holds the true mean 19 times in 20.
     pub fn confidence(&self, z: f64) -> [f64; 2] {

@@ -1,18 +1,18 @@
 //! A sweep and how it is run.
 
-use super::engine::{Job, Source, SweepEngine};
+use super::block::Work;
+use super::engine::SweepEngine;
 use super::error::{PointError, SweepError};
 use super::points::{Point, Points};
 use super::rows::{Layout, Rows};
 use super::track::Plan;
 use super::watch::Watch;
 use crate::channel::Probe;
-use crate::model::{Model, State};
-use rayon::prelude::*;
+use crate::model::{Periodic, State};
+use crate::orbit::Lyapunov;
 use std::fmt::Display;
-use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 
 /// Where a run starts from.
 ///
@@ -51,7 +51,7 @@ pub enum Carry {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    points: Points,
+    pub(super) points: Points,
     settle: usize,
     measure: usize,
     repeat: Option<f64>,
@@ -59,8 +59,9 @@ pub struct Sweep {
     channels: Vec<String>,
     rattle: bool,
     strobes: usize,
-    carry: Carry,
-    check_every: usize,
+    pub(super) lyapunov: Option<Lyapunov>,
+    pub(super) carry: Carry,
+    pub(super) check_every: usize,
 }
 
 impl Sweep {
@@ -75,6 +76,7 @@ impl Sweep {
             channels: Vec::new(),
             rattle: false,
             strobes: 0,
+            lyapunov: None,
             carry: Carry::No,
             check_every: 0,
         }
@@ -107,6 +109,13 @@ impl Sweep {
     pub fn strobe(self, count: usize) -> Self {
         Sweep { strobes: count, ..self }
     }
+    /// The largest Lyapunov exponent is wanted. It is computed with the variational equations and located edges, whatever the engine: from where
+    /// the run of the point has ended, so that nothing is left to settle, over the periods and with the tolerance of `lyapunov`; how many it
+    /// settles and how many exponents it computes otherwise is of no account. It costs about as much as three times the periods with
+    /// [`Located`](crate::Located).
+    pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
+        Sweep { lyapunov: Some(lyapunov.settle(0).count(1)), ..self }
+    }
     /// Where runs start from.
     pub fn carry(self, carry: Carry) -> Self {
         Sweep { carry, ..self }
@@ -118,6 +127,10 @@ impl Sweep {
     }
     pub(crate) fn names(&self) -> &[String] {
         &self.channels
+    }
+    /// Figures of a Lyapunov exponent in a row.
+    pub(crate) fn exponents(&self) -> usize {
+        if self.lyapunov.is_some() { 2 } else { 0 }
     }
     /// The points.
     pub fn points(&self) -> &Points {
@@ -135,7 +148,7 @@ impl Sweep {
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
     ) -> Result<Rows, SweepError>
     where
-        M: Model,
+        M: Periodic,
         E: SweepEngine<M>,
         X: Display,
         Y: Display,
@@ -157,7 +170,7 @@ impl Sweep {
         watch: &Watch<'_>,
     ) -> Result<Rows, SweepError>
     where
-        M: Model,
+        M: Periodic,
         E: SweepEngine<M>,
         X: Display,
         Y: Display,
@@ -174,7 +187,7 @@ impl Sweep {
         let (first, last) = (share(chunk), share(chunk + 1));
         // The shape of the rows is that of the first model there is.
         let Some(model) = (0..self.points.len()).find_map(|i| family(&self.points.point(i)).ok()) else {
-            let layout = Layout { dof: 0, channels: 0, contacts: 0, strobes: 0 };
+            let layout = Layout { dof: 0, channels: 0, contacts: 0, strobes: 0, exponents: 0 };
             let mut rows = Rows::new(&self.points, &self.channels, &layout, first * length..last * length);
             for index in rows.range() {
                 if let Err(error) = family(&self.points.point(index)) {
@@ -191,6 +204,7 @@ impl Sweep {
             channels: channels.len(),
             contacts: if self.rattle { model.contacts() } else { 0 },
             strobes: self.strobes.min(self.measure),
+            exponents: self.exponents(),
         };
         let plan = Plan { settle: self.settle, measure: self.measure, repeat: self.repeat, tolerance: self.tolerance, layout };
         let rows = Rows::new(&self.points, &self.channels, &plan.layout, first * length..last * length);
@@ -225,151 +239,9 @@ impl Sweep {
                 return Err(SweepError::Setting { name, value, allowed: "positive and finite" });
             }
         }
+        if let Some(lyapunov) = &self.lyapunov {
+            lyapunov.check_settings()?;
+        }
         Ok(())
-    }
-}
-
-/// What all blocks of a sweep share.
-struct Work<'s, F, G> {
-    sweep: &'s Sweep,
-    plan: &'s Plan,
-    channels: &'s [usize],
-    shape: [usize; 2],
-    /// Points in a line.
-    length: usize,
-    family: &'s F,
-    start: &'s G,
-    watch: &'s Watch<'s>,
-    rows: Mutex<Rows>,
-    done: AtomicUsize,
-}
-
-impl<F: Sync, G: Sync> Work<'_, F, G> {
-    /// All lines of a range, or those to be checked, in blocks.
-    fn all<M, E>(&self, engine: &E, lines: Range<usize>, checking: bool)
-    where
-        M: Model,
-        E: SweepEngine<M>,
-        F: Fn(&Point<'_>) -> Result<M, PointError>,
-        G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-    {
-        let every = if checking { self.sweep.check_every } else { 1 };
-        let lines: Vec<usize> = lines.step_by(every).collect();
-        let share = lines.len() / (4 * rayon::current_num_threads());
-        let block = share.clamp(engine.batch(), 16 * engine.batch());
-        lines.par_chunks(block.max(1)).for_each(|lines| {
-            let mut source = Block { work: self, lines, taken: 0, checking };
-            engine.work(self.plan, self.channels, &mut source);
-        });
-    }
-}
-
-/// The runs of some lines.
-struct Block<'b, 's, F, G> {
-    work: &'b Work<'s, F, G>,
-    lines: &'b [usize],
-    taken: usize,
-    checking: bool,
-}
-
-impl<M, F, G> Block<'_, '_, F, G>
-where
-    M: Model,
-    F: Fn(&Point<'_>) -> Result<M, PointError>,
-    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-{
-    fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
-        let point = self.work.sweep.points.point(index);
-        let model = (self.work.family)(&point)?;
-        let found = [model.dof(), model.contacts()];
-        if found != self.work.shape {
-            return Err(PointError::Shape { found, expected: self.work.shape });
-        }
-        let start = match carried {
-            Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
-            None => (self.work.start)(&point, &model)?,
-        };
-        start.check(found[0]).map_err(PointError::Start)?;
-        if start.t != 0.0 {
-            let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(crate::ParameterError::OutOfRange { name, value, allowed: "0: runs begin with a period" }));
-        }
-        Ok(Job { index, model, start })
-    }
-
-    /// The point after this one in its line.
-    fn neighbour(&self, index: usize) -> Option<usize> {
-        let length = self.work.length;
-        match self.work.sweep.carry {
-            Carry::No => None,
-            Carry::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
-            Carry::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
-        }
-    }
-}
-
-impl<M, F, G> Source<M> for Block<'_, '_, F, G>
-where
-    M: Model,
-    F: Fn(&Point<'_>) -> Result<M, PointError>,
-    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-{
-    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
-        let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
-        let mut next = after.and_then(|(index, _)| self.neighbour(index));
-        loop {
-            if self.is_cancelled() {
-                return None;
-            }
-            let index = match next {
-                Some(index) => index,
-                None => {
-                    let line = *self.lines.get(self.taken)?;
-                    self.taken += 1;
-                    state = None;
-                    let length = self.work.length;
-                    if self.work.sweep.carry == Carry::Down { (line + 1) * length - 1 } else { line * length }
-                }
-            };
-            match self.job(index, state) {
-                Ok(job) => return Some(job),
-                Err(error) => {
-                    self.put(index, Err(error));
-                    // The line goes on from the last state there is.
-                    next = self.neighbour(index);
-                }
-            }
-        }
-    }
-
-    fn put(&mut self, index: usize, row: Result<Vec<f64>, PointError>) {
-        let poisoned = std::sync::PoisonError::into_inner;
-        if self.checking {
-            if let Ok(row) = row {
-                self.work.rows.lock().unwrap_or_else(poisoned).checks.insert(index, row);
-            }
-            return;
-        }
-        {
-            let mut rows = self.work.rows.lock().unwrap_or_else(poisoned);
-            rows.put(index, row);
-            if let (Some(show), Some(Ok(row))) = (self.work.watch.rows, rows.row(index)) {
-                show(&row);
-            }
-        }
-        if let Some(progress) = self.work.watch.progress {
-            let done = 1 + self.work.done.fetch_add(1, Ordering::Relaxed);
-            progress(done, self.work.sweep.points.len());
-        }
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.work.watch.is_cancelled()
-    }
-
-    fn alone(&mut self, points: usize) {
-        if !self.checking {
-            self.work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner).alone += points;
-        }
     }
 }

@@ -284,7 +284,7 @@ impl<M: Periodic> Batch<'_, M> {
             Next::Done => {
                 let Slot { index, track } = slot.take()?;
                 let (row, state) = track.finish();
-                self.source.put(index, Ok(row));
+                self.source.put(index, Ok((row, &state)));
                 Some((index, state))
             }
             Next::Diverged => {

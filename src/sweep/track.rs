@@ -30,6 +30,8 @@ pub(crate) struct Track {
     /// Largest coordinate and velocity among them.
     row: Vec<f64>,
     weight: f64,
+    /// Least and largest of what is read of one period: range of each channel, share of the time that each contact is lost.
+    spread: Vec<[f64; 2]>,
     /// Penetrations: largest of each flank, least of the better one, of each contact.
     depths: Vec<[f64; 3]>,
     strobes: Vec<f64>,
@@ -63,6 +65,7 @@ impl Track {
             section: [q, v].concat(),
             row,
             weight: 0.0,
+            spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
             depths: vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY]; plan.layout.contacts],
             strobes: Vec::new(),
         }
@@ -85,6 +88,12 @@ impl Track {
         self.row[at + 2] = self.row[at + 2].min(meter.min);
         self.row[at + 3] = self.row[at + 3].max(meter.max);
         self.strobes.extend([meter.min, meter.max]);
+        self.see(i, meter.max - meter.min);
+    }
+
+    fn see(&mut self, i: usize, x: f64) {
+        let [least, largest] = &mut self.spread[i];
+        (*least, *largest) = (least.min(x), largest.max(x));
     }
 
     /// Adds what a contact did; `weight` is that of the whole period.
@@ -94,6 +103,7 @@ impl Track {
         for (k, x) in [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate() {
             self.row[at + k] += x;
         }
+        self.see(self.plan.layout.channels + i, 1.0 - (lower + upper) / weight);
         let depth = &mut self.depths[i];
         *depth = [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
@@ -156,12 +166,25 @@ impl Track {
         (0, closest)
     }
 
+    /// By how much a figure differs from one period to another, at the most: the range of a channel as a share of itself, lost contact as a share
+    /// of the time. Infinite with nothing to compare.
+    fn scatter(&self) -> f64 {
+        let channels = self.plan.layout.channels;
+        let apart = |(i, [least, largest]): (usize, &[f64; 2])| match largest - least {
+            apart if i < channels && apart > 0.0 => apart / largest,
+            apart => apart,
+        };
+        let scatter = self.spread.iter().enumerate().map(apart).reduce(f64::max);
+        scatter.filter(|_| self.measured > 1).unwrap_or(f64::INFINITY)
+    }
+
     /// The row, and the last state.
     pub(crate) fn finish(mut self) -> (Vec<f64>, Vec<f64>) {
         let layout = &self.plan.layout;
         let (multiple, change) = self.multiple(self.plan.tolerance);
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
-        self.row[..Layout::HEAD].copy_from_slice(&[multiple as f64, change, (self.periods - self.measured) as f64, margin]);
+        let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];
+        self.row[..Layout::HEAD].copy_from_slice(&head);
         for channel in 0..layout.channels {
             let at = layout.channel(channel);
             self.row[at] /= self.weight;

@@ -1,6 +1,6 @@
 //! Looking on while a sweep runs.
 
-use super::rows::Row;
+use super::row::Row;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Looks on while a sweep runs, and may stop it.

@@ -1,0 +1,182 @@
+//! The blocks of a sweep: which run comes next, and where its row goes.
+
+use super::engine::{Job, Source, SweepEngine};
+use super::error::PointError;
+use super::points::Point;
+use super::rows::Rows;
+use super::run::{Carry, Sweep};
+use super::track::Plan;
+use super::watch::Watch;
+use crate::model::{Periodic, State};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What all blocks of a sweep share.
+pub(super) struct Work<'s, F, G> {
+    pub(super) sweep: &'s Sweep,
+    pub(super) plan: &'s Plan,
+    pub(super) channels: &'s [usize],
+    /// Degrees of freedom and contacts of every model.
+    pub(super) shape: [usize; 2],
+    /// Points in a line.
+    pub(super) length: usize,
+    pub(super) family: &'s F,
+    pub(super) start: &'s G,
+    pub(super) watch: &'s Watch<'s>,
+    pub(super) rows: Mutex<Rows>,
+    pub(super) done: AtomicUsize,
+}
+
+impl<F: Sync, G: Sync> Work<'_, F, G> {
+    /// All lines of a range, or those to be checked, in blocks.
+    pub(super) fn all<M, E>(&self, engine: &E, lines: Range<usize>, checking: bool)
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        F: Fn(&Point<'_>) -> Result<M, PointError>,
+        G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+    {
+        let every = if checking { self.sweep.check_every } else { 1 };
+        let lines: Vec<usize> = lines.step_by(every).collect();
+        let share = lines.len() / (4 * rayon::current_num_threads());
+        let block = share.clamp(engine.batch(), 16 * engine.batch());
+        lines.par_chunks(block.max(1)).for_each(|lines| {
+            let mut source = Block { work: self, lines, taken: 0, checking };
+            engine.work(self.plan, self.channels, &mut source);
+        });
+    }
+}
+
+/// The runs of some lines.
+struct Block<'b, 's, F, G> {
+    work: &'b Work<'s, F, G>,
+    lines: &'b [usize],
+    taken: usize,
+    checking: bool,
+}
+
+impl<M, F, G> Block<'_, '_, F, G>
+where
+    M: Periodic,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
+        let point = self.work.sweep.points.point(index);
+        let model = (self.work.family)(&point)?;
+        let found = [model.dof(), model.contacts()];
+        if found != self.work.shape {
+            return Err(PointError::Shape { found, expected: self.work.shape });
+        }
+        let start = match carried {
+            Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
+            None => (self.work.start)(&point, &model)?,
+        };
+        start.check(found[0]).map_err(PointError::Start)?;
+        if start.t != 0.0 {
+            let (name, value) = ("start.t".into(), start.t);
+            return Err(PointError::Start(crate::ParameterError::OutOfRange { name, value, allowed: "0: runs begin with a period" }));
+        }
+        Ok(Job { index, model, start })
+    }
+
+    /// Fills in the Lyapunov exponent, if it is wanted, of the motion that goes on from `end`. `None`: cancelled.
+    fn with_exponent(&self, index: usize, mut row: Vec<f64>, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
+        let (sweep, layout) = (self.work.sweep, &self.work.plan.layout);
+        let Some(lyapunov) = &sweep.lyapunov else {
+            return Ok(Some(row));
+        };
+        let model = (self.work.family)(&sweep.points.point(index))?;
+        let (q, v) = end.split_at(layout.dof);
+        let go_on = || !self.work.watch.is_cancelled();
+        let exponents = lyapunov.run_while(&model, &State::new(0.0, q, v), model.period(), &go_on)?;
+        if !go_on() {
+            return Ok(None);
+        }
+        row[layout.exponent()..][..layout.exponents].copy_from_slice(&[exponents.per_period()[0], exponents.standard_error()[0]]);
+        Ok(Some(row))
+    }
+
+    /// The point after this one in its line.
+    fn neighbour(&self, index: usize) -> Option<usize> {
+        let length = self.work.length;
+        match self.work.sweep.carry {
+            Carry::No => None,
+            Carry::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
+            Carry::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
+        }
+    }
+}
+
+impl<M, F, G> Source<M> for Block<'_, '_, F, G>
+where
+    M: Periodic,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
+        let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
+        let mut next = after.and_then(|(index, _)| self.neighbour(index));
+        loop {
+            if self.is_cancelled() {
+                return None;
+            }
+            let index = match next {
+                Some(index) => index,
+                None => {
+                    let line = *self.lines.get(self.taken)?;
+                    self.taken += 1;
+                    state = None;
+                    let length = self.work.length;
+                    if self.work.sweep.carry == Carry::Down { (line + 1) * length - 1 } else { line * length }
+                }
+            };
+            match self.job(index, state) {
+                Ok(job) => return Some(job),
+                Err(error) => {
+                    self.put(index, Err(error));
+                    // The line goes on from the last state there is.
+                    next = self.neighbour(index);
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>) {
+        let row = match run.and_then(|(row, end)| self.with_exponent(index, row, end)) {
+            Ok(None) => return,
+            Ok(Some(row)) => Ok(row),
+            Err(error) => Err(error),
+        };
+        let poisoned = std::sync::PoisonError::into_inner;
+        if self.checking {
+            if let Ok(row) = row {
+                self.work.rows.lock().unwrap_or_else(poisoned).checks.insert(index, row);
+            }
+            return;
+        }
+        {
+            let mut rows = self.work.rows.lock().unwrap_or_else(poisoned);
+            rows.put(index, row);
+            if let (Some(show), Some(Ok(row))) = (self.work.watch.rows, rows.row(index)) {
+                show(&row);
+            }
+        }
+        if let Some(progress) = self.work.watch.progress {
+            let done = 1 + self.work.done.fetch_add(1, Ordering::Relaxed);
+            progress(done, self.work.sweep.points.len());
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.work.watch.is_cancelled()
+    }
+
+    fn alone(&mut self, points: usize) {
+        if !self.checking {
+            self.work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner).alone += points;
+        }
+    }
+}
