@@ -60,7 +60,9 @@ const DAMPING: usize = 7; // 2 ζ
 const LOAD: usize = 8; // B0
 const WIDTH: usize = 9; // b/L
 const PER_LENGTH: usize = 10; // 1/L [1/m]
-const CONSTANTS: usize = 5;
+const LENGTH: usize = 11; // L [m]
+const MESH_FORCE: usize = 12; // I2 ω_n²/L [N]
+const CONSTANTS: usize = 7;
 
 /// What the algebra needs of the drives.
 struct At<S> {
@@ -99,6 +101,8 @@ impl NfgPair {
             params.load_torque / (params.inertia * natural * natural),
             params.half_backlash / radius,
             1.0 / radius,
+            radius,
+            params.inertia * natural * natural / radius,
         ];
         Ok(NfgPair {
             reading,
@@ -201,7 +205,7 @@ impl Generic for NfgPair {
     fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
         let at = self.at(u);
         // In metres: r_b2 times q and b̄, with the rates of the products.
-        let r = u[RADIUS] * self.radius;
+        let r = u[RADIUS] * u[LENGTH];
         let r_rate = r * u[STRETCH] * u[OMEGA];
         let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
         out[0] = Contact {
@@ -211,7 +215,7 @@ impl Generic for NfgPair {
             upper: b,
             lower_rate: -b_rate,
             upper_rate: b_rate,
-            force: self.tooth(&AsIs, &at, u, q[0], v[0]) * (self.params.inertia * self.natural * self.natural / self.radius) * u[INVERSE],
+            force: self.tooth(&AsIs, &at, u, q[0], v[0]) * u[MESH_FORCE] * u[INVERSE],
         };
         true
     }
@@ -303,7 +307,7 @@ impl Model for NfgPair {
         vec![Channel::new("base radius", "m")]
     }
     fn observe(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
-        out[0] = self.radius * u[RADIUS];
+        out[0] = u[LENGTH] * u[RADIUS];
     }
 }
 

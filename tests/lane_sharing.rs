@@ -1,0 +1,79 @@
+//! Models that share lanes give what each gives alone, whichever of their parameters differ.
+
+use gear_dynamics::*;
+
+type Change = fn(&mut NfgParams, f64);
+
+/// Every parameter of the pair, moved by a share.
+const CHANGES: [(&str, Change); 12] = [
+    ("module", |p, by| p.module *= 1.0 + by),
+    ("eccentric ratio", |p, by| p.eccentric_ratio *= 1.0 + by),
+    ("pressure angle", |p, by| p.pressure_angle *= 1.0 + by),
+    ("load torque", |p, by| p.load_torque *= 1.0 + by),
+    ("inertia", |p, by| p.inertia *= 1.0 + by),
+    ("stiffness", |p, by| p.stiffness *= 1.0 + by),
+    ("stiffness harmonics", |p, by| p.stiffness_harmonics[0][0] *= 1.0 + by),
+    ("damping ratio", |p, by| p.damping_ratio *= 1.0 + by),
+    ("error", |p, by| p.error += 1e-5 * by),
+    ("error harmonics", |p, by| p.error_harmonics[0][1] *= 1.0 + by),
+    ("half backlash", |p, by| p.half_backlash *= 1.0 + by),
+    ("speed", |p, by| p.speed *= 1.0 + by),
+];
+
+fn each_alone<M, F>(what: &str, family: F)
+where
+    M: Generic + Periodic + Send + Sync,
+    F: Fn(f64) -> M + Sync,
+{
+    let sweep = |shares: &[f64]| {
+        let points = Points::along(Axis::list("share", shares).unwrap());
+        let sweep = Sweep::over(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
+        let start = |_: &Point<'_>, model: &M| -> Result<State, ParameterError> {
+            let n = model.dof();
+            Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
+        };
+        let rows = sweep.run(&LaneRk4::<4>::new(63 * 16), |p: &Point<'_>| Ok::<M, ParameterError>(family(p["share"])), start).unwrap();
+        assert!(rows.iter().count() == shares.len(), "{what}: {:?}", rows.errors().first_key_value());
+        rows
+    };
+    let shares = [0.0, 0.01, 0.02, 0.03];
+    let together = sweep(&shares);
+    for (i, share) in shares.iter().enumerate() {
+        let (alone, row) = (sweep(&[*share]), together.row(i).unwrap().unwrap());
+        let alone = alone.row(0).unwrap().unwrap();
+        for channel in ["q1", "deflection", "mesh force"] {
+            assert_eq!(alone.channel(channel), row.channel(channel), "{what}, {channel}");
+        }
+        assert_eq!(alone.contact(0), row.contact(0), "{what}");
+    }
+    let force = |i: usize| together.row(i).unwrap().unwrap().channel("mesh force").unwrap();
+    assert_ne!(force(0), force(3), "{what} changes nothing");
+}
+
+#[test]
+fn pairs_of_one_degree_of_freedom() {
+    for reading in [NfgReading::exact(), NfgReading::published()] {
+        // As published, a constant error exerts no force and the radius is that of the pitch circle.
+        let matters = |what: &str| reading == NfgReading::exact() || !["error", "pressure angle"].contains(&what);
+        for (what, change) in CHANGES.iter().filter(|(what, _)| matters(what)) {
+            each_alone(what, |by| {
+                let mut params = NfgParams::table1();
+                change(&mut params, by);
+                NfgPair::with_reading(&params, reading).unwrap()
+            });
+        }
+    }
+}
+
+#[test]
+fn pairs_of_two_degrees_of_freedom() {
+    // Its error has no mean, and its backlash is the same around the pitch curve.
+    for (what, change) in CHANGES.iter().filter(|(what, _)| *what != "error") {
+        each_alone(what, |by| {
+            let mut params = NfgParams::table1();
+            change(&mut params, by);
+            NfgPair2::new(&params, 10.0).unwrap()
+        });
+    }
+    each_alone("pinion inertia", |by| NfgPair2::new(&NfgParams::table1(), 10.0 * (1.0 + by)).unwrap());
+}
