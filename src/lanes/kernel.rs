@@ -239,20 +239,18 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
             }
-            algebra.accel(w.u, w.q, w.v, w.a);
+            algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
-                w.first[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.v[i];
-                w.vs[i] = w.v[i] + half * w.a[i];
+                w.vs[i] = w.v[i] + half * w.first[i];
             }
             fill::<S, SMALL>(table, 2 * step + 1, w.u);
-            algebra.accel(w.u, w.qs, w.vs, w.a);
+            algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
-                w.inner[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.vs[i];
-                w.vs[i] = w.v[i] + half * w.a[i];
+                w.vs[i] = w.v[i] + half * w.inner[i];
             }
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {

@@ -169,14 +169,19 @@ impl<N: Nonlinearity> Ring<N> {
         self.phases() + 2 + self.gears() + gear
     }
 
-    /// d_i, d_i' and what acts on them.
+    /// The gear after gear i.
+    #[inline(always)]
+    fn after(&self, i: usize) -> usize {
+        if i + 1 == self.params.gears.len() { 0 } else { i + 1 }
+    }
+
+    /// d_i and d_i'.
     #[inline(always)]
     fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
-        let n = self.params.gears.len();
-        let j = if i + 1 == n { 0 } else { i + 1 };
+        let j = self.after(i);
         let (ri, rj) = (self.columns.radius[i], self.columns.radius[j]);
         let mesh = &u[STRIDE * i..][..STRIDE];
-        let omega = u[STRIDE * n];
+        let omega = u[STRIDE * self.params.gears.len()];
         let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
         (q[gi] * ri - q[gj] * rj - mesh[ERROR], v[gi] * ri - v[gj] * rj - omega * mesh[ERROR_RATE])
     }
@@ -188,6 +193,23 @@ impl<N: Nonlinearity> Ring<N> {
         let at = MeshDrives { stiffness: mesh[STIFFNESS], damping, lower: mesh[LOWER], upper: mesh[UPPER] };
         self.params.meshes[i].force(law, i, x, rate, at)
     }
+
+    /// W_i.
+    #[inline(always)]
+    fn mesh<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: &[S], q: &[S], v: &[S]) -> S {
+        let (x, rate) = self.deflection(i, u, q, v);
+        self.force(law, i, u, x, rate)
+    }
+
+    /// θ_i'' and θ_Li'' under the torque of the meshes on gear i.
+    #[inline(always)]
+    fn turn<S: Scalar>(&self, i: usize, torque: S, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        let n = self.params.gears.len();
+        let (g, l) = (1 + 2 * i, 2 + 2 * i);
+        let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
+        a[g] = (torque - shaft) * self.columns.per_gear[i];
+        a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
+    }
 }
 
 impl<N: Nonlinearity> Generic for Ring<N> {
@@ -198,26 +220,17 @@ impl<N: Nonlinearity> Generic for Ring<N> {
         let motor = &self.params.motor;
         let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
         a[0] = (u[STRIDE * n + 1] - shaft) * (1.0 / motor.inertia);
-        // Torques on the gears first, divided by their inertia last.
-        a[1] = shaft;
+        // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
+        let radius = &self.columns.radius[..n];
+        let first = self.mesh(law, 0, u, q, v);
+        let mut pushed = first * radius[self.after(0)];
         for i in 1..n {
-            a[1 + 2 * i] = S::from(0.0);
-        }
-        for i in 0..n {
             let i = one_by_one(i);
-            let j = if i + 1 == n { 0 } else { i + 1 };
-            let (x, rate) = self.deflection(i, u, q, v);
-            let w = self.force(law, i, u, x, rate);
-            a[1 + 2 * i] = a[1 + 2 * i] - w * self.columns.radius[i];
-            a[1 + 2 * j] = a[1 + 2 * j] + w * self.columns.radius[j];
+            let w = self.mesh(law, i, u, q, v);
+            self.turn(i, pushed - w * radius[i], u, q, v, a);
+            pushed = w * radius[self.after(i)];
         }
-        for i in 0..n {
-            let i = one_by_one(i);
-            let (g, l) = (1 + 2 * i, 2 + 2 * i);
-            let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
-            a[g] = (a[g] - shaft) * self.columns.per_gear[i];
-            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
-        }
+        self.turn(0, shaft - first * radius[0] + pushed, u, q, v, a);
         if self.frame == Frame::Rigid {
             let alpha = self.rigid_acceleration_of(u);
             let rigid = &self.rigid[..2 * n + 1];
