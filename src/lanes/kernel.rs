@@ -225,6 +225,17 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     #[inline(always)]
     fn advance<const SMALL: bool, const METERED: bool>(&mut self, w: &mut Work<'_, S>) {
         let n = w.q.len();
+        let w = &mut Work {
+            q: &mut w.q[..n],
+            v: &mut w.v[..n],
+            qs: &mut w.qs[..n],
+            vs: &mut w.vs[..n],
+            a: &mut w.a[..n],
+            first: &mut w.first[..n],
+            inner: &mut w.inner[..n],
+            u: &mut *w.u,
+            contacts: &mut *w.contacts,
+        };
         let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
         let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
         let reads_contacts = METERED && self.bundle.meters.reads_contacts();

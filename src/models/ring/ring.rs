@@ -1,14 +1,13 @@
 //! The ring as a model, in angles.
 
-use super::columns::Columns;
+use super::algebra::{ERROR, ERROR_RATE, LOWER, LOWER_RATE, Numbers, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
 use super::params::RingParams;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
-use crate::mesh::MeshDrives;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, dual_jacobian};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
-use crate::scalar::{Scalar, one_by_one};
+use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -44,26 +43,16 @@ pub enum Frame {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Ring<N = Backlash> {
-    params: RingParams<N>,
-    frame: Frame,
+    pub(super) params: RingParams<N>,
+    pub(super) frame: Frame,
     /// r_j: the rigid motion, per coordinate.
-    rigid: Vec<f64>,
+    pub(super) rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
-    per_inertia: f64,
-    columns: Columns,
+    pub(super) per_inertia: f64,
+    pub(super) numbers: Vec<Numbers>,
 }
-
-// Drives of a mesh: shapes of phase.
-const STRIDE: usize = 7;
-const STIFFNESS: usize = 0; // K [N/m]
-const ERROR: usize = 1; // e [m]
-const ERROR_RATE: usize = 2; // de/d(ωt) [m]
-const LOWER: usize = 3;
-const UPPER: usize = 4;
-const LOWER_RATE: usize = 5;
-const UPPER_RATE: usize = 6;
 
 impl<N: Nonlinearity> Ring<N> {
     /// A ring of ordinary external meshes: an even number of gears.
@@ -98,8 +87,8 @@ impl<N: Nonlinearity> Ring<N> {
         let meshes = &params.meshes;
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
-        let columns = Columns::of(&params.gears);
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, columns };
+        let numbers = Numbers::of(&params.gears);
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, numbers };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
@@ -168,97 +157,17 @@ impl<N: Nonlinearity> Ring<N> {
         assert!(gear < self.gears(), "gear {gear} of a ring of {}", self.gears());
         self.phases() + 2 + self.gears() + gear
     }
-
-    /// The gear after gear i.
-    #[inline(always)]
-    fn after(&self, i: usize) -> usize {
-        if i + 1 == self.params.gears.len() { 0 } else { i + 1 }
-    }
-
-    /// d_i and d_i'.
-    #[inline(always)]
-    fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
-        let j = self.after(i);
-        let (ri, rj) = (self.columns.radius[i], self.columns.radius[j]);
-        let mesh = &u[STRIDE * i..][..STRIDE];
-        let omega = u[STRIDE * self.params.gears.len()];
-        let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
-        (q[gi] * ri - q[gj] * rj - mesh[ERROR], v[gi] * ri - v[gj] * rj - omega * mesh[ERROR_RATE])
-    }
-
-    #[inline(always)]
-    fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: &[S], x: S, rate: S) -> S {
-        let mesh = &u[STRIDE * i..][..STRIDE];
-        let damping = u[STRIDE * self.params.gears.len() + 2 + i];
-        let at = MeshDrives { stiffness: mesh[STIFFNESS], damping, lower: mesh[LOWER], upper: mesh[UPPER] };
-        self.params.meshes[i].force(law, i, x, rate, at)
-    }
-
-    /// W_i.
-    #[inline(always)]
-    fn mesh<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: &[S], q: &[S], v: &[S]) -> S {
-        let (x, rate) = self.deflection(i, u, q, v);
-        self.force(law, i, u, x, rate)
-    }
-
-    /// θ_i'' and θ_Li'' under the torque of the meshes on gear i.
-    #[inline(always)]
-    fn turn<S: Scalar>(&self, i: usize, torque: S, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let n = self.params.gears.len();
-        let (g, l) = (1 + 2 * i, 2 + 2 * i);
-        let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
-        a[g] = (torque - shaft) * self.columns.per_gear[i];
-        a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
-    }
 }
 
 impl<N: Nonlinearity> Generic for Ring<N> {
     #[inline(always)]
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let n = self.params.gears.len();
-        let (q, v, a) = (&q[..2 * n + 1], &v[..2 * n + 1], &mut a[..2 * n + 1]);
-        let motor = &self.params.motor;
-        let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
-        a[0] = (u[STRIDE * n + 1] - shaft) * (1.0 / motor.inertia);
-        // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
-        let radius = &self.columns.radius[..n];
-        let first = self.mesh(law, 0, u, q, v);
-        let mut pushed = first * radius[self.after(0)];
-        for i in 1..n {
-            let i = one_by_one(i);
-            let w = self.mesh(law, i, u, q, v);
-            self.turn(i, pushed - w * radius[i], u, q, v, a);
-            pushed = w * radius[self.after(i)];
-        }
-        self.turn(0, shaft - first * radius[0] + pushed, u, q, v, a);
-        if self.frame == Frame::Rigid {
-            let alpha = self.rigid_acceleration_of(u);
-            let rigid = &self.rigid[..2 * n + 1];
-            for j in 0..2 * n + 1 {
-                let j = one_by_one(j);
-                a[j] = a[j] - alpha * rigid[j];
-            }
-        }
+        self.accelerate(law, u, q, v, a);
     }
 
     #[inline(always)]
     fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let n = self.params.gears.len();
-        let (omega, out) = (u[STRIDE * n], &mut out[..n]);
-        for i in 0..n {
-            let i = one_by_one(i);
-            let (deflection, rate) = self.deflection(i, u, q, v);
-            let mesh = &u[STRIDE * i..][..STRIDE];
-            out[i] = Contact {
-                deflection,
-                rate,
-                lower: mesh[LOWER],
-                upper: mesh[UPPER],
-                lower_rate: omega * mesh[LOWER_RATE],
-                upper_rate: omega * mesh[UPPER_RATE],
-                force: self.force(&AsIs, i, u, deflection, rate),
-            };
-        }
+        self.touch(u, q, v, out);
         true
     }
 
@@ -305,17 +214,6 @@ impl<N: Nonlinearity> Generic for Ring<N> {
 }
 
 impl<N: Nonlinearity> Ring<N> {
-    /// α from the torques in the drives, which may be random.
-    #[inline(always)]
-    fn rigid_acceleration_of<S: Scalar>(&self, u: &[S]) -> S {
-        let n = self.params.gears.len();
-        let mut torque = u[STRIDE * n + 1];
-        for i in 0..n {
-            torque = torque - u[STRIDE * n + 2 + n + i] * self.rigid[1 + 2 * i];
-        }
-        torque * self.per_inertia
-    }
-
     /// The drives that repeat, at time t.
     fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
         let per_phase = 1.0 / self.params.omega;
