@@ -17,37 +17,40 @@ pub(super) const UPPER: usize = 4;
 pub(super) const LOWER_RATE: usize = 5;
 pub(super) const UPPER_RATE: usize = 6;
 
-/// What the algebra reads of a gear and its load: lanes multiply by one number at a time, and divide by none.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Numbers {
-    /// R_i and R_{i+1}.
-    radius: f64,
-    next_radius: f64,
+/// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
+/// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    /// R_i.
+    radius: Vec<f64>,
     /// K_si and C_si.
-    stiffness: f64,
-    damping: f64,
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
     /// 1/J_i and 1/J_Li.
-    per_gear: f64,
-    per_load: f64,
+    per_gear: Vec<f64>,
+    per_load: Vec<f64>,
 }
 
-impl Numbers {
-    pub(super) fn of(gears: &[Gear]) -> Vec<Self> {
-        let numbers = |(gear, next): (&Gear, &Gear)| Numbers {
-            radius: gear.base_radius,
-            next_radius: next.base_radius,
-            stiffness: gear.load.shaft.stiffness,
-            damping: gear.load.shaft.damping,
-            per_gear: 1.0 / gear.inertia,
-            per_load: 1.0 / gear.load.inertia,
-        };
-        gears.iter().zip(gears.iter().cycle().skip(1)).map(numbers).collect()
+impl Columns {
+    pub(super) fn of(gears: &[Gear]) -> Self {
+        let column = |of: fn(&Gear) -> f64| gears.iter().map(of).collect();
+        Columns {
+            radius: column(|gear| gear.base_radius),
+            stiffness: column(|gear| gear.load.shaft.stiffness),
+            damping: column(|gear| gear.load.shaft.damping),
+            per_gear: column(|gear| 1.0 / gear.inertia),
+            per_load: column(|gear| 1.0 / gear.load.inertia),
+        }
     }
 }
 
 /// Everything that is known at one instant, by name and cut once to known lengths.
 struct Instant<'a, S> {
-    gears: &'a [Numbers],
+    radius: &'a [f64],
+    stiffness: &'a [f64],
+    shaft_damping: &'a [f64],
+    per_gear: &'a [f64],
+    per_load: &'a [f64],
     meshes: &'a [[S; STRIDE]],
     omega: &'a S,
     motor_torque: &'a S,
@@ -60,11 +63,14 @@ struct Instant<'a, S> {
 
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
-    fn of(gears: &'a [Numbers], u: &'a [S], q: &'a [S], v: &'a [S]) -> Self {
-        let n = gears.len();
+    fn of(n: usize, columns: &'a Columns, u: &'a [S], q: &'a [S], v: &'a [S]) -> Self {
         let (meshes, rest) = u.split_at(STRIDE * n);
         Instant {
-            gears,
+            radius: &columns.radius[..n],
+            stiffness: &columns.stiffness[..n],
+            shaft_damping: &columns.damping[..n],
+            per_gear: &columns.per_gear[..n],
+            per_load: &columns.per_load[..n],
             meshes: &meshes.as_chunks().0[..n],
             omega: &rest[0],
             motor_torque: &rest[1],
@@ -78,10 +84,10 @@ impl<'a, S: Scalar> Instant<'a, S> {
     /// d_i and d_i'.
     #[inline(always)]
     fn deflection(&self, i: usize) -> (S, S) {
-        let j = if i + 1 == self.gears.len() { 0 } else { i + 1 };
-        let (gear, mesh) = (&self.gears[i], &self.meshes[i]);
-        let d = self.q[i][0] * gear.radius - self.q[j][0] * gear.next_radius - mesh[ERROR];
-        let rate = self.v[i][0] * gear.radius - self.v[j][0] * gear.next_radius - *self.omega * mesh[ERROR_RATE];
+        let j = if i + 1 == self.radius.len() { 0 } else { i + 1 };
+        let (r, next, mesh) = (self.radius[i], self.radius[j], &self.meshes[i]);
+        let d = self.q[i][0] * r - self.q[j][0] * next - mesh[ERROR];
+        let rate = self.v[i][0] * r - self.v[j][0] * next - *self.omega * mesh[ERROR_RATE];
         (d, rate)
     }
 
@@ -96,10 +102,10 @@ impl<'a, S: Scalar> Instant<'a, S> {
     /// θ_i'' and θ_Li'', from what else turns the gear.
     #[inline(always)]
     fn turn(&self, i: usize, torque: S, turns: &mut [[S; 2]]) {
-        let (gear, [q, load_q], [v, load_v]) = (&self.gears[i], self.q[i], self.v[i]);
-        let shaft = (q - load_q) * gear.stiffness + (v - load_v) * gear.damping;
-        turns[i][0] = (torque - shaft) * gear.per_gear;
-        turns[i][1] = (shaft - self.load_torque[i]) * gear.per_load;
+        let ([q, load_q], [v, load_v]) = (self.q[i], self.v[i]);
+        let shaft = (q - load_q) * self.stiffness[i] + (v - load_v) * self.shaft_damping[i];
+        turns[i][0] = (torque - shaft) * self.per_gear[i];
+        turns[i][1] = (shaft - self.load_torque[i]) * self.per_load[i];
     }
 }
 
@@ -107,8 +113,8 @@ impl<N: Nonlinearity> Ring<N> {
     /// The equations of [`Ring`].
     #[inline(always)]
     pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let at = Instant::of(&self.numbers, u, q, v);
-        let (gears, n) = (at.gears, at.gears.len());
+        let n = self.params.gears.len();
+        let at = Instant::of(n, &self.columns, u, q, v);
         let meshes = &self.params.meshes[..n];
         let motor = &self.params.motor;
         let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
@@ -121,9 +127,9 @@ impl<N: Nonlinearity> Ring<N> {
             let i = one_by_one(i);
             let before = w;
             w = at.force(law, meshes, i, at.deflection(i));
-            at.turn(i, before * gears[i].radius - w * gears[i].radius, turns);
+            at.turn(i, before * at.radius[i] - w * at.radius[i], turns);
         }
-        at.turn(0, shaft - first * gears[0].radius + w * gears[0].radius, turns);
+        at.turn(0, shaft - first * at.radius[0] + w * at.radius[0], turns);
         if self.frame == Frame::Rigid {
             let mut torque = *at.motor_torque;
             for i in 0..n {
@@ -141,8 +147,8 @@ impl<N: Nonlinearity> Ring<N> {
     /// Every mesh.
     #[inline(always)]
     pub(super) fn touch<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        let at = Instant::of(&self.numbers, u, q, v);
-        let n = at.gears.len();
+        let n = self.params.gears.len();
+        let at = Instant::of(n, &self.columns, u, q, v);
         let (meshes, out) = (&self.params.meshes[..n], &mut out[..n]);
         for i in 0..n {
             let i = one_by_one(i);

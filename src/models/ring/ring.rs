@@ -1,6 +1,6 @@
 //! The ring as a model, in angles.
 
-use super::algebra::{ERROR, ERROR_RATE, LOWER, LOWER_RATE, Numbers, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
+use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
 use super::params::RingParams;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
@@ -51,7 +51,7 @@ pub struct Ring<N = Backlash> {
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
     pub(super) per_inertia: f64,
-    pub(super) numbers: Vec<Numbers>,
+    pub(super) columns: Columns,
 }
 
 impl<N: Nonlinearity> Ring<N> {
@@ -87,8 +87,8 @@ impl<N: Nonlinearity> Ring<N> {
         let meshes = &params.meshes;
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
-        let numbers = Numbers::of(&params.gears);
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, numbers };
+        let columns = Columns::of(&params.gears);
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, columns };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
