@@ -3,7 +3,7 @@
 use super::isa::InstructionSet;
 use super::meter::Meters;
 use super::number::Number;
-use super::table::Table;
+use super::table::{Table, WHOLE};
 use crate::model::{AsIs, Contact, Generic, Model};
 use crate::scalar::{Scalar, one_by_one};
 use std::ops::Range;
@@ -12,9 +12,12 @@ use std::ops::Range;
 pub(crate) trait Algebra<S> {
     fn dof(&self) -> usize;
     fn drives(&self) -> usize;
+    /// How many leading drives the table holds.
+    fn columns(&self) -> usize;
     fn contacts(&self) -> usize;
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
-    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
+    /// The contacts `which`, or more.
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
 }
 
 /// A generic model, shared by all lanes.
@@ -30,6 +33,10 @@ impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
         self.0.drives()
     }
     #[inline(always)]
+    fn columns(&self) -> usize {
+        self.0.phases()
+    }
+    #[inline(always)]
     fn contacts(&self) -> usize {
         self.0.contacts()
     }
@@ -38,8 +45,8 @@ impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
         self.0.accel_on(&AsIs, u, q, v, a);
     }
     #[inline(always)]
-    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        self.0.contact_on(u, q, v, out);
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+        self.0.contact_on(which, u, q, v, out);
     }
 }
 
@@ -53,13 +60,16 @@ impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
     fn drives(&self) -> usize {
         self.0.drives()
     }
+    fn columns(&self) -> usize {
+        self.0.drives()
+    }
     fn contacts(&self) -> usize {
         self.0.contacts()
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.0.accel(u, q, v, a);
     }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+    fn contact(&self, _: Range<usize>, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.0.contact(u, q, v, out);
     }
 }
@@ -86,7 +96,7 @@ impl<S: Number> Bundle<S> {
         let zero = S::from(0.0);
         let (n, drives) = (algebra.dof(), algebra.drives());
         let mut u = vec![zero; drives];
-        for (u, &x) in u.iter_mut().zip(table.row(0)) {
+        for (u, &x) in u.iter_mut().zip(table.start()) {
             *u = x.into();
         }
         let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
@@ -113,7 +123,7 @@ pub(crate) struct Kernel<'a, A, S> {
 }
 
 /// Most drives and contacts of a model whose step stays in registers.
-const DRIVES: usize = 16;
+const DRIVES: usize = WHOLE;
 const CONTACTS: usize = 2;
 /// Vectors of coordinates in a step.
 const STATES: usize = 7;
@@ -238,15 +248,16 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         };
         let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
         let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
-        let reads_contacts = METERED && self.bundle.meters.reads_contacts();
+        let columns = algebra.columns();
+        let contacts = self.bundle.meters.contacts();
         let mut fresh = true;
         for step in self.steps.clone() {
             if fresh || SMALL {
-                fill::<S, SMALL>(table, 2 * step, w.u);
+                fill::<S, SMALL>(table, 2 * step, columns, w.u);
             }
             if METERED {
-                if reads_contacts {
-                    algebra.contact(w.u, w.q, w.v, w.contacts);
+                if !contacts.is_empty() {
+                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
             }
@@ -256,7 +267,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 w.qs[i] = w.q[i] + half * w.v[i];
                 w.vs[i] = w.v[i] + half * w.first[i];
             }
-            fill::<S, SMALL>(table, 2 * step + 1, w.u);
+            fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
@@ -271,7 +282,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 w.vs[i] = w.v[i] + h * w.a[i];
             }
             let (end, shared) = table.end(step);
-            fill::<S, SMALL>(table, end, w.u);
+            fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
@@ -286,16 +297,17 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
 
 /// The drives of a row, the same for every lane.
 #[inline(always)]
-fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, u: &mut [S]) {
+fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, columns: usize, u: &mut [S]) {
     let row = table.row(row);
-    let u = &mut u[..row.len()];
     if SMALL {
-        for i in 0..row.len() {
+        // Such a table holds all columns; how many is known to the compiler, and they stay in registers.
+        let (row, u) = (&row[..columns], &mut u[..columns]);
+        for i in 0..columns {
             u[i] = S::from(row[i]);
         }
     } else {
-        for &i in table.varying() {
-            u[i] = S::from(row[i]);
+        for (&i, &x) in table.varying().iter().zip(row) {
+            u[i] = S::from(x);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::number::Number;
 use crate::model::Contact;
+use std::ops::Range;
 
 /// A channel that lanes can read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,8 @@ pub(crate) struct Meters<S> {
     contacts: Vec<ContactMeter<S>>,
     /// Whether penetrations are watched.
     margins: bool,
+    /// The contacts that have to be evaluated.
+    read: Range<usize>,
 }
 
 impl<S: Number> Meters<S> {
@@ -58,12 +61,17 @@ impl<S: Number> Meters<S> {
         let zero = S::from(0.0);
         let channel = ChannelMeter { sum: zero, square: zero, min: zero, max: zero };
         let contact = ContactMeter { samples: [zero; 2], impacts: [zero; 2], deepest: [zero; 2], loosest: zero, off: [zero; 2] };
-        Meters { kinds: kinds.to_vec(), channels: vec![channel; kinds.len()], contacts: vec![contact; contacts], margins }
+        let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
+            Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
+            Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
+            _ => read,
+        });
+        Meters { kinds: kinds.to_vec(), channels: vec![channel; kinds.len()], contacts: vec![contact; contacts], margins, read }
     }
 
-    /// Whether contacts have to be evaluated.
-    pub(crate) fn reads_contacts(&self) -> bool {
-        !self.contacts.is_empty() || self.kinds.iter().any(|kind| matches!(kind, Kind::Deflection(_) | Kind::Force(_)))
+    /// The contacts that have to be evaluated.
+    pub(crate) fn contacts(&self) -> Range<usize> {
+        self.read.clone()
     }
 
     /// One sample of everything.
@@ -159,8 +167,9 @@ impl<S: Number> ContactMeter<S> {
         let depths = [contact.lower - contact.deflection, contact.deflection - contact.upper];
         for flank in 0..2 {
             let depth = depths[flank];
-            self.samples[flank] = S::if_above(depth, zero, self.samples[flank] + one, self.samples[flank]);
-            self.impacts[flank] = S::if_above(depth, zero, self.impacts[flank] + self.off[flank], self.impacts[flank]);
+            // Sums of ones and zeros: a choice between two sums takes longer.
+            self.samples[flank] = self.samples[flank] + S::if_above(depth, zero, one, zero);
+            self.impacts[flank] = self.impacts[flank] + S::if_above(depth, zero, self.off[flank], zero);
             self.off[flank] = S::if_above(depth, zero, zero, one);
         }
         if margins {

@@ -175,8 +175,9 @@ fn check_steps(steps: usize) -> Result<(), SweepError> {
 }
 
 fn offers_contacts<M: Generic>(model: &M) -> bool {
-    let (n, mut out) = (model.dof(), vec![Contact::default(); model.contacts()]);
-    model.contact_on(&vec![1.0; model.drives()], &vec![0.0; n], &vec![0.0; n], &mut out)
+    let (n, contacts) = (model.dof(), model.contacts());
+    let mut out = vec![Contact::default(); contacts];
+    model.contact_on(0..contacts, &vec![1.0; model.drives()], &vec![0.0; n], &vec![0.0; n], &mut out)
 }
 
 /// What a lane needs of its model.

@@ -6,6 +6,7 @@ use crate::mesh::{Mesh, MeshDrives};
 use crate::model::{AsIs, Contact, Law};
 use crate::nonlinearity::Nonlinearity;
 use crate::scalar::{Scalar, one_by_one};
+use std::ops::Range;
 
 // Drives of a mesh: shapes of phase. After those of all meshes stand ω, T_M, C_1..n and T_L1..n.
 pub(super) const STRIDE: usize = 7;
@@ -81,14 +82,17 @@ impl<'a, S: Scalar> Instant<'a, S> {
         }
     }
 
-    /// d_i and d_i'.
+    /// R_i θ_i and R_i θ_i'.
     #[inline(always)]
-    fn deflection(&self, i: usize) -> (S, S) {
-        let j = if i + 1 == self.radius.len() { 0 } else { i + 1 };
-        let (r, next, mesh) = (self.radius[i], self.radius[j], &self.meshes[i]);
-        let d = self.q[i][0] * r - self.q[j][0] * next - mesh[ERROR];
-        let rate = self.v[i][0] * r - self.v[j][0] * next - *self.omega * mesh[ERROR_RATE];
-        (d, rate)
+    fn path(&self, i: usize) -> (S, S) {
+        (self.q[i][0] * self.radius[i], self.v[i][0] * self.radius[i])
+    }
+
+    /// d_i and d_i', from the paths of gear i and of the next one.
+    #[inline(always)]
+    fn deflection(&self, i: usize, (q, v): (S, S), (next_q, next_v): (S, S)) -> (S, S) {
+        let mesh = &self.meshes[i];
+        (q - next_q - mesh[ERROR], v - next_v - *self.omega * mesh[ERROR_RATE])
     }
 
     /// W_i.
@@ -109,6 +113,12 @@ impl<'a, S: Scalar> Instant<'a, S> {
     }
 }
 
+/// The gear after gear i of n.
+#[inline(always)]
+fn after(i: usize, n: usize) -> usize {
+    if i + 1 == n { 0 } else { i + 1 }
+}
+
 impl<N: Nonlinearity> Ring<N> {
     /// The equations of [`Ring`].
     #[inline(always)]
@@ -121,12 +131,14 @@ impl<N: Nonlinearity> Ring<N> {
         a[0] = (*at.motor_torque - shaft) * (1.0 / motor.inertia);
         // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
-        let first = at.force(law, meshes, 0, at.deflection(0));
+        let mut next = at.path(after(0, n));
+        let first = at.force(law, meshes, 0, at.deflection(0, at.path(0), next));
         let mut w = first;
         for i in 1..n {
             let i = one_by_one(i);
-            let before = w;
-            w = at.force(law, meshes, i, at.deflection(i));
+            let (path, before) = (next, w);
+            next = at.path(after(i, n));
+            w = at.force(law, meshes, i, at.deflection(i, path, next));
             at.turn(i, before * at.radius[i] - w * at.radius[i], turns);
         }
         at.turn(0, shaft - first * at.radius[0] + w * at.radius[0], turns);
@@ -144,15 +156,15 @@ impl<N: Nonlinearity> Ring<N> {
         }
     }
 
-    /// Every mesh.
+    /// Some meshes.
     #[inline(always)]
-    pub(super) fn touch<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+    pub(super) fn touch<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
         let n = self.params.gears.len();
         let at = Instant::of(n, &self.columns, u, q, v);
         let (meshes, out) = (&self.params.meshes[..n], &mut out[..n]);
-        for i in 0..n {
+        for i in which {
             let i = one_by_one(i);
-            let (d, rate) = at.deflection(i);
+            let (d, rate) = at.deflection(i, at.path(i), at.path(after(i, n)));
             let mesh = &at.meshes[i];
             out[i] = Contact {
                 deflection: d,

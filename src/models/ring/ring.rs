@@ -9,6 +9,7 @@ use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The frame in which the angles are counted.
@@ -166,8 +167,8 @@ impl<N: Nonlinearity> Generic for Ring<N> {
     }
 
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        self.touch(u, q, v, out);
+    fn contact_on<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        self.touch(which, u, q, v, out);
         true
     }
 
@@ -258,7 +259,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
         self.gears()
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(u, q, v, out);
+        self.contact_on(0..self.gears(), u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
