@@ -142,6 +142,14 @@ fn spread<S>(len: usize) -> usize {
     bytes.div_ceil(size_of::<S>())
 }
 
+/// The next vector of `n` numbers.
+#[inline(always)]
+fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
+    let (vector, others) = std::mem::take(rest).split_at_mut(spread::<S>(n));
+    *rest = others;
+    &mut vector[..n]
+}
+
 /// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
 /// the contacts.
 struct Work<'w, S> {
@@ -175,11 +183,14 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         }
     }
 
-    /// On arrays.
+    /// On arrays. They are in memory all the same: vectors are put together where they are stored and read, and a whole step in registers
+    /// would leave the compiler without such places.
     #[inline(always)]
     fn small<const N: usize, const METERED: bool>(&mut self) {
         let zero = S::from(0.0);
-        let [mut q, mut v, mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; STATES];
+        let mut states = [[zero; N]; STATES];
+        std::hint::black_box(&mut states);
+        let [q, v, qs, vs, a, first, inner] = &mut states;
         let mut u = [zero; DRIVES];
         let mut contacts = [Contact::default(); CONTACTS];
         let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
@@ -187,19 +198,19 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
         let mut work = Work {
-            q: &mut q,
-            v: &mut v,
-            qs: &mut qs,
-            vs: &mut vs,
-            a: &mut a,
-            first: &mut first,
-            inner: &mut inner,
+            q,
+            v,
+            qs,
+            vs,
+            a,
+            first,
+            inner,
             u: &mut u[..drives],
             contacts: &mut contacts[..touching],
         };
-        self.advance::<true, METERED>(&mut work);
-        self.bundle.q.copy_from_slice(&q);
-        self.bundle.v.copy_from_slice(&v);
+        self.advance::<true, METERED>(N, &mut work);
+        self.bundle.q.copy_from_slice(work.q);
+        self.bundle.v.copy_from_slice(work.v);
     }
 
     /// In memory.
@@ -208,24 +219,22 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let (n, drives) = (self.algebra.dof(), self.algebra.drives());
         let mut scratch = std::mem::take(&mut self.bundle.scratch);
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
-        let (states, rest) = scratch.split_at_mut(STATES * spread::<S>(n));
-        let mut states = states.chunks_exact_mut(spread::<S>(n)).map(|x| &mut x[..n]);
-        let mut states = || states.next().unwrap_or_default();
+        let mut rest = &mut scratch[..];
         let mut work = Work {
-            q: states(),
-            v: states(),
-            qs: states(),
-            vs: states(),
-            a: states(),
-            first: states(),
-            inner: states(),
-            u: &mut rest[..drives],
+            q: cut(&mut rest, n),
+            v: cut(&mut rest, n),
+            qs: cut(&mut rest, n),
+            vs: cut(&mut rest, n),
+            a: cut(&mut rest, n),
+            first: cut(&mut rest, n),
+            inner: cut(&mut rest, n),
+            u: cut(&mut rest, drives),
             contacts: &mut contacts,
         };
         work.q.copy_from_slice(&self.bundle.q);
         work.v.copy_from_slice(&self.bundle.v);
         work.u.copy_from_slice(&self.bundle.u);
-        self.advance::<false, METERED>(&mut work);
+        self.advance::<false, METERED>(n, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
         self.bundle.scratch = scratch;
@@ -233,8 +242,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     }
 
     #[inline(always)]
-    fn advance<const SMALL: bool, const METERED: bool>(&mut self, w: &mut Work<'_, S>) {
-        let n = w.q.len();
+    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
         let w = &mut Work {
             q: &mut w.q[..n],
             v: &mut w.v[..n],
@@ -263,20 +271,20 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = one_by_one(i);
                 w.qs[i] = w.q[i] + half * w.v[i];
                 w.vs[i] = w.v[i] + half * w.first[i];
             }
             fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = one_by_one(i);
                 w.qs[i] = w.q[i] + half * w.vs[i];
                 w.vs[i] = w.v[i] + half * w.inner[i];
             }
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = one_by_one(i);
                 w.inner[i] = w.inner[i] + w.a[i];
                 w.qs[i] = w.q[i] + h * w.vs[i];
                 w.vs[i] = w.v[i] + h * w.a[i];
@@ -285,7 +293,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = one_by_one(i);
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
             }
