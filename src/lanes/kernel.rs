@@ -183,31 +183,23 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         }
     }
 
-    /// On arrays. They are in memory all the same: vectors are put together where they are stored and read, and a whole step in registers
-    /// would leave the compiler without such places.
+    /// On arrays. The stages stay in registers; q and v go through memory once a step, since the compiler bundles lanes from where they are
+    /// stored, and bundles them badly from what a loop hands on.
     #[inline(always)]
     fn small<const N: usize, const METERED: bool>(&mut self) {
         let zero = S::from(0.0);
-        let mut states = [[zero; N]; STATES];
+        let mut states = [[zero; N]; 2];
         std::hint::black_box(&mut states);
-        let [q, v, qs, vs, a, first, inner] = &mut states;
+        let [q, v] = &mut states;
+        let [mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; 5];
+        let (qs, vs, a, first, inner) = (&mut qs, &mut vs, &mut a, &mut first, &mut inner);
         let mut u = [zero; DRIVES];
         let mut contacts = [Contact::default(); CONTACTS];
         let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
         q.copy_from_slice(&self.bundle.q);
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
-        let mut work = Work {
-            q,
-            v,
-            qs,
-            vs,
-            a,
-            first,
-            inner,
-            u: &mut u[..drives],
-            contacts: &mut contacts[..touching],
-        };
+        let mut work = Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
         self.advance::<true, METERED>(N, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
@@ -271,20 +263,20 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
-                let i = one_by_one(i);
+                let i = if SMALL { i } else { one_by_one(i) };
                 w.qs[i] = w.q[i] + half * w.v[i];
                 w.vs[i] = w.v[i] + half * w.first[i];
             }
             fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
-                let i = one_by_one(i);
+                let i = if SMALL { i } else { one_by_one(i) };
                 w.qs[i] = w.q[i] + half * w.vs[i];
                 w.vs[i] = w.v[i] + half * w.inner[i];
             }
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = one_by_one(i);
+                let i = if SMALL { i } else { one_by_one(i) };
                 w.inner[i] = w.inner[i] + w.a[i];
                 w.qs[i] = w.q[i] + h * w.vs[i];
                 w.vs[i] = w.v[i] + h * w.a[i];
@@ -293,9 +285,12 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = one_by_one(i);
+                let i = if SMALL { i } else { one_by_one(i) };
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
+            }
+            if SMALL {
+                std::hint::black_box(());
             }
             // The next step begins with the drives at the end of this one, unless they jump.
             fresh = !shared;
