@@ -93,7 +93,7 @@ fn workload_c(c: &mut Criterion) {
     let mut group = c.benchmark_group("C");
     group.sample_size(10).measurement_time(Duration::from_secs(3));
     let sweep = ensemble(96);
-    group.bench_function("96 trajectories, lanes", |b| b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<24>::new(STEPS)))));
+    group.bench_function("96 trajectories, lanes", |b| b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<32>::new(STEPS)))));
     let sweep = ensemble(4);
     group.bench_function("4 trajectories, table", |b| b.iter(|| one_thread(|| run(&sweep, &TableRk4::new(STEPS)))));
     group.finish();
@@ -106,9 +106,9 @@ fn main() {
     println!("\nworkload C, statistics included, one thread");
     for &set in InstructionSet::available().iter().rev() {
         report::<16>(set);
-        report::<24>(set);
+        report::<32>(set);
     }
-    report_ring::<16>(3);
+    report_ring::<32>(3);
     report_ring::<8>(16);
     report_ring::<16>(16);
     let sweep = ensemble(192);

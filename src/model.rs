@@ -5,6 +5,7 @@ use crate::nonlinearity::Nonlinearity;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
 ///
@@ -241,10 +242,11 @@ pub trait Generic: Model {
     /// q'' on any [`Scalar`]; contact forces come from `law`.
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]);
 
-    /// Deflection, rate, edges and force of every contact on any [`Scalar`]: what statistics over lanes read. `false`: not offered.
+    /// Deflection, rate, edges and force of the contacts `which` on any [`Scalar`], each at its place in `out`: what statistics over lanes
+    /// read. `false`: not offered.
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let _ = (u, q, v, out);
+    fn contact_on<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        let _ = (which, u, q, v, out);
         false
     }
 

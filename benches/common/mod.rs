@@ -3,6 +3,7 @@
 
 use gear_dynamics::{Backlash, Contact, Generic, Law, Model, Periodic, Piece, Scalar, Side, State};
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
 pub struct Pair {
@@ -88,7 +89,7 @@ impl Generic for Pair {
         a[0] = u[1] - v[0] * 0.02 - u[0] * law.force(0, &self.law, q[0], v[0], -b, b);
     }
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, _: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+    fn contact_on<S: Scalar>(&self, _: Range<usize>, _: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
         let b = S::from(Pair::HALF_WIDTH);
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
         true

@@ -3,7 +3,7 @@
 use super::isa::InstructionSet;
 use super::meter::Meters;
 use super::number::Number;
-use super::table::Table;
+use super::table::{Table, WHOLE};
 use crate::model::{AsIs, Contact, Generic, Model};
 use crate::scalar::{Scalar, one_by_one};
 use std::ops::Range;
@@ -12,9 +12,12 @@ use std::ops::Range;
 pub(crate) trait Algebra<S> {
     fn dof(&self) -> usize;
     fn drives(&self) -> usize;
+    /// How many leading drives the table holds.
+    fn columns(&self) -> usize;
     fn contacts(&self) -> usize;
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
-    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
+    /// The contacts `which`, or more.
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
 }
 
 /// A generic model, shared by all lanes.
@@ -30,6 +33,10 @@ impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
         self.0.drives()
     }
     #[inline(always)]
+    fn columns(&self) -> usize {
+        self.0.phases()
+    }
+    #[inline(always)]
     fn contacts(&self) -> usize {
         self.0.contacts()
     }
@@ -38,8 +45,8 @@ impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
         self.0.accel_on(&AsIs, u, q, v, a);
     }
     #[inline(always)]
-    fn contact(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        self.0.contact_on(u, q, v, out);
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+        self.0.contact_on(which, u, q, v, out);
     }
 }
 
@@ -53,13 +60,16 @@ impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
     fn drives(&self) -> usize {
         self.0.drives()
     }
+    fn columns(&self) -> usize {
+        self.0.drives()
+    }
     fn contacts(&self) -> usize {
         self.0.contacts()
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.0.accel(u, q, v, a);
     }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+    fn contact(&self, _: Range<usize>, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.0.contact(u, q, v, out);
     }
 }
@@ -86,7 +96,7 @@ impl<S: Number> Bundle<S> {
         let zero = S::from(0.0);
         let (n, drives) = (algebra.dof(), algebra.drives());
         let mut u = vec![zero; drives];
-        for (u, &x) in u.iter_mut().zip(table.row(0)) {
+        for (u, &x) in u.iter_mut().zip(table.start()) {
             *u = x.into();
         }
         let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
@@ -113,7 +123,7 @@ pub(crate) struct Kernel<'a, A, S> {
 }
 
 /// Most drives and contacts of a model whose step stays in registers.
-const DRIVES: usize = 16;
+const DRIVES: usize = WHOLE;
 const CONTACTS: usize = 2;
 /// Vectors of coordinates in a step.
 const STATES: usize = 7;
@@ -130,6 +140,14 @@ fn spread<S>(len: usize) -> usize {
     const APART: usize = 576;
     let bytes = (len * size_of::<S>()).saturating_sub(APART).next_multiple_of(PAGE) + APART;
     bytes.div_ceil(size_of::<S>())
+}
+
+/// The next vector of `n` numbers.
+#[inline(always)]
+fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
+    let (vector, others) = std::mem::take(rest).split_at_mut(spread::<S>(n));
+    *rest = others;
+    &mut vector[..n]
 }
 
 /// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
@@ -165,31 +183,26 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         }
     }
 
-    /// On arrays.
+    /// On arrays. The stages stay in registers; q and v go through memory once a step, since the compiler bundles lanes from where they are
+    /// stored, and bundles them badly from what a loop hands on.
     #[inline(always)]
     fn small<const N: usize, const METERED: bool>(&mut self) {
         let zero = S::from(0.0);
-        let [mut q, mut v, mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; STATES];
+        let mut states = [[zero; N]; 2];
+        std::hint::black_box(&mut states);
+        let [q, v] = &mut states;
+        let [mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; 5];
+        let (qs, vs, a, first, inner) = (&mut qs, &mut vs, &mut a, &mut first, &mut inner);
         let mut u = [zero; DRIVES];
         let mut contacts = [Contact::default(); CONTACTS];
         let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
         q.copy_from_slice(&self.bundle.q);
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
-        let mut work = Work {
-            q: &mut q,
-            v: &mut v,
-            qs: &mut qs,
-            vs: &mut vs,
-            a: &mut a,
-            first: &mut first,
-            inner: &mut inner,
-            u: &mut u[..drives],
-            contacts: &mut contacts[..touching],
-        };
-        self.advance::<true, METERED>(&mut work);
-        self.bundle.q.copy_from_slice(&q);
-        self.bundle.v.copy_from_slice(&v);
+        let mut work = Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
+        self.advance::<true, METERED>(N, &mut work);
+        self.bundle.q.copy_from_slice(work.q);
+        self.bundle.v.copy_from_slice(work.v);
     }
 
     /// In memory.
@@ -198,24 +211,22 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let (n, drives) = (self.algebra.dof(), self.algebra.drives());
         let mut scratch = std::mem::take(&mut self.bundle.scratch);
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
-        let (states, rest) = scratch.split_at_mut(STATES * spread::<S>(n));
-        let mut states = states.chunks_exact_mut(spread::<S>(n)).map(|x| &mut x[..n]);
-        let mut states = || states.next().unwrap_or_default();
+        let mut rest = &mut scratch[..];
         let mut work = Work {
-            q: states(),
-            v: states(),
-            qs: states(),
-            vs: states(),
-            a: states(),
-            first: states(),
-            inner: states(),
-            u: &mut rest[..drives],
+            q: cut(&mut rest, n),
+            v: cut(&mut rest, n),
+            qs: cut(&mut rest, n),
+            vs: cut(&mut rest, n),
+            a: cut(&mut rest, n),
+            first: cut(&mut rest, n),
+            inner: cut(&mut rest, n),
+            u: cut(&mut rest, drives),
             contacts: &mut contacts,
         };
         work.q.copy_from_slice(&self.bundle.q);
         work.v.copy_from_slice(&self.bundle.v);
         work.u.copy_from_slice(&self.bundle.u);
-        self.advance::<false, METERED>(&mut work);
+        self.advance::<false, METERED>(n, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
         self.bundle.scratch = scratch;
@@ -223,36 +234,45 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     }
 
     #[inline(always)]
-    fn advance<const SMALL: bool, const METERED: bool>(&mut self, w: &mut Work<'_, S>) {
-        let n = w.q.len();
+    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
+        let w = &mut Work {
+            q: &mut w.q[..n],
+            v: &mut w.v[..n],
+            qs: &mut w.qs[..n],
+            vs: &mut w.vs[..n],
+            a: &mut w.a[..n],
+            first: &mut w.first[..n],
+            inner: &mut w.inner[..n],
+            u: &mut *w.u,
+            contacts: &mut *w.contacts,
+        };
         let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
         let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
-        let reads_contacts = METERED && self.bundle.meters.reads_contacts();
+        let columns = algebra.columns();
+        let contacts = self.bundle.meters.contacts();
         let mut fresh = true;
         for step in self.steps.clone() {
             if fresh || SMALL {
-                fill::<S, SMALL>(table, 2 * step, w.u);
+                fill::<S, SMALL>(table, 2 * step, columns, w.u);
             }
             if METERED {
-                if reads_contacts {
-                    algebra.contact(w.u, w.q, w.v, w.contacts);
+                if !contacts.is_empty() {
+                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
             }
-            algebra.accel(w.u, w.q, w.v, w.a);
+            algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
-                w.first[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.v[i];
-                w.vs[i] = w.v[i] + half * w.a[i];
+                w.vs[i] = w.v[i] + half * w.first[i];
             }
-            fill::<S, SMALL>(table, 2 * step + 1, w.u);
-            algebra.accel(w.u, w.qs, w.vs, w.a);
+            fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
-                w.inner[i] = w.a[i];
                 w.qs[i] = w.q[i] + half * w.vs[i];
-                w.vs[i] = w.v[i] + half * w.a[i];
+                w.vs[i] = w.v[i] + half * w.inner[i];
             }
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
@@ -262,12 +282,15 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 w.vs[i] = w.v[i] + h * w.a[i];
             }
             let (end, shared) = table.end(step);
-            fill::<S, SMALL>(table, end, w.u);
+            fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
                 let i = if SMALL { i } else { one_by_one(i) };
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
+            }
+            if SMALL {
+                std::hint::black_box(());
             }
             // The next step begins with the drives at the end of this one, unless they jump.
             fresh = !shared;
@@ -277,16 +300,17 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
 
 /// The drives of a row, the same for every lane.
 #[inline(always)]
-fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, u: &mut [S]) {
+fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, columns: usize, u: &mut [S]) {
     let row = table.row(row);
-    let u = &mut u[..row.len()];
     if SMALL {
-        for i in 0..row.len() {
+        // Such a table holds all columns; how many is known to the compiler, and they stay in registers.
+        let (row, u) = (&row[..columns], &mut u[..columns]);
+        for i in 0..columns {
             u[i] = S::from(row[i]);
         }
     } else {
-        for &i in table.varying() {
-            u[i] = S::from(row[i]);
+        for (&i, &x) in table.varying().iter().zip(row) {
+            u[i] = S::from(x);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::number::Number;
 use crate::model::Contact;
+use std::ops::Range;
 
 /// A channel that lanes can read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,23 +25,36 @@ pub(crate) struct ChannelMeter<S> {
 
 /// Where one contact has been, on the grid of the steps.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactMeter<S> {
+pub(crate) struct ContactMeter {
     /// Samples on the lower and on the upper flank.
-    pub(crate) samples: [S; 2],
+    pub(crate) samples: [f64; 2],
     /// Entries into each.
-    pub(crate) impacts: [S; 2],
+    pub(crate) impacts: [f64; 2],
     /// Largest penetration of each, negative off the flank.
-    pub(crate) deepest: [S; 2],
+    pub(crate) deepest: [f64; 2],
     /// Least penetration of the better of the two.
-    pub(crate) loosest: S,
-    /// 1 where the last sample lay off the flank, 0 on it.
-    off: [S; 2],
+    pub(crate) loosest: f64,
 }
+
+/// A [`ContactMeter`] in the making. Samples and entries are counted in one number each: whoever was off the flank adds an entry with the
+/// sample.
+#[derive(Clone, Copy, Debug)]
+struct Flanks<S> {
+    /// Samples + ENTRY entries.
+    visits: [S; 2],
+    /// What the next sample on the flank adds: 1, or 1 + ENTRY after one off it.
+    next: [S; 2],
+    deepest: [S; 2],
+    loosest: S,
+}
+
+/// Above the number of samples between two readings, so that both counts fit into the 53 bits of one number.
+const ENTRY: f64 = (1 << 26) as f64;
 
 /// What one meter of one lane says.
 pub(crate) enum Reading {
     Channel(usize, ChannelMeter<f64>),
-    Contact(usize, ContactMeter<f64>),
+    Contact(usize, ContactMeter),
 }
 
 /// All meters of a batch.
@@ -48,22 +62,29 @@ pub(crate) enum Reading {
 pub(crate) struct Meters<S> {
     kinds: Vec<Kind>,
     channels: Vec<ChannelMeter<S>>,
-    contacts: Vec<ContactMeter<S>>,
+    contacts: Vec<Flanks<S>>,
     /// Whether penetrations are watched.
     margins: bool,
+    /// The contacts that have to be evaluated.
+    read: Range<usize>,
 }
 
 impl<S: Number> Meters<S> {
     pub(crate) fn new(kinds: &[Kind], contacts: usize, margins: bool) -> Self {
         let zero = S::from(0.0);
         let channel = ChannelMeter { sum: zero, square: zero, min: zero, max: zero };
-        let contact = ContactMeter { samples: [zero; 2], impacts: [zero; 2], deepest: [zero; 2], loosest: zero, off: [zero; 2] };
-        Meters { kinds: kinds.to_vec(), channels: vec![channel; kinds.len()], contacts: vec![contact; contacts], margins }
+        let contact = Flanks { visits: [zero; 2], next: [S::from(1.0); 2], deepest: [zero; 2], loosest: zero };
+        let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
+            Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
+            Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
+            _ => read,
+        });
+        Meters { kinds: kinds.to_vec(), channels: vec![channel; kinds.len()], contacts: vec![contact; contacts], margins, read }
     }
 
-    /// Whether contacts have to be evaluated.
-    pub(crate) fn reads_contacts(&self) -> bool {
-        !self.contacts.is_empty() || self.kinds.iter().any(|kind| matches!(kind, Kind::Deflection(_) | Kind::Force(_)))
+    /// The contacts that have to be evaluated.
+    pub(crate) fn contacts(&self) -> Range<usize> {
+        self.read.clone()
     }
 
     /// One sample of everything.
@@ -88,7 +109,7 @@ impl<S: Number> Meters<S> {
     pub(crate) fn restart(&mut self, lane: usize) {
         for contact in &mut self.contacts {
             // As if on both flanks, so that the first sample is no impact.
-            contact.off.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
+            contact.next.iter_mut().for_each(|x| x.set_lane(lane, 1.0));
         }
         self.clear(lane);
     }
@@ -102,7 +123,7 @@ impl<S: Number> Meters<S> {
             channel.max.set_lane(lane, f64::NEG_INFINITY);
         }
         for contact in &mut self.contacts {
-            contact.samples.iter_mut().chain(&mut contact.impacts).for_each(|x| x.set_lane(lane, 0.0));
+            contact.visits.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
             contact.deepest.iter_mut().for_each(|x| x.set_lane(lane, f64::NEG_INFINITY));
             contact.loosest.set_lane(lane, f64::INFINITY);
         }
@@ -145,38 +166,41 @@ impl<S: Number> ChannelMeter<S> {
     }
 }
 
-impl ContactMeter<f64> {
+impl ContactMeter {
     /// From what was counted elsewhere, penetrations unknown.
     pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
-        ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY, off: [0.0; 2] }
+        ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
     }
 }
 
-impl<S: Number> ContactMeter<S> {
+impl<S: Number> Flanks<S> {
     #[inline(always)]
     fn sample(&mut self, contact: &Contact<S>, margins: bool) {
-        let (zero, one) = (S::from(0.0), S::from(1.0));
-        let depths = [contact.lower - contact.deflection, contact.deflection - contact.upper];
-        for flank in 0..2 {
-            let depth = depths[flank];
-            self.samples[flank] = S::if_above(depth, zero, self.samples[flank] + one, self.samples[flank]);
-            self.impacts[flank] = S::if_above(depth, zero, self.impacts[flank] + self.off[flank], self.impacts[flank]);
-            self.off[flank] = S::if_above(depth, zero, zero, one);
-        }
+        let (below, above) = (contact.lower - contact.deflection, contact.deflection - contact.upper);
         if margins {
-            self.deepest = [self.deepest[0].max(depths[0]), self.deepest[1].max(depths[1])];
-            self.loosest = self.loosest.min(depths[0].max(depths[1]));
+            self.deepest[0] = self.deepest[0].max(below);
+            self.deepest[1] = self.deepest[1].max(above);
+            self.loosest = self.loosest.min(below.max(above));
         }
+        self.visit::<0>(below);
+        self.visit::<1>(above);
     }
 
-    fn lane(&self, lane: usize) -> ContactMeter<f64> {
-        let both = |x: &[S; 2]| x.map(|x| x.lane(lane));
+    #[inline(always)]
+    fn visit<const FLANK: usize>(&mut self, depth: S) {
+        let (zero, visits) = (S::from(0.0), self.visits[FLANK]);
+        self.visits[FLANK] = S::if_above(depth, zero, visits + self.next[FLANK], visits);
+        self.next[FLANK] = S::if_above(depth, zero, S::from(1.0), S::from(1.0 + ENTRY));
+    }
+
+    fn lane(&self, lane: usize) -> ContactMeter {
+        let visits = self.visits.map(|x| x.lane(lane));
+        let impacts = visits.map(|x| (x / ENTRY).floor());
         ContactMeter {
-            samples: both(&self.samples),
-            impacts: both(&self.impacts),
-            deepest: both(&self.deepest),
+            samples: [visits[0] - ENTRY * impacts[0], visits[1] - ENTRY * impacts[1]],
+            impacts,
+            deepest: self.deepest.map(|x| x.lane(lane)),
             loosest: self.loosest.lane(lane),
-            off: both(&self.off),
         }
     }
 }

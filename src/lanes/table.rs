@@ -59,13 +59,18 @@ const MOST_EDGES: usize = 100_000;
 /// jumps there.
 #[derive(Debug)]
 pub(crate) struct Table {
-    columns: usize,
+    /// All columns at the start.
+    start: Vec<f64>,
+    /// Columns that change over the period, or all if they are few; the others are filled in once.
+    varying: Vec<usize>,
+    /// Rows of the varying columns.
     values: Vec<f64>,
     /// The row at the end of each step.
     ends: Vec<u32>,
-    /// Columns that change over the period; the others are filled in once.
-    varying: Vec<usize>,
 }
+
+/// Up to so many columns stand in rows as they are.
+pub(super) const WHOLE: usize = 16;
 
 impl Table {
     /// The shapes of phase that all lanes share.
@@ -113,8 +118,13 @@ impl Table {
             let (row, drive) = (bad / columns, bad % columns);
             return Err(TableError::NotFinite { drive, value: values[bad], phase: (0.5 * row as f64 / n).min(1.0) });
         }
-        let varying = (0..columns).filter(|&c| values.iter().skip(c).step_by(columns).any(|x| *x != values[c])).collect();
-        Ok(Table { columns, values, ends, varying })
+        let start = values[..columns].to_vec();
+        let varies = |c: usize| values.iter().skip(c).step_by(columns).any(|x| *x != start[c]);
+        let varying: Vec<usize> = (0..columns).filter(|&c| columns <= WHOLE || varies(c)).collect();
+        if varying.len() < columns {
+            values = values.chunks_exact(columns).flat_map(|row| varying.iter().map(|&c| row[c])).collect();
+        }
+        Ok(Table { start, varying, values, ends })
     }
 
     /// Steps in a period.
@@ -125,10 +135,14 @@ impl Table {
     pub(crate) fn varying(&self) -> &[usize] {
         &self.varying
     }
-    /// A row.
+    /// All columns at the start.
+    pub(crate) fn start(&self) -> &[f64] {
+        &self.start
+    }
+    /// A row of the varying columns.
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[f64] {
-        &self.values[row * self.columns..][..self.columns]
+        &self.values[row * self.varying.len()..][..self.varying.len()]
     }
     /// The row at the end of a step, and whether the next step starts with the same one.
     #[inline(always)]

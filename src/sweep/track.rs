@@ -97,7 +97,7 @@ impl Track {
     }
 
     /// Adds what a contact did; `weight` is that of the whole period.
-    pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter<f64>, weight: f64) {
+    pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
         let at = self.plan.layout.contact(i);
         let [lower, upper] = meter.samples;
         for (k, x) in [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate() {

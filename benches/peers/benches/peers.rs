@@ -237,7 +237,7 @@ fn workload_c() {
     let lanes = |set| move || drop(black_box(ensemble(COUNT, &LaneRk4::<16>::new(STEPS).instructions(set))));
     let (mut best, mut wide, mut avx2, mut table) = (
         lanes(InstructionSet::Best),
-        || drop(black_box(ensemble(COUNT, &LaneRk4::<24>::new(STEPS)))),
+        || drop(black_box(ensemble(COUNT, &LaneRk4::<32>::new(STEPS)))),
         lanes(InstructionSet::Avx2),
         || drop(black_box(ensemble(2, &TableRk4::new(STEPS)))),
     );

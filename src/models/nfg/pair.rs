@@ -9,6 +9,7 @@ use crate::nonlinearity::Backlash;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// The pair in one degree of freedom, the pinion turning evenly.   Source: Liu 2021, Eq. (9), corrected.
 ///
@@ -202,7 +203,7 @@ impl Generic for NfgPair {
     }
 
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+    fn contact_on<S: Scalar>(&self, _: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
         let at = self.at(u);
         // In metres: r_b2 times q and b̄, with the rates of the products.
         let r = u[RADIUS] * u[LENGTH];
@@ -293,7 +294,7 @@ impl Model for NfgPair {
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(u, q, v, out);
+        self.contact_on(0..1, u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

@@ -9,6 +9,7 @@ use crate::nonlinearity::Backlash;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
 ///
@@ -163,7 +164,7 @@ impl Generic for NfgPair2 {
     }
 
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+    fn contact_on<S: Scalar>(&self, _: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
         let (deflection, rate) = self.deflection(u, q, v);
         let force = self.force(&AsIs, u, deflection, rate);
         out[0] = Contact { deflection, rate, lower: -u[WIDTH], upper: u[WIDTH], force, ..Contact::default() };
@@ -230,7 +231,7 @@ impl Model for NfgPair2 {
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(u, q, v, out);
+        self.contact_on(0..1, u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

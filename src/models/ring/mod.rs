@@ -1,6 +1,6 @@
 //! The closed-loop ring of n gears.
 
-mod columns;
+mod algebra;
 mod matrices;
 mod params;
 mod relative;

@@ -1,16 +1,16 @@
 //! The ring as a model, in angles.
 
-use super::columns::Columns;
+use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
 use super::params::RingParams;
 use crate::dual::dual_jacobian;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
-use crate::mesh::MeshDrives;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
-use crate::scalar::{Scalar, one_by_one};
+use crate::scalar::Scalar;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The frame in which the angles are counted.
@@ -45,26 +45,16 @@ pub enum Frame {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Ring<N = Backlash> {
-    params: RingParams<N>,
-    frame: Frame,
+    pub(super) params: RingParams<N>,
+    pub(super) frame: Frame,
     /// r_j: the rigid motion, per coordinate.
-    rigid: Vec<f64>,
+    pub(super) rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
-    per_inertia: f64,
-    columns: Columns,
+    pub(super) per_inertia: f64,
+    pub(super) columns: Columns,
 }
-
-// Drives of a mesh: shapes of phase.
-const STRIDE: usize = 7;
-const STIFFNESS: usize = 0; // K [N/m]
-const ERROR: usize = 1; // e [m]
-const ERROR_RATE: usize = 2; // de/d(ωt) [m]
-const LOWER: usize = 3;
-const UPPER: usize = 4;
-const LOWER_RATE: usize = 5;
-const UPPER_RATE: usize = 6;
 
 impl<N: Nonlinearity> Ring<N> {
     /// A ring of ordinary external meshes: an even number of gears.
@@ -169,84 +159,17 @@ impl<N: Nonlinearity> Ring<N> {
         assert!(gear < self.gears(), "gear {gear} of a ring of {}", self.gears());
         self.phases() + 2 + self.gears() + gear
     }
-
-    /// d_i, d_i' and what acts on them.
-    #[inline(always)]
-    fn deflection<S: Scalar>(&self, i: usize, u: &[S], q: &[S], v: &[S]) -> (S, S) {
-        let n = self.params.gears.len();
-        let j = if i + 1 == n { 0 } else { i + 1 };
-        let (ri, rj) = (self.columns.radius[i], self.columns.radius[j]);
-        let mesh = &u[STRIDE * i..][..STRIDE];
-        let omega = u[STRIDE * n];
-        let (gi, gj) = (1 + 2 * i, 1 + 2 * j);
-        (q[gi] * ri - q[gj] * rj - mesh[ERROR], v[gi] * ri - v[gj] * rj - omega * mesh[ERROR_RATE])
-    }
-
-    #[inline(always)]
-    fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: &[S], x: S, rate: S) -> S {
-        let mesh = &u[STRIDE * i..][..STRIDE];
-        let damping = u[STRIDE * self.params.gears.len() + 2 + i];
-        let at = MeshDrives { stiffness: mesh[STIFFNESS], damping, lower: mesh[LOWER], upper: mesh[UPPER] };
-        self.params.meshes[i].force(law, i, x, rate, at)
-    }
 }
 
 impl<N: Nonlinearity> Generic for Ring<N> {
     #[inline(always)]
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let n = self.params.gears.len();
-        let (q, v, a) = (&q[..2 * n + 1], &v[..2 * n + 1], &mut a[..2 * n + 1]);
-        let motor = &self.params.motor;
-        let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
-        a[0] = (u[STRIDE * n + 1] - shaft) * (1.0 / motor.inertia);
-        // Torques on the gears first, divided by their inertia last.
-        a[1] = shaft;
-        for i in 1..n {
-            a[1 + 2 * i] = S::from(0.0);
-        }
-        for i in 0..n {
-            let i = one_by_one(i);
-            let j = if i + 1 == n { 0 } else { i + 1 };
-            let (x, rate) = self.deflection(i, u, q, v);
-            let w = self.force(law, i, u, x, rate);
-            a[1 + 2 * i] = a[1 + 2 * i] - w * self.columns.radius[i];
-            a[1 + 2 * j] = a[1 + 2 * j] + w * self.columns.radius[j];
-        }
-        for i in 0..n {
-            let i = one_by_one(i);
-            let (g, l) = (1 + 2 * i, 2 + 2 * i);
-            let shaft = (q[g] - q[l]) * self.columns.stiffness[i] + (v[g] - v[l]) * self.columns.damping[i];
-            a[g] = (a[g] - shaft) * self.columns.per_gear[i];
-            a[l] = (shaft - u[STRIDE * n + 2 + n + i]) * self.columns.per_load[i];
-        }
-        if self.frame == Frame::Rigid {
-            let alpha = self.rigid_acceleration_of(u);
-            let rigid = &self.rigid[..2 * n + 1];
-            for j in 0..2 * n + 1 {
-                let j = one_by_one(j);
-                a[j] = a[j] - alpha * rigid[j];
-            }
-        }
+        self.accelerate(law, u, q, v, a);
     }
 
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let n = self.params.gears.len();
-        let (omega, out) = (u[STRIDE * n], &mut out[..n]);
-        for i in 0..n {
-            let i = one_by_one(i);
-            let (deflection, rate) = self.deflection(i, u, q, v);
-            let mesh = &u[STRIDE * i..][..STRIDE];
-            out[i] = Contact {
-                deflection,
-                rate,
-                lower: mesh[LOWER],
-                upper: mesh[UPPER],
-                lower_rate: omega * mesh[LOWER_RATE],
-                upper_rate: omega * mesh[UPPER_RATE],
-                force: self.force(&AsIs, i, u, deflection, rate),
-            };
-        }
+    fn contact_on<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+        self.touch(which, u, q, v, out);
         true
     }
 
@@ -293,17 +216,6 @@ impl<N: Nonlinearity> Generic for Ring<N> {
 }
 
 impl<N: Nonlinearity> Ring<N> {
-    /// α from the torques in the drives, which may be random.
-    #[inline(always)]
-    fn rigid_acceleration_of<S: Scalar>(&self, u: &[S]) -> S {
-        let n = self.params.gears.len();
-        let mut torque = u[STRIDE * n + 1];
-        for i in 0..n {
-            torque = torque - u[STRIDE * n + 2 + n + i] * self.rigid[1 + 2 * i];
-        }
-        torque * self.per_inertia
-    }
-
     /// The drives that repeat, at time t.
     fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
         let per_phase = 1.0 / self.params.omega;
@@ -348,7 +260,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
         self.gears()
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(u, q, v, out);
+        self.contact_on(0..self.gears(), u, q, v, out);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

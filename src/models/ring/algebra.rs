@@ -1,0 +1,180 @@
+//! The algebra of the ring, gear by gear.
+
+use super::params::Gear;
+use super::system::{Frame, Ring};
+use crate::mesh::{Mesh, MeshDrives};
+use crate::model::{AsIs, Contact, Law};
+use crate::nonlinearity::Nonlinearity;
+use crate::scalar::{Scalar, one_by_one};
+use std::ops::Range;
+
+// Drives of a mesh: shapes of phase. After those of all meshes stand ω, T_M, C_1..n and T_L1..n.
+pub(super) const STRIDE: usize = 7;
+pub(super) const STIFFNESS: usize = 0; // K [N/m]
+pub(super) const ERROR: usize = 1; // e [m]
+pub(super) const ERROR_RATE: usize = 2; // de/d(ωt) [m]
+pub(super) const LOWER: usize = 3;
+pub(super) const UPPER: usize = 4;
+pub(super) const LOWER_RATE: usize = 5;
+pub(super) const UPPER_RATE: usize = 6;
+
+/// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
+/// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    /// R_i.
+    radius: Vec<f64>,
+    /// K_si and C_si.
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    /// 1/J_i and 1/J_Li.
+    per_gear: Vec<f64>,
+    per_load: Vec<f64>,
+}
+
+impl Columns {
+    pub(super) fn of(gears: &[Gear]) -> Self {
+        let column = |of: fn(&Gear) -> f64| gears.iter().map(of).collect();
+        Columns {
+            radius: column(|gear| gear.base_radius),
+            stiffness: column(|gear| gear.load.shaft.stiffness),
+            damping: column(|gear| gear.load.shaft.damping),
+            per_gear: column(|gear| 1.0 / gear.inertia),
+            per_load: column(|gear| 1.0 / gear.load.inertia),
+        }
+    }
+}
+
+/// Everything that is known at one instant, by name and cut once to known lengths.
+struct Instant<'a, S> {
+    radius: &'a [f64],
+    stiffness: &'a [f64],
+    shaft_damping: &'a [f64],
+    per_gear: &'a [f64],
+    per_load: &'a [f64],
+    meshes: &'a [[S; STRIDE]],
+    omega: &'a S,
+    motor_torque: &'a S,
+    damping: &'a [S],
+    load_torque: &'a [S],
+    /// [θ_i, θ_Li] and their rates.
+    q: &'a [[S; 2]],
+    v: &'a [[S; 2]],
+}
+
+impl<'a, S: Scalar> Instant<'a, S> {
+    #[inline(always)]
+    fn of(n: usize, columns: &'a Columns, u: &'a [S], q: &'a [S], v: &'a [S]) -> Self {
+        let (meshes, rest) = u.split_at(STRIDE * n);
+        Instant {
+            radius: &columns.radius[..n],
+            stiffness: &columns.stiffness[..n],
+            shaft_damping: &columns.damping[..n],
+            per_gear: &columns.per_gear[..n],
+            per_load: &columns.per_load[..n],
+            meshes: &meshes.as_chunks().0[..n],
+            omega: &rest[0],
+            motor_torque: &rest[1],
+            damping: &rest[2..][..n],
+            load_torque: &rest[2 + n..][..n],
+            q: &q[1..].as_chunks().0[..n],
+            v: &v[1..].as_chunks().0[..n],
+        }
+    }
+
+    /// R_i θ_i and R_i θ_i'.
+    #[inline(always)]
+    fn path(&self, i: usize) -> (S, S) {
+        (self.q[i][0] * self.radius[i], self.v[i][0] * self.radius[i])
+    }
+
+    /// d_i and d_i', from the paths of gear i and of the next one.
+    #[inline(always)]
+    fn deflection(&self, i: usize, (q, v): (S, S), (next_q, next_v): (S, S)) -> (S, S) {
+        let mesh = &self.meshes[i];
+        (q - next_q - mesh[ERROR], v - next_v - *self.omega * mesh[ERROR_RATE])
+    }
+
+    /// W_i.
+    #[inline(always)]
+    fn force<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, (d, rate): (S, S)) -> S {
+        let mesh = &self.meshes[i];
+        let at = MeshDrives { stiffness: mesh[STIFFNESS], damping: self.damping[i], lower: mesh[LOWER], upper: mesh[UPPER] };
+        meshes[i].force(law, i, d, rate, at)
+    }
+
+    /// θ_i'' and θ_Li'', from what else turns the gear.
+    #[inline(always)]
+    fn turn(&self, i: usize, torque: S, turns: &mut [[S; 2]]) {
+        let ([q, load_q], [v, load_v]) = (self.q[i], self.v[i]);
+        let shaft = (q - load_q) * self.stiffness[i] + (v - load_v) * self.shaft_damping[i];
+        turns[i][0] = (torque - shaft) * self.per_gear[i];
+        turns[i][1] = (shaft - self.load_torque[i]) * self.per_load[i];
+    }
+}
+
+/// The gear after gear i of n.
+#[inline(always)]
+fn after(i: usize, n: usize) -> usize {
+    if i + 1 == n { 0 } else { i + 1 }
+}
+
+impl<N: Nonlinearity> Ring<N> {
+    /// The equations of [`Ring`].
+    #[inline(always)]
+    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        let n = self.params.gears.len();
+        let at = Instant::of(n, &self.columns, u, q, v);
+        let meshes = &self.params.meshes[..n];
+        let motor = &self.params.motor;
+        let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
+        a[0] = (*at.motor_torque - shaft) * (1.0 / motor.inertia);
+        // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
+        let turns = &mut a[1..].as_chunks_mut().0[..n];
+        let mut next = at.path(after(0, n));
+        let first = at.force(law, meshes, 0, at.deflection(0, at.path(0), next));
+        let mut w = first;
+        for i in 1..n {
+            let i = one_by_one(i);
+            let (path, before) = (next, w);
+            next = at.path(after(i, n));
+            w = at.force(law, meshes, i, at.deflection(i, path, next));
+            at.turn(i, before * at.radius[i] - w * at.radius[i], turns);
+        }
+        at.turn(0, shaft - first * at.radius[0] + w * at.radius[0], turns);
+        if self.frame == Frame::Rigid {
+            let mut torque = *at.motor_torque;
+            for i in 0..n {
+                torque = torque - at.load_torque[i] * self.rigid[1 + 2 * i];
+            }
+            let alpha = torque * self.per_inertia;
+            let (a, rigid) = (&mut a[..2 * n + 1], &self.rigid[..2 * n + 1]);
+            for j in 0..2 * n + 1 {
+                let j = one_by_one(j);
+                a[j] = a[j] - alpha * rigid[j];
+            }
+        }
+    }
+
+    /// Some meshes.
+    #[inline(always)]
+    pub(super) fn touch<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+        let n = self.params.gears.len();
+        let at = Instant::of(n, &self.columns, u, q, v);
+        let (meshes, out) = (&self.params.meshes[..n], &mut out[..n]);
+        for i in which {
+            let i = one_by_one(i);
+            let (d, rate) = at.deflection(i, at.path(i), at.path(after(i, n)));
+            let mesh = &at.meshes[i];
+            out[i] = Contact {
+                deflection: d,
+                rate,
+                lower: mesh[LOWER],
+                upper: mesh[UPPER],
+                lower_rate: *at.omega * mesh[LOWER_RATE],
+                upper_rate: *at.omega * mesh[UPPER_RATE],
+                force: at.force(&AsIs, meshes, i, (d, rate)),
+            };
+        }
+    }
+}
