@@ -2,6 +2,7 @@
 
 mod assembly;
 mod closed;
+mod coarseness;
 mod couplings;
 mod error;
 mod floquet;
@@ -13,6 +14,7 @@ mod orbit;
 mod panels;
 mod proof;
 mod residual;
+mod resolution;
 mod spectra;
 mod stencil;
 mod switching;
@@ -118,7 +120,7 @@ impl Balance {
     /// # Errors
     /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
     pub fn equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near)
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
 
     /// The orbit with every contact held on one flank: where most searches start.
@@ -160,7 +162,7 @@ impl Balance {
     }
 
     fn solve_any(&self, model: &dyn Periodic, guess: &Orbit) -> Result<Orbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess)
+        self.solve_equations(self.equations(model, guess)?, guess, |orbit| self.finer_equations(model, orbit))
     }
 
     /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in the second paper. The integrals
@@ -172,10 +174,22 @@ impl Balance {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
-        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess)
+        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, |orbit| {
+            Ok(self.finer_equations(model, orbit)?.truncating_forces())
+        })
     }
 
-    fn solve_equations<M: Periodic + ?Sized>(&self, mut equations: BalanceEquations<'_, M>, guess: &Orbit) -> Result<Orbit, BalanceError> {
+    /// The equations with integrals twice as fine.
+    fn finer_equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
+    }
+
+    fn solve_equations<'m, M: Periodic + ?Sized>(
+        &self,
+        mut equations: BalanceEquations<'m, M>,
+        guess: &Orbit,
+        finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    ) -> Result<Orbit, BalanceError> {
         let x = equations.unknowns(guess);
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
@@ -185,7 +199,7 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut equations, &x),
         };
         let mut orbit = self.finish(&equations, root, None)?;
-        orbit.notes.extend(proof::notes(&mut equations, &orbit));
+        orbit.notes.extend(proof::notes(&mut equations, &orbit, finer));
         Ok(orbit)
     }
 

@@ -1,6 +1,7 @@
 //! A periodic orbit as Fourier coefficients.
 
 use super::Harmonics;
+use super::resolution::samples_along;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::transform::{Transform, unpack};
@@ -253,7 +254,7 @@ impl Orbit {
 
     /// What each contact does over one span: intervals on its pieces, with exact ends.
     pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Vec<ContactHistory> {
-        let mut grid = Grid::new(model, &self.harmonics, samples_for(self.harmonics.highest()));
+        let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);
         let mut switching = Switching::new(model.contacts(), grid.samples());
         switching.locate(&mut grid, Stencil::get());

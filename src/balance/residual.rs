@@ -5,8 +5,9 @@ use super::closed::Closed;
 use super::couplings::{Couplings, Slopes};
 use super::grid::Grid;
 use super::kinks::Kinks;
-use super::orbit::{Orbit, samples_for};
+use super::orbit::Orbit;
 use super::panels::{Panels, drive_edges};
+use super::resolution::{Drives, Signals, samples_following};
 use super::spectra::{Samples, Spectra};
 use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
@@ -60,41 +61,57 @@ pub(super) enum Method<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
-    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit) -> Result<Self, BalanceError> {
+    /// `finer`: with so many times the samples, or as much narrower panels, as the orders ask for.
+    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
         let n = model.dof();
         crate::error::check::scale("period of the model", model.period())?;
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
-        let size = sizes(near);
+        let (size, highest) = (sizes(near), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
-        let fastest = omega * harmonics.highest().max(1) as f64;
-        let mut slopes = Slopes::new(model, [size.clone(), size.iter().map(|s| s * fastest).collect()]);
-        let holds = model.contacts() > 0 && holds_pieces(model);
+        let fastest = omega * highest.max(1) as f64;
+        let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
+        let mut slopes = Slopes::new(model, [size.clone(), rates.clone()]);
+        let contacts = model.contacts();
+        let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
+        let edges = !drive_edges(model, model.period()).is_empty();
+        let by_panels = integrals == Integrals::Panels || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
+        let ways = match holds {
+            false => vec![None],
+            true => [Piece::Gap, Piece::Lower, Piece::Upper].map(|piece| Some(vec![piece; contacts])).to_vec(),
+        };
+        let mut drives = Drives::new(model, [&size, &rates], ways);
         let samples = match integrals {
-            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
-                return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
+            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
+            Integrals::Sampled { samples } if samples <= 2 * highest || samples < NODES => {
+                return Err(BalanceError::Samples { samples, highest });
             }
             Integrals::Sampled { samples } => samples,
-            // Without contacts a smooth force has few orders more than the motion.
-            Integrals::Exact if model.contacts() == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
-            _ => samples_for(harmonics.highest()),
+            // Without contacts a smooth force has few orders more than motion and drives.
+            Integrals::Exact if contacts == 0 => (6 * highest).next_power_of_two().max(64),
+            // Panels follow the drives themselves; their samples only have to show where the tooth edges are.
+            _ => samples_following(&mut drives, if by_panels { Signals::Edges } else { Signals::All }, harmonics),
         };
-        let grid = Grid::new(model, harmonics, samples);
-        let varying = couplings.varying.len();
-        let edges = !drive_edges(model, model.period()).is_empty();
+        let mut grid = Grid::new(model, harmonics, finer * samples);
+        if integrals == Integrals::Exact && contacts == 0 && !by_panels {
+            let needed = drives.orders(Signals::All, Some(&grid)).map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+            if needed > samples {
+                grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
+            }
+        }
+        let (samples, varying) = (grid.samples(), couplings.varying.len());
+        let sampled = || Samples::new(n, varying, samples);
         let method = match integrals {
-            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
-            Integrals::Sampled { .. } => Method::Sampled(Samples::new(n, varying, samples)),
-            Integrals::Kinks => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
-            Integrals::Panels => Method::Panels(Panels::new(&grid, varying)),
-            Integrals::Exact if edges || (model.contacts() > 0 && !holds) => Method::Panels(Panels::new(&grid, varying)),
-            Integrals::Exact if model.contacts() == 0 => Method::Sampled(Samples::new(n, varying, samples)),
-            Integrals::Exact | Integrals::Closed => match Closed::find(model, harmonics, &couplings, &mut slopes) {
+            _ if by_panels => Method::Panels(Panels::new(&grid, varying, &mut drives, finer)),
+            Integrals::Sampled { .. } => Method::Sampled(sampled()),
+            Integrals::Exact if contacts == 0 => Method::Sampled(sampled()),
+            Integrals::Kinks => Method::Kinks(sampled(), Kinks::new(n, contacts)),
+            _ => match Closed::find(model, harmonics, &couplings, &mut slopes) {
                 Some(closed) => Method::Closed(closed),
                 None if integrals == Integrals::Closed => return Err(BalanceError::NotOffered { integrals }),
-                None => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
+                None => Method::Kinks(sampled(), Kinks::new(n, contacts)),
             },
         };
         // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
