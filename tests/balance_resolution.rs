@@ -163,7 +163,7 @@ fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
 fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let model = Fast { cubic: 0.0, pieces: true };
     let orbit = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.6, 0.9, 0.4]])?;
-    let contact = &orbit.contacts(&model)[0];
+    let contact = &orbit.contacts(&model)?[0];
     assert!(!contact.intervals.is_empty());
     for (start, ..) in &contact.intervals {
         let gap = orbit.state(*start).q[0].abs() - Fast::edge(*start);

@@ -6,7 +6,7 @@ use super::transform::unpack;
 use super::{BalanceEquations, BalanceError, BalanceNote, Orbit};
 use crate::model::Periodic;
 use crate::piece::Side;
-use crate::root::{Factors, Residual};
+use crate::root::{Factors, Residual, largest};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -27,7 +27,7 @@ pub(super) fn note<'m, M: Periodic + ?Sized>(
         Method::Closed(_) | Method::Held(..) => return None,
         Method::Sampled(_) if equations.grid.model.contacts() > 0 => return None,
         Method::Sampled(_) | Method::Truncated(..) => true,
-        Method::Kinks(..) | Method::Panels(_) => false,
+        Method::Kinks(_) | Method::Panels(_) => false,
     };
     if by_samples && between_samples(equations, orbit) <= SMOOTH {
         return None;
@@ -36,7 +36,6 @@ pub(super) fn note<'m, M: Periodic + ?Sized>(
     let x = finer.unknowns(orbit);
     let mut r = vec![0.0; x.len()];
     finer.residual(&x, &mut r);
-    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let mut share = 0.0f64;
     for (coarse, fine) in equations.spectra.force.iter().zip(&finer.spectra.force) {
         let apart = coarse.iter().zip(fine).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));

@@ -55,6 +55,14 @@ pub enum BalanceError {
         /// Which contact.
         contact: usize,
     },
+    /// A model without a Jacobian, some motion of which is as good as free.
+    #[error(
+        "some motion is held by {share:.1e} of the largest stiffness: differences cannot tell whether it is free; offer Model::jacobian,              which can"
+    )]
+    BarelyHeld {
+        /// The stiffness found.
+        share: f64,
+    },
     /// A coordinate that nothing holds.
     #[error("the balance leaves coordinate {coordinate} free after {} iterations: no stiffness reaches it", last.iterations())]
     Floating {

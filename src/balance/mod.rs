@@ -76,6 +76,20 @@ pub enum Integrals {
 /// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
 /// # Ok::<(), gear_dynamics::BalanceError>(())
 /// ```
+///
+/// A model without period is refused by the compiler:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{Balance, Harmonics, Model, Orbit};
+/// struct Pendulum;
+/// impl Model for Pendulum {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
+/// }
+/// fn solve(guess: &Orbit) {
+///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
+/// }
+/// ```
 #[derive(Clone, Debug)]
 pub struct Balance {
     harmonics: Harmonics,
@@ -203,7 +217,8 @@ impl Balance {
         Ok(orbit)
     }
 
-    /// Good Broyden from the Jacobian of the orbit with every contact held on one flank.
+    /// The Jacobian with every contact held on one flank, for [`Broyden::first`]: taken at `near`, in the unknowns that are scaled by `near`. A
+    /// solve scales its unknowns by its own guess, so `near` has to be that guess.
     ///
     /// # Errors
     /// As [`linearised`](Balance::linearised).

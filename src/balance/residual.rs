@@ -5,7 +5,7 @@ use super::closed::Closed;
 use super::couplings::{Couplings, Slopes};
 use super::grid::Grid;
 use super::kinks::Kinks;
-use super::orbit::Orbit;
+use super::orbit::{AT_REST, Orbit};
 use super::panels::{Panels, drive_edges};
 use super::resolution::{Drives, Signals, samples_following};
 use super::spectra::{Samples, Spectra};
@@ -14,6 +14,7 @@ use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::model::{Generic, Periodic};
+use crate::orbit::rigid_motions;
 use crate::piece::{Piece, Side};
 use crate::root::{Matrix, Residual};
 
@@ -42,6 +43,7 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(super) spectra: Spectra,
     pub(super) stencil: &'static Stencil,
     pub(super) switching: Switching,
+    kinks: Kinks,
     pub(super) method: Method<'m, M>,
     empty: Matrix,
     coefficients: Vec<f64>,
@@ -54,7 +56,7 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
 pub(super) enum Method<'m, M: ?Sized> {
     Sampled(Samples),
     Held(Samples, Vec<Piece>),
-    Kinks(Samples, Kinks),
+    Kinks(Samples),
     Panels(Panels),
     Closed(Closed),
     Truncated(Samples, Box<dyn Truncated<M> + 'm>),
@@ -107,21 +109,22 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             _ if by_panels => Method::Panels(Panels::new(&grid, varying, &mut drives, finer)),
             Integrals::Sampled { .. } => Method::Sampled(sampled()),
             Integrals::Exact if contacts == 0 => Method::Sampled(sampled()),
-            Integrals::Kinks => Method::Kinks(sampled(), Kinks::new(n, contacts)),
+            Integrals::Kinks => Method::Kinks(sampled()),
             _ => match Closed::find(model, harmonics, &couplings, &mut slopes) {
                 Some(closed) => Method::Closed(closed),
                 None if integrals == Integrals::Closed => return Err(BalanceError::NotOffered { integrals }),
-                None => Method::Kinks(sampled(), Kinks::new(n, contacts)),
+                None => Method::Kinks(sampled()),
             },
         };
         // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
-        let rigid = if slopes.differenced || n == 1 { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
+        let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings),
             spectra: Spectra::new(n, varying, harmonics),
             stencil: Stencil::get(),
-            switching: Switching::new(model.contacts(), samples),
+            switching: Switching::new(contacts, samples),
+            kinks: Kinks::new(n, contacts),
             coefficients: vec![0.0; n * harmonics.unknowns()],
             seen: Vec::new(),
             slopes_seen: false,
@@ -198,10 +201,15 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     pub fn integrals(&self) -> Integrals {
         match self.method {
             Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => Integrals::Sampled { samples: self.grid.samples() },
-            Method::Kinks(..) => Integrals::Kinks,
+            Method::Kinks(_) => Integrals::Kinks,
             Method::Panels(_) => Integrals::Panels,
             Method::Closed(_) => Integrals::Closed,
         }
+    }
+
+    /// Whether switches are known wherever the equations were evaluated.
+    fn is_located(&self) -> bool {
+        !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..))
     }
 
     /// Makes `spectra` belong to x.
@@ -216,14 +224,14 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
             self.grid.set(&self.coefficients);
-            if !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..)) {
+            if self.is_located() {
                 self.switching.locate(&mut self.grid, self.stencil);
             }
             self.seen.clear();
             self.seen.extend_from_slice(x);
         }
         self.slopes_seen = slopes_too;
-        let (grid, out) = (&mut self.grid, &mut self.spectra);
+        let (grid, kinks, out) = (&mut self.grid, &mut self.kinks, &mut self.spectra);
         match &mut self.method {
             Method::Sampled(samples) => {
                 if !known {
@@ -241,7 +249,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 samples.slopes(grid, Some(pieces), &mut self.slopes, &self.couplings);
                 samples.transform_slopes(grid, out);
             }
-            Method::Kinks(samples, kinks) => {
+            Method::Kinks(samples) => {
                 if !known {
                     samples.forces(grid, None);
                     kinks.correct_forces(grid, self.stencil, &self.switching, samples);
@@ -258,7 +266,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 let wanted = slopes_too.then_some((&mut self.slopes, &self.couplings));
                 panels.evaluate(grid, &self.switching, &self.coefficients, wanted, out);
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
+                    kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Closed(closed) => {
@@ -266,7 +274,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                     closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
                 }
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
+                    kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Truncated(samples, split) => {
@@ -282,10 +290,12 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             return None;
         }
         self.look(x, false);
-        if !self.grid.any_floats() {
-            return None;
+        if !self.is_located() {
+            if !self.grid.any_floats() {
+                return None;
+            }
+            self.switching.locate(&mut self.grid, self.stencil);
         }
-        self.switching.locate(&mut self.grid, self.stencil);
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
         // Mean stiffness over a coarse grid, rigid motions bordered.
@@ -365,6 +375,11 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     }
 }
 
+fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
+    let rigid = rigid_motions(model, model.period());
+    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
+}
+
 /// Whether a model offers held pieces.
 pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
@@ -377,5 +392,5 @@ pub(super) fn sizes(orbit: &Orbit) -> Vec<f64> {
     let own: Vec<f64> = (0..orbit.dof()).map(|j| orbit.coefficients(j).iter().map(|c| c.abs()).sum()).collect();
     let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
     let fallback = if largest > 0.0 { largest } else { 1.0 };
-    own.iter().map(|&s| if s > 1e-6 * fallback { s } else { fallback }).collect()
+    own.iter().map(|&s| if s > AT_REST * fallback { s } else { fallback }).collect()
 }
