@@ -510,8 +510,8 @@ fn too_few_samples_are_refused() {
     assert_eq!(error, BalanceError::Samples { samples: 130, highest: 65 });
 }
 
-/// A rattling dead zone on 40 samples is off by a share of its motion that is noted, on 4096 by less than is worth a note; `prove` gives both,
-/// and it is what parts them from the exact orbit.
+/// A rattling dead zone on 26 samples is off by a share of its motion that is noted, on 4096 by less than is worth a note; either way
+/// the estimate is what parts them from the exact orbit.
 #[test]
 fn coarse_sampling_is_noted() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
@@ -527,13 +527,21 @@ fn coarse_sampling_is_noted() {
             BalanceNote::Aliased { samples: m, error } => Some((*m, *error)),
             _ => None,
         });
-        let (apart, proof) = (orbit.distance(&exact), sampled.prove(&model, &orbit).unwrap());
-        println!("{samples}: {apart:.1e} from the exact orbit, estimated {:.1e}, {note:?}", proof.aliasing);
-        assert!(proof.aliasing > 0.5 * apart && proof.aliasing < 2.0 * apart);
-        note
+        let apart = orbit.distance(&exact);
+        if let Some((_, error)) = note {
+            assert!(error > 0.5 * apart && error < 2.0 * apart);
+        }
+        (orbit, apart, note)
     };
-    assert!(noted(40).is_some_and(|(m, error)| m == 40 && error > 1e-3));
-    assert_eq!(noted(4096), None);
+    let (_, apart, note) = noted(26);
+    println!("26: {apart:.1e} from the exact orbit, {note:?}");
+    assert!(note.is_some_and(|(m, error)| m == 26 && error > 1e-3));
+    for samples in [40, 4096] {
+        let (orbit, apart, note) = noted(samples);
+        let proof = balance.clone().integrals(Integrals::Sampled { samples }).prove(&model, &orbit).unwrap();
+        println!("{samples}: {apart:.1e} from the exact orbit, estimated {:.1e}", proof.aliasing);
+        assert!(note.is_none() && proof.aliasing > 0.5 * apart && proof.aliasing < 2.0 * apart);
+    }
 }
 
 #[test]

@@ -54,7 +54,8 @@ fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
     let share = coarse(&folded).expect("a note");
     println!("{share}: {:?}", folded.notes());
     assert!(share > 0.1);
-    assert!(folded.is_doubtful() && sampled.prove(&model, &folded)?.aliasing > 0.5);
+    assert!(folded.is_doubtful());
+    assert!((sampled.prove(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3); // of an amplitude of 6, 5 should not be there
     Ok(())
 }
 

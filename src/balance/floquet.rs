@@ -4,7 +4,7 @@ use super::Orbit;
 use super::couplings::Slopes;
 use super::orbit::samples_for;
 use super::panels::drive_edges;
-use super::residual::sizes;
+use super::size::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};

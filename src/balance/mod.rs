@@ -15,6 +15,7 @@ mod panels;
 mod proof;
 mod residual;
 mod resolution;
+mod size;
 mod spectra;
 mod stencil;
 mod switching;

@@ -2,6 +2,7 @@
 
 use super::Harmonics;
 use super::resolution::samples_along;
+use super::size::AT_REST;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::transform::{Transform, unpack};
@@ -334,9 +335,6 @@ impl Orbit {
         worst
     }
 }
-
-/// Coordinates that move less than this share of the largest rest.
-pub(super) const AT_REST: f64 = 1e-6;
 
 /// What one contact does over a span.
 ///

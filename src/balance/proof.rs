@@ -70,8 +70,8 @@ impl Balance {
         Ok(proof(&model, orbit, finer, aliasing))
     }
 
-    /// Adds orders until both the truncation error and the correction of finer integrals fall below `accuracy`, a share of the peak-to-peak,
-    /// up to order `highest`.
+    /// Adds orders until the truncation error, the correction of finer integrals and that of shooting, which sees what no kept order does, all
+    /// fall below `accuracy`, a share of the peak-to-peak, up to order `highest`.
     ///
     /// # Errors
     /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders; [`BalanceError`] if a solution is lost.
@@ -86,7 +86,7 @@ impl Balance {
                 return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit) });
             }
             let proof = balance.prove(model, &orbit)?;
-            reached = proof.truncation.max(proof.aliasing);
+            reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
             if reached <= accuracy {
                 return Ok(proof);
             }

@@ -5,9 +5,10 @@ use super::closed::Closed;
 use super::couplings::{Couplings, Slopes};
 use super::grid::Grid;
 use super::kinks::Kinks;
-use super::orbit::{AT_REST, Orbit};
+use super::orbit::Orbit;
 use super::panels::{Panels, drive_edges};
 use super::resolution::{Drives, Signals, samples_following};
+use super::size::sizes_apart;
 use super::spectra::{Samples, Spectra};
 use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
@@ -70,7 +71,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
-        let (size, highest) = (sizes(near), harmonics.highest());
+        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
+        let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
+        let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
         let fastest = omega * highest.max(1) as f64;
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
@@ -116,8 +119,6 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 None => Method::Kinks(sampled()),
             },
         };
-        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
-        let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings),
@@ -385,12 +386,4 @@ pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
     model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
-}
-
-/// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
-pub(super) fn sizes(orbit: &Orbit) -> Vec<f64> {
-    let own: Vec<f64> = (0..orbit.dof()).map(|j| orbit.coefficients(j).iter().map(|c| c.abs()).sum()).collect();
-    let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
-    let fallback = if largest > 0.0 { largest } else { 1.0 };
-    own.iter().map(|&s| if s > AT_REST * fallback { s } else { fallback }).collect()
 }

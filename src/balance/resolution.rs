@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::look::{Series, series, value_at};
 use super::orbit::{Orbit, samples_for};
 use super::panels::quadrature;
-use super::residual::sizes;
+use super::size::sizes;
 use super::transform::Transform;
 use crate::model::{Contact, Periodic};
 use crate::piece::{Piece, Side};
