@@ -3,6 +3,7 @@
 mod assembly;
 mod closed;
 mod coarseness;
+mod contacts;
 mod couplings;
 mod error;
 mod floquet;
@@ -23,9 +24,10 @@ mod table;
 mod transform;
 mod truncated;
 
+pub use contacts::ContactHistory;
 pub use error::{BalanceError, BalanceNote};
 pub use harmonics::Harmonics;
-pub use orbit::{ContactHistory, Orbit};
+pub use orbit::Orbit;
 pub use proof::Proof;
 pub use residual::BalanceEquations;
 
@@ -46,7 +48,9 @@ use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrals {
     /// Whichever of the exact ways suits the model: [`Closed`](Integrals::Closed) or [`Kinks`](Integrals::Kinks), panels where drives
-    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order: keep orders up to those of its drives.
+    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order and three times that of the drives. Drives of
+    /// orders far above the kept ones are resolved by every exact way; a law of force that makes such orders itself is not, and
+    /// [`BalanceNote::Coarse`] says so.
     #[default]
     Exact,
     /// Sampled at M uniform instants, as the second paper does: a dead zone then has a Jacobian that jumps, and folds that are not there.
@@ -58,8 +62,7 @@ pub enum Integrals {
     Closed,
     /// Samples corrected around every kink: any smooth pieces.
     Kinks,
-    /// Gauss panels between switches and jumps of the drives. Their width follows the highest order kept: a drive of much higher orders is not
-    /// resolved.
+    /// Gauss panels between switches and jumps of the drives, as narrow as the kept orders and the drives ask for.
     Panels,
 }
 
