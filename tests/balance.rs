@@ -749,29 +749,15 @@ fn free_models_without_a_jacobian() {
     let exact = balance.solve(&ring, &guess).unwrap();
     let plain = Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
     let orbit = balance.solve(&plain, &guess).unwrap();
-    println!("{:e} {:?}", orbit.distance(&exact), orbit.notes());
-    for j in 0..7 {
-        println!(
-            "DBG {j} ptp {:e} mean {:e} {:e} c1 {:?} {:?}",
-            exact.peak_to_peak(j),
-            exact.mean(j),
-            orbit.mean(j) - exact.mean(j),
-            &exact.coefficients(j)[1..5],
-            &orbit.coefficients(j)[1..5]
-        );
-    }
-    println!("DBG {:e} {} guess {:e} {:e}", orbit.residual(), orbit.iterations(), guess.mean(0), guess.mean(6));
-    let panels = balance.clone().integrals(Integrals::Panels).solve(&ring, &guess).unwrap();
-    println!("DBG panels {:e} {:e}", panels.distance(&exact), panels.distance(&orbit));
-    let mut eq = balance.equations(&plain, &exact).unwrap();
-    let x = eq.unknowns(&exact);
-    let (r, _) = look(&mut eq, &x);
-    println!("DBG residual {:e}", largest(&r));
     assert!(orbit.notes().contains(&BalanceNote::Differences));
     for (a, b) in orbit.mean_acceleration().iter().zip(exact.mean_acceleration()) {
         assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
     }
-    assert!(orbit.distance(&exact) < 1e-6);
+    // Differences leave what the tolerance leaves: 1e-10 of each unknown, and a few times that.
+    for j in 0..7 {
+        let size: f64 = exact.coefficients(j).iter().map(|c| c.abs()).sum();
+        assert!(orbit.coefficients(j).iter().zip(exact.coefficients(j)).all(|(a, b)| (a - b).abs() < 1e-9 * size));
+    }
 }
 
 /// A spring of 1e-7 of the other one: differences cannot tell it from none, and say so; with a Jacobian it holds.

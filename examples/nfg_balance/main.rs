@@ -12,7 +12,7 @@ mod motions;
 mod support;
 mod sweeps;
 
-use gear_dynamics::{Balance, BalanceError, Harmonics, Integrator, NfgPair, NfgParams, Orbit, Piece};
+use gear_dynamics::{Balance, BalanceError, Harmonics, NfgPair, NfgParams, Orbit, Piece};
 use motions::{MEASURE, MESH, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting, solver};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
