@@ -91,5 +91,20 @@ fn duffing(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, rattling_pair, fifteen_unknowns, duffing);
+/// Rings of n gears, H = 20: residual, Jacobian and factors through one Newton step. Near linear in n.
+fn rings(c: &mut Criterion) {
+    for gears in [8, 16, 64] {
+        let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) }.params().expect("valid")).expect("valid");
+        let balance = Balance::new(Harmonics::up_to(20));
+        let flank = balance.linearised(&ring, Piece::Upper).expect("regular");
+        let mut equations = balance.equations(&ring, &flank).expect("fits");
+        let x = equations.unknowns(&flank);
+        let step = Newton::new().max_iterations(1);
+        c.bench_function(&format!("ring, n = {gears}, H = 20: one iteration"), |b| {
+            b.iter(|| step.solve(&mut equations, black_box(&x)).is_ok())
+        });
+    }
+}
+
+criterion_group!(benches, rattling_pair, fifteen_unknowns, duffing, rings);
 criterion_main!(benches);

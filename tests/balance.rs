@@ -207,7 +207,7 @@ fn reading_p_has_the_papers_coefficients() {
         let apart: Vec<f64> = orbit.coefficients(0).iter().zip(&expected).map(|(a, b)| a - b).collect();
         println!("{} {} {:.1e}", params.speed, case["branch"], largest(&apart) / largest(&expected));
         assert!(largest(&apart) <= 1e-8 * largest(&expected), "{} {}", params.speed, case["branch"]);
-        assert_eq!(orbit.contacts(&pair)[0].statistics.state() as u64, case["rsv"].as_u64().unwrap());
+        assert_eq!(orbit.contacts(&pair).unwrap()[0].statistics.state() as u64, case["rsv"].as_u64().unwrap());
         assert!(orbit.is_doubtful(), "15 unknowns always carry a warning");
     }
 }
@@ -236,7 +236,7 @@ fn broyden_takes_the_known_counts() {
     let start = Orbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q]).unwrap();
     let orbit = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
-    assert_eq!(orbit.contacts(&beyond)[0].statistics.state(), RattleState::Bilateral);
+    assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.state(), RattleState::Bilateral);
 }
 
 /// Table 2: amplitude ratios of mesh and centre frequency times one constant. The converged ratios are the recomputed ones with the constant
@@ -510,22 +510,37 @@ fn too_few_samples_are_refused() {
     assert_eq!(error, BalanceError::Samples { samples: 130, highest: 65 });
 }
 
+/// A rattling dead zone on 26 samples is off by a share of its motion that is noted, on 4096 by less than is worth a note; either way
+/// the estimate is what parts them from the exact orbit.
 #[test]
 fn coarse_sampling_is_noted() {
-    let pair = pair(220.0);
-    let harmonics = Harmonics::up_to(350);
-    let guess = projected(&pair, &harmonics);
-    let sampled = Balance::new(harmonics).integrals(Integrals::Sampled { samples: 65_536 }).newton(Newton::new().tolerance(1e-7));
-    let orbit = sampled.solve(&pair, &guess);
-    // Whatever comes of it, it is not called exact: either it fails, or its sampling error is known.
-    if let Ok(orbit) = orbit {
-        let proof = sampled.prove(&pair, &orbit);
-        assert!(proof.is_err() || proof.unwrap().aliasing > 0.0);
-    }
-    let coarse = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 150 });
-    let bilateral = coarse.clone().broyden(Broyden::new()).solve(&pair, &coarse.linearised(&pair, Piece::Lower).unwrap());
-    if let Ok(orbit) = bilateral {
-        assert!(orbit.notes().iter().any(|note| matches!(note, BalanceNote::Aliased { samples: 150, .. })));
+    let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
+    let solver = Dop853::new().rtol(1e-10).atol(1e-12);
+    let steady = Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+    let balance = Balance::new(Harmonics::up_to(12));
+    let exact = balance.solve(&model, &Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap()).unwrap();
+    assert!(exact.contacts(&model).unwrap()[0].statistics.impacts[1] > 0);
+    let noted = |samples: usize| {
+        let sampled = balance.clone().integrals(Integrals::Sampled { samples }).newton(Newton::new().tolerance(1e-7));
+        let orbit = sampled.solve(&model, &exact).unwrap();
+        let note = orbit.notes().iter().find_map(|note| match note {
+            BalanceNote::Aliased { samples: m, error } => Some((*m, *error)),
+            _ => None,
+        });
+        let apart = orbit.distance(&exact);
+        if let Some((_, error)) = note {
+            assert!(error > 0.5 * apart && error < 2.0 * apart);
+        }
+        (orbit, apart, note)
+    };
+    let (_, apart, note) = noted(26);
+    println!("26: {apart:.1e} from the exact orbit, {note:?}");
+    assert!(note.is_some_and(|(m, error)| m == 26 && error > 1e-3));
+    for samples in [40, 4096] {
+        let (orbit, apart, note) = noted(samples);
+        let proof = balance.clone().integrals(Integrals::Sampled { samples }).prove(&model, &orbit).unwrap();
+        println!("{samples}: {apart:.1e} from the exact orbit, estimated {:.1e}", proof.aliasing);
+        assert!(note.is_none() && proof.aliasing > 0.5 * apart && proof.aliasing < 2.0 * apart);
     }
 }
 
@@ -601,17 +616,197 @@ fn orbit_of_another_model_is_refused() {
     assert!(Orbit::new(&Harmonics::up_to(0), 1.0, &[vec![f64::NAN]]).is_err());
 }
 
+/// The accuracy that was asked for is met, measured against many more orders; and no more orders than that takes are used.
+#[test]
+fn accuracy_is_reached() {
+    let model = Duffing { omega: 1.2 };
+    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 1.35, 2.1]]).unwrap();
+    let truth = Balance::new(Harmonics::up_to(60)).solve(&model, &guess).unwrap();
+    let mut last = 0;
+    for accuracy in [1e-3, 1e-6, 1e-9] {
+        let proof = Balance::new(Harmonics::up_to(2)).solve_to(&model, &guess, accuracy, 60).unwrap();
+        let (error, highest) = (proof.finer.distance(&truth), proof.finer.harmonics().highest());
+        println!("{accuracy:e}: H = {highest}, estimated {:.1e}, finer off by {error:.1e}", proof.truncation);
+        assert!(proof.truncation.max(proof.aliasing) <= accuracy && error <= accuracy);
+        assert!(highest > last && highest < 40);
+        last = highest;
+    }
+}
+
+/// An orbit whose samples are wrong is not called accurate, however little more orders change it.
+#[test]
+fn aliasing_counts_as_inaccuracy() {
+    let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.02, stiffness: 0.0 };
+    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![1.1, 0.05, 0.0]]).unwrap();
+    let loose = Balance::new(Harmonics::up_to(3)).newton(Newton::new().tolerance(0.5));
+    match loose.solve_to(&model, &guess, 1e-9, 8) {
+        Err(BalanceError::Accuracy { reached, best, highest: 8, .. }) => {
+            println!("{reached:.1e} {best:?}");
+            assert!(reached > 1e-9);
+        }
+        other => {
+            let proof = other.unwrap();
+            let tight = Balance::new(proof.finer.harmonics().clone()).solve(&model, &proof.finer).unwrap();
+            assert!(proof.finer.distance(&tight) < 1e-8);
+        }
+    }
+}
+
 #[test]
 fn accuracy_out_of_reach_says_so() {
-    let pair = pair(140.0);
-    let balance = Balance::new(Harmonics::up_to(300));
-    let guess = balance.linearised(&pair, Piece::Lower).unwrap();
-    match balance.solve_to(&pair, &guess, 1e-6, 520) {
-        Err(BalanceError::Accuracy { wanted, highest, reached, .. }) => {
-            assert_eq!((wanted, highest), (1e-6, 520));
-            assert!(reached > 1e-6);
-        }
-        other => assert!(matches!(other, Err(BalanceError::NotConverged { .. })), "{other:?}"),
+    let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
+    let solver = Dop853::new().rtol(1e-10).atol(1e-12);
+    let steady = Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+    let balance = Balance::new(Harmonics::up_to(12));
+    let guess = Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
+    let BalanceError::Accuracy { wanted, reached, highest, best } = balance.solve_to(&model, &guess, 1e-9, 30).unwrap_err() else {
+        panic!("with rattle thirty orders cannot reach 1e-9")
+    };
+    assert_eq!((wanted, highest, best.harmonics().highest()), (1e-9, 30, 28)); // 12, 16, 21, 28
+    // What is handed back is the best there is, and as good as it says.
+    let truth = Balance::new(Harmonics::up_to(200)).solve(&model, &best).unwrap();
+    println!("reached {reached:.1e}, is {:.1e}", best.distance(&truth));
+    assert!(reached > 1e-9 && reached < 1e-2 && best.distance(&truth) < 2.0 * reached);
+    assert!(matches!(balance.solve_to(&model, &guess, 0.0, 520), Err(BalanceError::Parameter(_))));
+    assert!(matches!(balance.solve_to(&model, &guess, f64::NAN, 520), Err(BalanceError::Parameter(_))));
+}
+
+#[test]
+fn distances_of_unlike_orbits() {
+    let orbit = |rows: &[[f64; 3]]| Orbit::new(&Harmonics::up_to(1), 1.0, &rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>()).unwrap();
+    // A coordinate at rest counts by the motion of the other, two at rest by their means.
+    let (moving, shifted) = (orbit(&[[0.0, 2.0, 0.0], [1.0, 0.0, 0.0]]), orbit(&[[0.0, 2.0, 0.0], [1.0, 1e-3, 0.0]]));
+    assert!((moving.distance(&shifted) - 1e-3 / 4.0).abs() < 1e-15);
+    assert_eq!(moving.distance(&moving), 0.0);
+    let (still, higher) = (orbit(&[[2.0, 0.0, 0.0]]), orbit(&[[2.5, 0.0, 0.0]]));
+    assert!((still.distance(&higher) - 0.25).abs() < 1e-15);
+    let nothing = orbit(&[[0.0; 3]]);
+    assert_eq!((nothing.distance(&nothing), nothing.distance(&still)), (0.0, f64::INFINITY));
+    assert_eq!(moving.distance(&still), f64::INFINITY);
+    assert_eq!(still.distance(&moving), f64::INFINITY);
+}
+
+#[test]
+fn orbits_of_another_model_are_refused_by_name() {
+    let (pair, chain) = (pair(120.0), CubicChain { omega: 1.0 });
+    let orbit = Orbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
+    assert!(orbit.multipliers(&pair).is_none() && orbit.multipliers(&chain).is_some());
+    assert!(orbit.polish(&pair).is_err());
+    assert!(Orbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
+    let balance = Balance::new(Harmonics::up_to(3));
+    assert!(matches!(balance.prove(&pair, &orbit), Err(BalanceError::Coordinates { expected: 1, found: 2 })));
+}
+
+/// Thousands of coefficients stay out of what an `unwrap` prints.
+#[test]
+fn errors_print_shortly() {
+    let pair = pair(200.0);
+    let balance = Balance::new(Harmonics::up_to(400)).newton(Newton::new().max_iterations(2));
+    let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
+    let text = format!("{error:?}");
+    assert!(matches!(error, BalanceError::NotConverged { .. }) && text.len() < 600 && text.contains("highest: 400"), "{text}");
+}
+
+/// A model by its accelerations alone.
+struct Plain<M>(M);
+
+impl<M: Model> Model for Plain<M> {
+    fn dof(&self) -> usize {
+        self.0.dof()
     }
-    assert!(matches!(balance.solve_to(&pair, &guess, 0.0, 520), Err(BalanceError::Parameter(_))));
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.0.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.0.drive(t, side, u);
+    }
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.0.contact(u, q, v, out);
+    }
+}
+
+impl<M: Periodic> Periodic for Plain<M> {
+    fn period(&self) -> f64 {
+        self.0.period()
+    }
+}
+
+/// A ring in plain f64 turns freely too: differences find the motion, and the balance its mean acceleration.
+#[test]
+fn free_models_without_a_jacobian() {
+    let ring = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap();
+    let balance = Balance::new(Harmonics::up_to(12));
+    let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    let later = Dop853::new().rtol(1e-9).atol(1e-15).end(&moving, &State::at_rest(7), 400.0 * moving.period()).unwrap();
+    let guess = Orbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics()).unwrap();
+    let exact = balance.solve(&ring, &guess).unwrap();
+    let plain = Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
+    let orbit = balance.solve(&plain, &guess).unwrap();
+    assert!(orbit.notes().contains(&BalanceNote::Differences));
+    for (a, b) in orbit.mean_acceleration().iter().zip(exact.mean_acceleration()) {
+        assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
+    }
+    // Differences leave what the tolerance leaves: 1e-10 of each unknown, and a few times that.
+    for j in 0..7 {
+        let size: f64 = exact.coefficients(j).iter().map(|c| c.abs()).sum();
+        assert!(orbit.coefficients(j).iter().zip(exact.coefficients(j)).all(|(a, b)| (a - b).abs() < 1e-9 * size));
+    }
+}
+
+/// A spring of 1e-7 of the other one: differences cannot tell it from none, and say so; with a Jacobian it holds.
+#[test]
+fn barely_held_motions_need_a_jacobian() {
+    struct Soft {
+        jacobian: bool,
+    }
+    impl Model for Soft {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = u[0].cos() - 4.0 * (q[0] - q[1]) - 0.1 * (v[0] - v[1]) + 1e-7;
+            a[1] = 4.0 * (q[0] - q[1]) + 0.1 * (v[0] - v[1]) - 4e-7 * q[1];
+        }
+        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+            out.q.copy_from_slice(&[-4.0, 4.0, 4.0, -4.0 - 4e-7]);
+            out.v.copy_from_slice(&[-0.1, 0.1, 0.1, -0.1]);
+            self.jacobian
+        }
+    }
+    impl Periodic for Soft {
+        fn period(&self) -> f64 {
+            TAU
+        }
+    }
+    let guess = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
+    let balance = Balance::new(Harmonics::up_to(3));
+    let error = balance.solve(&Soft { jacobian: false }, &guess).unwrap_err();
+    assert!(matches!(error, BalanceError::BarelyHeld { share } if share < 1e-6), "{error}");
+    let orbit = balance.solve(&Soft { jacobian: true }, &guess).unwrap();
+    assert!((orbit.mean(1) - 0.25).abs() < 1e-6, "{}", orbit.mean(1)); // 1e-7 against 4e-7 q
+}
+
+/// Of a ring in blocks, twice the gears cost twice the blocks and entries.
+#[test]
+fn rings_have_linearly_many_blocks() {
+    let stored = |gears: usize| {
+        let set = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) };
+        let ring = Ring::new(&set.params().unwrap()).unwrap();
+        let balance = Balance::new(Harmonics::up_to(3));
+        let rest = Orbit::new(balance.harmonics(), ring.period(), &vec![vec![0.0; 7]; ring.dof()]).unwrap();
+        let matrix = balance.equations(&ring, &rest).unwrap().matrix();
+        (matrix.size(), matrix.stored())
+    };
+    let ((small, few), (large, many)) = (stored(16), stored(64));
+    println!("{few} entries of {small} unknowns, {many} of {large}");
+    let per_gear = (many - few) as f64 / 48.0;
+    assert!((few as f64 / 16.0 / per_gear - 1.0).abs() < 0.1 && (many as f64 / 64.0 / per_gear - 1.0).abs() < 0.1);
+    assert!(many < 60 * large);
 }

@@ -54,3 +54,28 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         assert!(fifteen.map_or(true, |orbit| orbit.is_doubtful()));
     }
 }
+
+/// 180 rad/s, 252 switches, H = 500: closed in the angles, corrected samples and Gauss panels give one residual and one Jacobian.
+#[test]
+#[ignore = "a minute without optimisation: cargo test --release --test balance_truth -- --ignored"]
+fn three_ways_agree_on_five_hundred_orders() {
+    let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap();
+    let solver = Dop853::new().rtol(1e-10).atol(1e-15);
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+    let guess = Orbit::project(&solver, &pair, &steady.state, &Harmonics::up_to(500)).unwrap();
+    assert_eq!(guess.contacts(&pair).unwrap()[0].intervals.len(), 252);
+    let look = |integrals| {
+        let mut equations = Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).unwrap();
+        let x = equations.unknowns(&guess);
+        let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
+        equations.residual(&x, &mut r);
+        equations.jacobian(&x, &mut matrix);
+        (nalgebra::DVector::from_vec(r), nalgebra::DMatrix::from(&matrix))
+    };
+    let (r, jacobian) = look(Integrals::Closed);
+    for integrals in [Integrals::Kinks, Integrals::Panels] {
+        let (other, slopes) = look(integrals);
+        println!("{integrals:?}: residual {:.1e}, Jacobian {:.1e}", (&other - &r).amax(), (&slopes - &jacobian).amax());
+        assert!((other - &r).amax() < 1e-10 && (slopes - &jacobian).amax() < 1e-10);
+    }
+}

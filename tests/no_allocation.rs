@@ -116,3 +116,26 @@ fn differences_do_not_allocate() {
     let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
     check("ring", &ring, &State::at_rest(13), 60.0 * ring.period());
 }
+
+/// Nor does a residual of a balance, whichever way its integrals are taken.
+#[test]
+fn balance_residuals_do_not_allocate() {
+    let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
+    let late = Dop853::new().end(&pair, &pair.static_start().unwrap(), pair.period()).unwrap();
+    let harmonics = Harmonics::up_to(70);
+    let orbit = Orbit::project(&Dop853::new(), &pair, &State { t: 0.0, ..late }, &harmonics).unwrap();
+    for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 1024 }] {
+        let mut equations = Balance::new(harmonics.clone()).integrals(integrals).equations(&pair, &orbit).unwrap();
+        let mut x = equations.unknowns(&orbit);
+        let mut r = vec![0.0; x.len()];
+        equations.residual(&x, &mut r);
+        assert!(orbit.contacts(&pair).unwrap()[0].intervals.len() > 10);
+        let count = allocations(|| {
+            for _ in 0..3 {
+                x[0] *= 1.0 + f64::EPSILON; // another point each time
+                equations.residual(&x, &mut r);
+            }
+        });
+        assert_eq!(count, 0, "{integrals:?}");
+    }
+}

@@ -195,3 +195,45 @@ fn blocks_outside_or_twice_are_refused() {
     assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 2)]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
     assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 1), (0, 1)]), Err(ParameterError::OutOfRange { .. })));
 }
+
+/// Diagonal blocks that are singular, or as good as: pivots have to be sought outside them.
+#[test]
+fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>> {
+    struct Swapped {
+        diagonal: f64,
+    }
+    impl Residual for Swapped {
+        fn size(&self) -> usize {
+            6
+        }
+        fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+            for i in 0..6 {
+                // Two and two are tied crosswise, and in a ring.
+                r[i] = self.diagonal * x[i] + [2.0, 3.0][i % 2] * x[(i + 2) % 6] - 0.5 * x[(i + 4) % 6] - i as f64;
+            }
+        }
+        fn matrix(&self) -> Matrix {
+            let pattern: Vec<(usize, usize)> = (0..9).map(|k| (k / 3, k % 3)).collect();
+            Matrix::blocks(&[2, 2, 2], &pattern).unwrap()
+        }
+        fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool {
+            for i in 0..3 {
+                let mut set = |j: usize, value: [f64; 2]| {
+                    let block = out.block_mut(i, j);
+                    (block[0], block[3]) = (value[0], value[1]);
+                };
+                set(i, [self.diagonal; 2]);
+                set((i + 1) % 3, [2.0, 3.0]);
+                set((i + 2) % 3, [-0.5; 2]);
+            }
+            true
+        }
+    }
+    for diagonal in [0.0, 1e-18, 1e-14, 1e-12, 1e-9, 1e-5, 1.0] {
+        let mut equations = Swapped { diagonal };
+        let root = Newton::new().tolerance(1e-14).solve(&mut equations, &[0.0; 6])?;
+        println!("{diagonal:e}: {} iterations, {:.1e}", root.iterations, root.residual);
+        assert!(root.iterations <= 2 && root.residual < 1e-13, "{diagonal:e}: {:?}", root.history);
+    }
+    Ok(())
+}

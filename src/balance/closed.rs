@@ -32,6 +32,12 @@ pub(super) struct Closed {
     flanks: Vec<[Part; 2]>,
     /// χ_m of the flank at hand.
     indicator: Vec<Complex64>,
+    /// Of its switches: angle and sign, phasors, and what turns these from order to order.
+    switches: Vec<(f64, f64)>,
+    phasors: Vec<Complex64>,
+    turns: Vec<Complex64>,
+    slopes: Vec<Vec<Complex64>>,
+    forces: Vec<Vec<Complex64>>,
 }
 
 /// Samples of the drives tried at most.
@@ -52,7 +58,12 @@ impl Closed {
             if let Some(closed) = Closed::sampled(model, couplings, slopes, samples) {
                 let longest = closed.longest();
                 let reach = 2 * harmonics.highest() + harmonics.periods() * longest;
-                return Some(Closed { indicator: vec![Complex64::ZERO; reach + 1], ..closed });
+                return Some(Closed {
+                    indicator: vec![Complex64::ZERO; reach + 1],
+                    slopes: vec![vec![Complex64::ZERO; 2 * harmonics.highest() + 1]; couplings.varying.len()],
+                    forces: vec![vec![Complex64::ZERO; harmonics.orders().len()]; model.dof()],
+                    ..closed
+                });
             }
             samples *= 2;
         }
@@ -91,7 +102,9 @@ impl Closed {
                 flanks[c] = Some([lower.series(Some(&gap), Some(&reaches[c]))?, upper.series(Some(&gap), Some(&reaches[c]))?]);
             }
         }
-        let closed = Closed { base, flanks: flanks.into_iter().flatten().collect(), indicator: Vec::new() };
+        let flanks = flanks.into_iter().flatten().collect();
+        let (switches, phasors, turns, slopes, forces) = Default::default();
+        let closed = Closed { base, flanks, indicator: Vec::new(), switches, phasors, turns, slopes, forces };
         // Orders that the samples fold onto lower ones show between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().all(|piece| closed.agrees(&mut look, piece)).then_some(closed)
     }
@@ -139,26 +152,26 @@ impl Closed {
         let harmonics = grid.harmonics();
         let (width, periods) = (harmonics.unknowns(), harmonics.periods());
         let reach = 2 * harmonics.highest();
-        let mut slopes = vec![vec![Complex64::ZERO; reach + 1]; out.slopes.len()];
-        let mut forces = vec![vec![Complex64::ZERO; harmonics.orders().len()]; out.force.len()];
-        for (sum, series) in slopes.iter_mut().zip(&self.base.slopes) {
+        let Closed { base, flanks, indicator, switches, phasors, turns, slopes, forces } = self;
+        slopes.iter_mut().chain(&mut *forces).for_each(|sum| sum.fill(Complex64::ZERO));
+        for (sum, series) in slopes.iter_mut().zip(&base.slopes) {
             for (k, c) in series.iter().enumerate().take_while(|(k, _)| k * periods <= reach) {
                 sum[k * periods] += c;
             }
         }
-        for (sum, series) in forces.iter_mut().zip(&self.base.force) {
+        for (sum, series) in forces.iter_mut().zip(&base.force) {
             for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                 if order % periods == 0 {
                     *sum += series.get(order / periods).copied().unwrap_or_default();
                 }
             }
         }
-        for (c, flanks) in self.flanks.iter().enumerate() {
+        for (c, flanks) in flanks.iter().enumerate() {
             for (part, piece) in flanks.iter().zip([Piece::Lower, Piece::Upper]) {
-                if !indicate(switching, c, piece, &mut self.indicator) {
+                if !indicate(switching, c, piece, (&mut *switches, &mut *phasors, &mut *turns), indicator) {
                     continue;
                 }
-                let chi = Indicator(&self.indicator);
+                let chi = Indicator(indicator);
                 for (sum, series) in slopes.iter_mut().zip(&part.slopes).filter(|(_, series)| !series.is_empty()) {
                     for (k, sum) in sum.iter_mut().enumerate() {
                         *sum += chi.times(series, periods, k);
@@ -171,10 +184,10 @@ impl Closed {
                 }
             }
         }
-        for (table, values) in out.slopes.iter_mut().zip(&slopes) {
+        for (table, values) in out.slopes.iter_mut().zip(&*slopes) {
             values.iter().enumerate().for_each(|(k, d)| table.set(k, *d));
         }
-        for (force, values) in out.force.iter_mut().zip(&forces) {
+        for (force, values) in out.force.iter_mut().zip(&*forces) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
                 super::orbit::write(&mut force[harmonics.place(i)..], order, *value);
             }
@@ -208,34 +221,37 @@ impl Closed {
 }
 
 /// χ_m of a contact on a flank; `false` if it is never there.
-fn indicate(switching: &Switching, contact: usize, flank: Piece, chi: &mut [Complex64]) -> bool {
+fn indicate(
+    switching: &Switching,
+    contact: usize,
+    flank: Piece,
+    (switches, phasors, turns): (&mut Vec<(f64, f64)>, &mut Vec<Complex64>, &mut Vec<Complex64>),
+    chi: &mut [Complex64],
+) -> bool {
     let per_turn = TAU / switching.samples() as f64;
-    let (mut angles, mut signs) = (Vec::new(), Vec::new());
+    switches.clear();
     for event in switching.events().iter().filter(|e| e.contact == contact && (e.to == flank || e.from == flank)) {
-        angles.push(event.time(per_turn));
-        signs.push(if event.to == flank { 1.0 } else { -1.0 });
+        switches.push((event.time(per_turn), if event.to == flank { 1.0 } else { -1.0 }));
     }
     let there_at_first = switching.piece(contact, 0) == flank;
-    if angles.is_empty() && !there_at_first {
+    if switches.is_empty() && !there_at_first {
         return false;
     }
-    chi.fill(Complex64::ZERO);
-    let share: f64 = angles.iter().zip(&signs).map(|(angle, sign)| -sign * angle).sum();
+    let share: f64 = switches.iter().map(|(angle, sign)| -sign * angle).sum();
+    chi[0] = (share / TAU + f64::from(u8::from(there_at_first))).into();
     // All switches side by side, order by order.
-    let (mut z, turns): (Vec<Complex64>, Vec<Complex64>) = angles
-        .iter()
-        .zip(&signs)
-        .map(|(&angle, &sign)| (Complex64::new(sign, 0.0), Phasors::new(angle).nth(1).unwrap_or_default()))
-        .unzip();
+    phasors.clear();
+    phasors.extend(switches.iter().map(|&(_, sign)| Complex64::new(sign, 0.0)));
+    turns.clear();
+    turns.extend(switches.iter().map(|&(angle, _)| Phasors::new(angle).nth(1).unwrap_or_default()));
     for (m, chi) in chi.iter_mut().enumerate().skip(1) {
         let mut sum = Complex64::ZERO;
-        for (z, turn) in z.iter_mut().zip(&turns) {
+        for (z, turn) in phasors.iter_mut().zip(&*turns) {
             *z *= turn;
             sum += *z;
         }
         *chi = sum * Complex64::new(0.0, -1.0 / (TAU * m as f64));
     }
-    chi[0] = (share / TAU + f64::from(u8::from(there_at_first))).into();
     true
 }
 

@@ -55,6 +55,14 @@ pub enum BalanceError {
         /// Which contact.
         contact: usize,
     },
+    /// A model without a Jacobian, some motion of which is as good as free.
+    #[error(
+        "some motion is held by {share:.1e} of the largest stiffness: differences cannot tell whether it is free; offer Model::jacobian,              which can"
+    )]
+    BarelyHeld {
+        /// The stiffness found.
+        share: f64,
+    },
     /// A coordinate that nothing holds.
     #[error("the balance leaves coordinate {coordinate} free after {} iterations: no stiffness reaches it", last.iterations())]
     Floating {
@@ -123,6 +131,13 @@ pub enum BalanceNote {
         /// The correction that exact integrals ask for, as a share of the peak-to-peak.
         error: f64,
     },
+    /// Warning: the integrals are too coarse for the drives or for the law of force.
+    Coarse {
+        /// How they were taken.
+        integrals: Integrals,
+        /// How much twice as fine ones change the forces along the orbit, as a share of the largest coefficient.
+        share: f64,
+    },
     /// The model offers no Jacobian: differences were used, and convergence is not quadratic to the end.
     Differences,
 }
@@ -142,6 +157,9 @@ impl std::fmt::Display for BalanceNote {
             }
             BalanceNote::Aliased { samples, error } => {
                 write!(f, "{samples} samples move the orbit by {error:.1e} of its peak-to-peak")
+            }
+            BalanceNote::Coarse { integrals, share } => {
+                write!(f, "{integrals:?} integrals twice as fine change the forces by {share:.1e} of the largest")
             }
             BalanceNote::Differences => f.write_str("the model offers no Jacobian: differences were used"),
         }

@@ -3,7 +3,7 @@
 use super::Orbit;
 use super::orbit::samples_for;
 use super::panels::drive_edges;
-use super::residual::sizes;
+use super::size::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};
@@ -24,13 +24,16 @@ impl Orbit {
     ///
     /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
     /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
-    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes.
+    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, or has another number of coordinates.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
         self.multipliers_any(&model)
     }
 
     fn multipliers_any(&self, model: &dyn Periodic) -> Option<Multipliers> {
         let n = self.dof();
+        if model.dof() != n {
+            return None;
+        }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
         let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
             let (mode, half) = (&rigid[k / 2], k % 2);

@@ -102,10 +102,11 @@ impl Harmonics {
         self.orders.binary_search(&order).ok().map(|i| self.place(i))
     }
 
-    /// Every order up to 1.3 times the highest, so that gaps of a list show too.
+    /// Every order up to 1.3 times the highest, so that gaps of a list show too; two orders of the model at least, for symmetric orbits have every
+    /// other one.
     pub(super) fn extended(&self) -> Self {
         let highest = self.highest();
-        let further = highest + (3 * highest).div_ceil(10).max(1);
+        let further = highest + (3 * highest).div_ceil(10).max(2 * self.periods);
         Harmonics { orders: (0..=further).collect(), periods: self.periods }
     }
 }

@@ -11,6 +11,7 @@ use super::stencil::{NODES, Stencil};
 use super::switching::{Event, Switching};
 use crate::model::{Contact, Periodic};
 use crate::piece::{Piece, Side};
+use crate::root::largest;
 use crate::slopes::{Slopes, accelerate};
 use std::f64::consts::TAU;
 
@@ -20,6 +21,8 @@ pub(super) struct Kinks {
     q: Vec<f64>,
     v: Vec<f64>,
     a: [Vec<f64>; 2],
+    u: Vec<f64>,
+    contacts: Vec<Contact>,
 }
 
 impl Kinks {
@@ -29,6 +32,8 @@ impl Kinks {
             q: vec![0.0; dof],
             v: vec![0.0; dof],
             a: [vec![0.0; dof], vec![0.0; dof]],
+            u: Vec::new(),
+            contacts: vec![Contact::default(); contacts],
         }
     }
 
@@ -97,44 +102,40 @@ impl Kinks {
     pub(super) fn jumps<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, stencil: &Stencil, switching: &Switching, out: &mut Spectra) {
         out.jumps.clear();
         let (m, n) = (grid.samples(), grid.dof());
-        let mut u = vec![0.0; grid.model.drives()];
-        let mut contacts = vec![Contact::default(); grid.model.contacts()];
+        self.u.resize(grid.model.drives(), 0.0);
         for event in switching.events() {
             self.hold(event, switching);
             for j in 0..n {
                 self.q[j] = stencil.polynomial(event.cell, m, |s| grid.z[j][s].re).at(event.phi).0;
                 self.v[j] = stencil.polynomial(event.cell, m, |s| grid.z[j][s].im).at(event.phi).0;
             }
-            grid.model.drive(event.time(grid.step()), Side::After, &mut u);
+            grid.model.drive(event.time(grid.step()), Side::After, &mut self.u);
             for side in 0..2 {
-                accelerate(grid.model, Some(&self.pieces[side]), &u, &self.q, &self.v, &mut self.a[side]);
+                accelerate(grid.model, Some(&self.pieces[side]), &self.u, &self.q, &self.v, &mut self.a[side]);
             }
-            let largest = self.a.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
-            let change = |i: usize| self.a[0][i] - self.a[1][i];
-            if (0..n).all(|i| change(i).abs() <= 1e-9 * largest) {
+            let most = self.a.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
+            let change = |a: &[Vec<f64>; 2], i: usize| a[0][i] - a[1][i];
+            if (0..n).all(|i| change(&self.a, i).abs() <= 1e-9 * most) {
                 continue;
             }
-            let mut deflection = |q: &[f64]| {
-                grid.model.contact(&u, q, &self.v, &mut contacts);
-                contacts[event.contact].deflection
-            };
             // Deflections are linear in the coordinates.
-            let here = deflection(&self.q);
-            let row = (0..n)
-                .map(|j| {
-                    let mut q = self.q.clone();
-                    let h = q[j].abs().max(1e-3 * largest_of(&self.q)).max(f64::MIN_POSITIVE.sqrt());
-                    q[j] += h;
-                    (deflection(&q) - here) / h
-                })
-                .collect();
+            let here = self.deflection(grid.model, event.contact);
+            let mut row = vec![0.0; n];
+            for (j, slope) in row.iter_mut().enumerate() {
+                let own = self.q[j];
+                let h = own.abs().max(1e-3 * largest(&self.q)).max(f64::MIN_POSITIVE.sqrt());
+                self.q[j] = own + h;
+                *slope = (self.deflection(grid.model, event.contact) - here) / h;
+                self.q[j] = own;
+            }
             let slope = event.slope * m as f64 / TAU;
-            let size = (0..n).map(|i| -change(i) / (TAU * slope)).collect();
+            let size = (0..n).map(|i| -change(&self.a, i) / (TAU * slope)).collect();
             out.jumps.push(Jump { phase: TAU * event.time(1.0) / m as f64, size, row });
         }
     }
-}
 
-fn largest_of(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+    fn deflection<M: Periodic + ?Sized>(&mut self, model: &M, contact: usize) -> f64 {
+        model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
+        self.contacts[contact].deflection
+    }
 }

@@ -103,7 +103,7 @@ impl Seen {
 }
 
 /// The coefficients of samples, trailing zeros left out; `None` if they do not end.
-fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Option<Series> {
+pub(super) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Option<Series> {
     let samples = buffer.len();
     transform.analyse(buffer);
     let mut series: Series = (0..samples / 2).map(|k| unpack(buffer, k).0).collect();

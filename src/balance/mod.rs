@@ -2,6 +2,8 @@
 
 mod assembly;
 mod closed;
+mod coarseness;
+mod contacts;
 mod couplings;
 mod error;
 mod floquet;
@@ -13,6 +15,8 @@ mod orbit;
 mod panels;
 mod proof;
 mod residual;
+mod resolution;
+mod size;
 mod spectra;
 mod stencil;
 mod switching;
@@ -20,9 +24,10 @@ mod table;
 mod transform;
 mod truncated;
 
+pub use contacts::ContactHistory;
 pub use error::{BalanceError, BalanceNote};
 pub use harmonics::Harmonics;
-pub use orbit::{ContactHistory, Orbit};
+pub use orbit::Orbit;
 pub use proof::Proof;
 pub use residual::BalanceEquations;
 
@@ -43,7 +48,9 @@ use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrals {
     /// Whichever of the exact ways suits the model: [`Closed`](Integrals::Closed) or [`Kinks`](Integrals::Kinks), panels where drives
-    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order: keep orders up to those of its drives.
+    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order and three times that of the drives. Drives of
+    /// orders far above the kept ones are resolved by every exact way; a law of force that makes such orders itself is not, and
+    /// [`BalanceNote::Coarse`] says so.
     #[default]
     Exact,
     /// Sampled at M uniform instants, as the second paper does: a dead zone then has a Jacobian that jumps, and folds that are not there.
@@ -55,8 +62,7 @@ pub enum Integrals {
     Closed,
     /// Samples corrected around every kink: any smooth pieces.
     Kinks,
-    /// Gauss panels between switches and jumps of the drives. Their width follows the highest order kept: a drive of much higher orders is not
-    /// resolved.
+    /// Gauss panels between switches and jumps of the drives, as narrow as the kept orders and the drives ask for.
     Panels,
 }
 
@@ -73,6 +79,20 @@ pub enum Integrals {
 /// assert!(orbit.residual() < 1e-9);
 /// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
 /// # Ok::<(), gear_dynamics::BalanceError>(())
+/// ```
+///
+/// A model without period is refused by the compiler:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{Balance, Harmonics, Model, Orbit};
+/// struct Pendulum;
+/// impl Model for Pendulum {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
+/// }
+/// fn solve(guess: &Orbit) {
+///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
+/// }
 /// ```
 #[derive(Clone, Debug)]
 pub struct Balance {
@@ -118,7 +138,7 @@ impl Balance {
     /// # Errors
     /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
     pub fn equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near)
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
 
     /// The orbit with every contact held on one flank: where most searches start.
@@ -160,7 +180,7 @@ impl Balance {
     }
 
     fn solve_any(&self, model: &dyn Periodic, guess: &Orbit) -> Result<Orbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess)
+        self.solve_equations(self.equations(model, guess)?, guess, |orbit| self.finer_equations(model, orbit))
     }
 
     /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in the second paper. The integrals
@@ -172,10 +192,22 @@ impl Balance {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
-        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess)
+        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, |orbit| {
+            Ok(self.finer_equations(model, orbit)?.truncating_forces())
+        })
     }
 
-    fn solve_equations<M: Periodic + ?Sized>(&self, mut equations: BalanceEquations<'_, M>, guess: &Orbit) -> Result<Orbit, BalanceError> {
+    /// The equations with integrals twice as fine.
+    fn finer_equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
+    }
+
+    fn solve_equations<'m, M: Periodic + ?Sized>(
+        &self,
+        mut equations: BalanceEquations<'m, M>,
+        guess: &Orbit,
+        finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    ) -> Result<Orbit, BalanceError> {
         let x = equations.unknowns(guess);
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
@@ -185,11 +217,12 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut equations, &x),
         };
         let mut orbit = self.finish(&equations, root, None)?;
-        orbit.notes.extend(proof::notes(&mut equations, &orbit));
+        orbit.notes.extend(proof::notes(&mut equations, &orbit, finer));
         Ok(orbit)
     }
 
-    /// Good Broyden from the Jacobian of the orbit with every contact held on one flank.
+    /// The Jacobian with every contact held on one flank, for [`Broyden::first`]: taken at `near`, in the unknowns that are scaled by `near`. A
+    /// solve scales its unknowns by its own guess, so `near` has to be that guess.
     ///
     /// # Errors
     /// As [`linearised`](Balance::linearised).

@@ -1,16 +1,18 @@
 //! A periodic orbit as Fourier coefficients.
 
 use super::Harmonics;
+use super::contacts::ContactHistory;
+use super::resolution::samples_along;
+use super::size::AT_REST;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::transform::{Transform, unpack};
 use super::{BalanceNote, grid::Grid};
-use crate::analysis::ContactStatistics;
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
 use crate::orbit::{Cycle, Shooting, ShootingError};
-use crate::piece::Piece;
+use crate::root::largest;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -23,7 +25,7 @@ use std::f64::consts::TAU;
 /// assert_eq!(orbit.state(0.0).q, [3.5]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Orbit {
     harmonics: Harmonics,
     span: f64,
@@ -33,6 +35,21 @@ pub struct Orbit {
     pub(super) iterations: usize,
     pub(super) evaluations: usize,
     pub(super) residual: f64,
+}
+
+/// Without its coefficients, which may be thousands.
+impl std::fmt::Debug for Orbit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Orbit")
+            .field("dof", &self.dof())
+            .field("orders", &self.harmonics.orders().len())
+            .field("highest", &self.harmonics.highest())
+            .field("span", &self.span)
+            .field("iterations", &self.iterations)
+            .field("residual", &self.residual)
+            .field("notes", &self.notes)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Orbit {
@@ -65,7 +82,7 @@ impl Orbit {
     /// Projects a run onto harmonics: one span is integrated from `start`, which has to lie on a settled orbit, and transformed.
     ///
     /// # Errors
-    /// [`Failed`] if the integration fails.
+    /// [`Failed`] if the integration fails, or `start` does not fit the model.
     pub fn project<I: Integrator, M: Periodic + ?Sized>(
         integrator: &I,
         model: &M,
@@ -248,12 +265,16 @@ impl Orbit {
     }
 
     /// What each contact does over one span: intervals on its pieces, with exact ends.
-    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Vec<ContactHistory> {
-        let mut grid = Grid::new(model, &self.harmonics, samples_for(self.harmonics.highest()));
+    ///
+    /// # Errors
+    /// A model with another number of coordinates.
+    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Result<Vec<ContactHistory>, ParameterError> {
+        check::length("coordinates of the orbit", self.dof(), model.dof())?;
+        let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);
         let mut switching = Switching::new(model.contacts(), grid.samples());
         switching.locate(&mut grid, Stencil::get());
-        (0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect()
+        Ok((0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
     }
 
     /// Mean acceleration of every coordinate: zero unless a rigid motion is free and the torques do not balance.
@@ -281,61 +302,32 @@ impl Orbit {
         self.notes.iter().any(BalanceNote::is_warning)
     }
 
-    /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each.
+    /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
+    /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
+    /// Infinite if they cannot be compared: different numbers of coordinates, or numbers that are not finite.
     pub fn distance(&self, other: &Orbit) -> f64 {
+        let n = self.dof();
+        if other.dof() != n {
+            return f64::INFINITY;
+        }
+        let ranges: Vec<f64> = (0..n).map(|j| self.peak_to_peak(j)).collect();
+        let moving = largest(&ranges);
+        let most = if moving > 0.0 { moving } else { (0..n).fold(0.0, |m: f64, j| m.max(self.mean(j).abs())) };
         let m = samples_for(self.harmonics.highest().max(other.harmonics.highest()));
         let mut transform = Transform::new(m);
-        (0..self.dof()).fold(0.0, |worst: f64, j| {
-            let (mut a, mut b) = (vec![Complex64::ZERO; m], vec![Complex64::ZERO; m]);
+        let (mut a, mut b) = (vec![Complex64::ZERO; m], vec![Complex64::ZERO; m]);
+        let mut worst = 0.0f64;
+        for (j, range) in ranges.iter().enumerate() {
             spread(self.coefficients(j), &self.harmonics, 0.0, &mut a);
             spread(other.coefficients(j), &other.harmonics, 0.0, &mut b);
             a.iter_mut().zip(&b).for_each(|(a, b)| *a -= b);
             transform.synthesise(&mut a);
-            worst.max(a.iter().fold(0.0, |m: f64, a| m.max(a.re.abs())) / self.peak_to_peak(j))
-        })
-    }
-}
-
-/// What one contact does over a span.
-///
-/// ```
-/// use gear_dynamics::{Harmonics, NfgPair, NfgParams, Balance, Piece, RattleState};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let orbit = Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Lower)?;
-/// let contact = &orbit.contacts(&pair)[0];
-/// assert_eq!(contact.statistics.state(), RattleState::None);
-/// assert_eq!(contact.intervals.len(), 1);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactHistory {
-    /// From when to when on which piece, in order; the first begins at the first switch, and one may end past the span.
-    pub intervals: Vec<(f64, f64, Piece)>,
-    /// Times and impacts.
-    pub statistics: ContactStatistics,
-}
-
-impl ContactHistory {
-    fn new(switching: &Switching, contact: usize, span: f64) -> Self {
-        let events: Vec<(f64, Piece)> =
-            switching.events().iter().filter(|e| e.contact == contact).map(|e| (e.time(span / switching.samples() as f64), e.to)).collect();
-        let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
-        if events.is_empty() {
-            history.intervals.push((0.0, span, switching.piece(contact, 0)));
-        }
-        for (i, &(start, piece)) in events.iter().enumerate() {
-            let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
-            history.intervals.push((start, end, piece));
-            match piece {
-                Piece::Lower => history.statistics.impacts[0] += 1,
-                Piece::Gap => {}
-                Piece::Upper => history.statistics.impacts[1] += 1,
+            let apart = a.iter().fold(0.0, |m: f64, a| if a.re.is_finite() { m.max(a.re.abs()) } else { f64::INFINITY });
+            if apart > 0.0 {
+                worst = worst.max(apart / if *range > AT_REST * most { *range } else { most });
             }
         }
-        for &(start, end, piece) in &history.intervals {
-            history.statistics.time[piece as usize] += end - start;
-        }
-        history
+        worst
     }
 }
 

@@ -3,6 +3,7 @@
 use super::couplings::Couplings;
 use super::grid::Grid;
 use super::orbit::write;
+use super::resolution::Drives;
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
@@ -26,6 +27,8 @@ const GAUSS: [[f64; 2]; 5] = [
 pub(super) struct Panels {
     /// Jumps of the drives inside the span.
     edges: Vec<f64>,
+    /// The order that panels resolve.
+    order: usize,
     breaks: Vec<f64>,
     q: Vec<f64>,
     v: Vec<f64>,
@@ -37,11 +40,17 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    pub(super) fn new<M: Periodic + ?Sized>(grid: &Grid<'_, M>, varying: usize) -> Self {
+    /// Panels of the width that the kept orders and the drives ask for, or this many times finer.
+    pub(super) fn new<M: Periodic + ?Sized>(grid: &Grid<'_, M>, varying: usize, drives: &mut Drives<'_, M>, finer: usize) -> Self {
         let (n, highest) = (grid.dof(), grid.harmonics().highest());
+        let edges = drive_edges(grid.model, grid.span());
+        let mut breaks = edges.clone();
+        breaks.extend([0.0, grid.span()]);
+        breaks.sort_by(f64::total_cmp);
         Panels {
-            edges: drive_edges(grid.model, grid.span()),
-            breaks: Vec::new(),
+            order: finer * drives.panel_order(&breaks, grid.span(), highest.max(8)),
+            edges,
+            breaks,
             q: vec![0.0; n],
             v: vec![0.0; n],
             a: vec![0.0; n],
@@ -62,42 +71,32 @@ impl Panels {
         out: &mut Spectra,
     ) {
         let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
-        let highest = harmonics.highest().max(8);
-        self.breaks.clear();
-        self.breaks.extend(self.edges.iter().copied().chain(switching.events().iter().map(|e| e.time(step))));
-        self.breaks.extend([0.0, span]);
-        self.breaks.sort_by(f64::total_cmp);
+        let mut breaks = std::mem::take(&mut self.breaks);
+        breaks.clear();
+        breaks.extend(self.edges.iter().copied().chain(switching.events().iter().map(|e| e.time(step))));
+        breaks.extend([0.0, span]);
+        breaks.sort_unstable_by(f64::total_cmp);
         self.force.iter_mut().chain(&mut self.slopes).for_each(|f| f.fill(Complex64::ZERO));
         let mut wanted = wanted;
-        for b in 1..self.breaks.len() {
-            let (start, end) = (self.breaks[b - 1], self.breaks[b]);
-            // Half a panel turns the highest order of the Jacobian, 2H, by 3 rad.
-            let pieces = ((end - start) / span * TAU * highest as f64 / 3.0).ceil();
-            let half = 0.5 * (end - start) / pieces;
-            for p in 0..pieces as usize {
-                let middle = start + half * (2 * p + 1) as f64;
-                for [node, weight] in GAUSS.into_iter().flat_map(|[x, w]| [[-x, w], [x, w]]) {
-                    let t = middle + half * node;
-                    let share = weight * half / span;
-                    self.phasors.iter_mut().zip(Phasors::new(TAU * (t / span))).for_each(|(p, z)| *p = z);
-                    self.move_to(grid, coefficients);
-                    grid.model.drive(t, Side::After, &mut self.u);
-                    grid.model.accel(&self.u, &self.q, &self.v, &mut self.a);
-                    for (force, a) in self.force.iter_mut().zip(&self.a) {
-                        for (f, &order) in force.iter_mut().zip(harmonics.orders()) {
-                            *f += self.phasors[order] * (share * a);
-                        }
-                    }
-                    if let Some((slopes, couplings)) = &mut wanted {
-                        slopes.at(None, &self.u, &self.q, &self.v);
-                        for (sum, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
-                            let d = share * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
-                            sum.iter_mut().zip(&self.phasors).for_each(|(sum, z)| *sum += z * d);
-                        }
-                    }
+        quadrature(&breaks, span, self.order, |t, share| {
+            self.phasors.iter_mut().zip(Phasors::new(TAU * (t / span))).for_each(|(p, z)| *p = z);
+            self.move_to(grid, coefficients);
+            grid.model.drive(t, Side::After, &mut self.u);
+            grid.model.accel(&self.u, &self.q, &self.v, &mut self.a);
+            for (force, a) in self.force.iter_mut().zip(&self.a) {
+                for (f, &order) in force.iter_mut().zip(harmonics.orders()) {
+                    *f += self.phasors[order] * (share * a);
                 }
             }
-        }
+            if let Some((slopes, couplings)) = &mut wanted {
+                slopes.at(None, &self.u, &self.q, &self.v);
+                for (sum, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
+                    let d = share * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+                    sum.iter_mut().zip(&self.phasors).for_each(|(sum, z)| *sum += z * d);
+                }
+            }
+        });
+        self.breaks = breaks;
         for (force, values) in out.force.iter_mut().zip(&self.force) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
                 write(&mut force[harmonics.place(i)..], order, *value);
@@ -126,6 +125,22 @@ impl Panels {
                 }
             }
             (self.q[j], self.v[j]) = (q, v * grid.omega());
+        }
+    }
+}
+
+/// Ten Gauss points on every panel between the breaks, with their weights as shares of the span. Half a panel turns twice `order`, as the
+/// Jacobian holds it, by 3 rad.
+pub(super) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl FnMut(f64, f64)) {
+    for stretch in breaks.windows(2) {
+        let length = stretch[1] - stretch[0];
+        let pieces = (length / span * TAU * order as f64 / 3.0).ceil();
+        let half = 0.5 * length / pieces;
+        for p in 0..pieces as usize {
+            let middle = stretch[0] + half * (2 * p + 1) as f64;
+            for [node, weight] in GAUSS.into_iter().flat_map(|[x, w]| [[-x, w], [x, w]]) {
+                at(middle + half * node, weight * half / span);
+            }
         }
     }
 }

@@ -1,21 +1,23 @@
 //! How good an orbit is.
 
+use super::coarseness::{self, correction};
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
-use crate::model::Periodic;
+use crate::model::{Generic, Periodic};
 use crate::orbit::Cycle;
 use crate::piece::Piece;
-use crate::root::{Factors, Residual};
 use nalgebra::{DMatrix, DVector};
 
 /// Proof of an orbit.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Piece};
-/// let pair = NfgPair::new(&NfgParams { speed: 220.0, ..NfgParams::table1() })?;
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let balance = Balance::new(Harmonics::up_to(70));
-/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?);
-/// assert!(orbit.is_err() || balance.prove(&pair, &orbit?)?.truncation > 1e-3);
+/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+/// let proof = balance.prove(&pair, &orbit)?;
+/// assert!((proof.truncation - 1e-3).abs() < 1e-3); // what 70 orders miss of the peak-to-peak
+/// assert!(proof.aliasing < 1e-9 && proof.finer.harmonics().highest() == 91);
 /// # Ok::<(), gear_dynamics::BalanceError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +26,8 @@ pub struct Proof {
     pub truncation: f64,
     /// The orbit on 1.3 H orders.
     pub finer: Orbit,
-    /// The correction that exact integrals ask for, over the peak-to-peak, where contacts were sampled; zero otherwise, also for the samples of
-    /// a model without contacts.
+    /// The first Newton correction that finer integrals ask for, over the peak-to-peak: exact ones where contacts were sampled, else twice the samples
+    /// or half the panels' width. What the root finder left over is in it too.
     pub aliasing: f64,
     /// The first correction of multiple shooting, over the range of motion: a few times smaller than the error when it is small; above 0.1,
     /// and infinite when shooting finds nothing, there is no orbit of the equation near.
@@ -40,7 +42,7 @@ const RESOLVED: f64 = 1.2;
 const ALIASED: f64 = 1e-3;
 
 impl Balance {
-    /// Solves again on 1.3 H orders, asks for the correction of exact integrals where these were sampled, and shoots from the orbit.
+    /// Solves again on 1.3 H orders, asks finer integrals for their correction, and shoots from the orbit.
     ///
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
@@ -50,16 +52,26 @@ impl Balance {
 
     fn prove_any(&self, model: &dyn Periodic, orbit: &Orbit) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).solve(model, orbit)?;
-        let aliasing = match self.integrals {
-            Integrals::Sampled { .. } => aliasing(&self.equations(model, orbit)?, orbit)?,
-            _ => 0.0,
+        let better = match self.integrals {
+            Integrals::Sampled { .. } if model.contacts() > 0 => Balance::new(self.harmonics().clone()).equations(model, orbit)?,
+            _ => self.finer_equations(model, orbit)?,
         };
-        let polished = orbit.polish(model).ok();
-        let shooting = polished.as_ref().map_or(f64::INFINITY, Cycle::first_correction);
-        Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
+        Ok(proof(model, orbit, finer, correction(better, orbit)))
     }
 
-    /// Adds orders until the truncation error falls below `accuracy`, a share of the peak-to-peak, up to order `highest`.
+    /// The same for an orbit of [`solve_truncating_forces`](Balance::solve_truncating_forces): on 1.3 H orders and with twice the samples, forces
+    /// truncated too. Its truncation tells how far that balance is from its own limit; the shooting, how far from the equation.
+    ///
+    /// # Errors
+    /// [`BalanceError`] if the finer balance has no orbit near this one.
+    pub fn prove_truncating_forces<M: Generic + Periodic>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
+        let finer = self.on(self.harmonics().extended()).solve_truncating_forces(model, orbit)?;
+        let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
+        Ok(proof(&model, orbit, finer, aliasing))
+    }
+
+    /// Adds orders until the truncation error, the correction of finer integrals and that of shooting, which sees what no kept order does, all
+    /// fall below `accuracy`, a share of the peak-to-peak, up to order `highest`.
     ///
     /// # Errors
     /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders; [`BalanceError`] if a solution is lost.
@@ -74,7 +86,7 @@ impl Balance {
                 return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit) });
             }
             let proof = balance.prove(model, &orbit)?;
-            reached = proof.truncation;
+            reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
             if reached <= accuracy {
                 return Ok(proof);
             }
@@ -84,8 +96,18 @@ impl Balance {
     }
 }
 
+fn proof(model: &dyn Periodic, orbit: &Orbit, finer: Orbit, aliasing: f64) -> Proof {
+    let polished = orbit.polish(model).ok();
+    let shooting = polished.as_ref().map_or(f64::INFINITY, Cycle::first_correction);
+    Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished }
+}
+
 /// What every solved orbit is checked for.
-pub(super) fn notes<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>, orbit: &Orbit) -> Vec<BalanceNote> {
+pub(super) fn notes<'m, M: Periodic + ?Sized>(
+    equations: &mut BalanceEquations<'m, M>,
+    orbit: &Orbit,
+    finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+) -> Vec<BalanceNote> {
     let mut notes = Vec::new();
     let (highest, needed) = (orbit.harmonics().highest(), RESOLVED * natural_order(equations));
     if (highest as f64) < needed {
@@ -93,11 +115,14 @@ pub(super) fn notes<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M
     }
     if let Method::Sampled(_) = equations.method
         && equations.grid.model.contacts() > 0
-        && let Ok(error) = aliasing(equations, orbit)
-        && error > ALIASED
+        && let Ok(exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
     {
-        notes.push(BalanceNote::Aliased { samples: equations.grid.samples(), error });
+        let error = correction(exact, orbit);
+        if error > ALIASED {
+            notes.push(BalanceNote::Aliased { samples: equations.grid.samples(), error });
+        }
     }
+    notes.extend(coarseness::note(equations, orbit, finer));
     notes
 }
 
@@ -130,20 +155,4 @@ fn largest_eigenvalue(stiffness: &DMatrix<f64>) -> f64 {
         mode = next / eigenvalue;
     }
     eigenvalue
-}
-
-/// One Newton correction towards exact integrals, as a share of the peak-to-peak.
-fn aliasing<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>, orbit: &Orbit) -> Result<f64, BalanceError> {
-    let exact = Balance::new(orbit.harmonics().clone());
-    let mut exact = exact.equations(equations.grid.model, orbit)?;
-    let x = exact.unknowns(orbit);
-    let (mut matrix, mut r) = (exact.matrix(), vec![0.0; x.len()]);
-    exact.residual(&x, &mut r);
-    exact.jacobian(&x, &mut matrix);
-    let Ok(factors) = Factors::new(&matrix) else {
-        return Ok(f64::INFINITY);
-    };
-    factors.solve(&mut r);
-    let moved: Vec<f64> = x.iter().zip(&r).map(|(x, r)| x - r).collect();
-    Ok(orbit.distance(&exact.orbit(&moved)))
 }

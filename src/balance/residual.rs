@@ -5,14 +5,17 @@ use super::closed::Closed;
 use super::couplings::Couplings;
 use super::grid::Grid;
 use super::kinks::Kinks;
-use super::orbit::{Orbit, samples_for};
+use super::orbit::Orbit;
 use super::panels::{Panels, drive_edges};
+use super::resolution::{Drives, Signals, samples_following};
+use super::size::sizes_apart;
 use super::spectra::{Samples, Spectra};
 use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::model::{Generic, Periodic};
+use crate::orbit::rigid_motions;
 use crate::piece::{Piece, Side};
 use crate::root::{Matrix, Residual};
 use crate::slopes::Slopes;
@@ -42,6 +45,7 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(super) spectra: Spectra,
     pub(super) stencil: &'static Stencil,
     pub(super) switching: Switching,
+    kinks: Kinks,
     pub(super) method: Method<'m, M>,
     empty: Matrix,
     coefficients: Vec<f64>,
@@ -54,58 +58,75 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
 pub(super) enum Method<'m, M: ?Sized> {
     Sampled(Samples),
     Held(Samples, Vec<Piece>),
-    Kinks(Samples, Kinks),
+    Kinks(Samples),
     Panels(Panels),
     Closed(Closed),
     Truncated(Samples, Box<dyn Truncated<M> + 'm>),
 }
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
-    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit) -> Result<Self, BalanceError> {
+    /// `finer`: with so many times the samples, or as much narrower panels, as the orders ask for.
+    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
         let n = model.dof();
         crate::error::check::scale("period of the model", model.period())?;
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
-        let size = sizes(near);
+        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
+        let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
+        let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
-        let fastest = omega * harmonics.highest().max(1) as f64;
-        let mut slopes = Slopes::new(model, size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect(), 0.0);
-        let holds = model.contacts() > 0 && holds_pieces(model);
+        let fastest = omega * highest.max(1) as f64;
+        let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
+        let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);
+        let contacts = model.contacts();
+        let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
+        let edges = !drive_edges(model, model.period()).is_empty();
+        let by_panels = integrals == Integrals::Panels || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
+        let ways = match holds {
+            false => vec![None],
+            true => [Piece::Gap, Piece::Lower, Piece::Upper].map(|piece| Some(vec![piece; contacts])).to_vec(),
+        };
+        let mut drives = Drives::new(model, [&size, &rates], ways);
         let samples = match integrals {
-            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
-                return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
+            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
+            Integrals::Sampled { samples } if samples <= 2 * highest || samples < NODES => {
+                return Err(BalanceError::Samples { samples, highest });
             }
             Integrals::Sampled { samples } => samples,
-            // Without contacts a smooth force has few orders more than the motion.
-            Integrals::Exact if model.contacts() == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
-            _ => samples_for(harmonics.highest()),
+            // Without contacts a smooth force has few orders more than motion and drives.
+            Integrals::Exact if contacts == 0 => (6 * highest).next_power_of_two().max(64),
+            // Panels follow the drives themselves; their samples only have to show where the tooth edges are.
+            _ => samples_following(&mut drives, if by_panels { Signals::Edges } else { Signals::All }, harmonics),
         };
-        let grid = Grid::new(model, harmonics, samples);
-        let varying = couplings.varying.len();
-        let edges = !drive_edges(model, model.period()).is_empty();
+        let mut grid = Grid::new(model, harmonics, finer * samples);
+        if integrals == Integrals::Exact && contacts == 0 && !by_panels {
+            let needed = drives.orders(Signals::All, Some(&grid)).map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+            if needed > samples {
+                grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
+            }
+        }
+        let (samples, varying) = (grid.samples(), couplings.varying.len());
+        let sampled = || Samples::new(n, varying, samples);
         let method = match integrals {
-            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
-            Integrals::Sampled { .. } => Method::Sampled(Samples::new(n, varying, samples)),
-            Integrals::Kinks => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
-            Integrals::Panels => Method::Panels(Panels::new(&grid, varying)),
-            Integrals::Exact if edges || (model.contacts() > 0 && !holds) => Method::Panels(Panels::new(&grid, varying)),
-            Integrals::Exact if model.contacts() == 0 => Method::Sampled(Samples::new(n, varying, samples)),
-            Integrals::Exact | Integrals::Closed => match Closed::find(model, harmonics, &couplings, &mut slopes) {
+            _ if by_panels => Method::Panels(Panels::new(&grid, varying, &mut drives, finer)),
+            Integrals::Sampled { .. } => Method::Sampled(sampled()),
+            Integrals::Exact if contacts == 0 => Method::Sampled(sampled()),
+            Integrals::Kinks => Method::Kinks(sampled()),
+            _ => match Closed::find(model, harmonics, &couplings, &mut slopes) {
                 Some(closed) => Method::Closed(closed),
                 None if integrals == Integrals::Closed => return Err(BalanceError::NotOffered { integrals }),
-                None => Method::Kinks(Samples::new(n, varying, samples), Kinks::new(n, model.contacts())),
+                None => Method::Kinks(sampled()),
             },
         };
-        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
-        let rigid = if slopes.differenced || n == 1 { Vec::new() } else { crate::orbit::rigid_modes(model, model.period()) };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
             empty: layout.matrix(&couplings),
             spectra: Spectra::new(n, varying, harmonics),
             stencil: Stencil::get(),
-            switching: Switching::new(model.contacts(), samples),
+            switching: Switching::new(contacts, samples),
+            kinks: Kinks::new(n, contacts),
             coefficients: vec![0.0; n * harmonics.unknowns()],
             seen: Vec::new(),
             slopes_seen: false,
@@ -182,10 +203,15 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     pub fn integrals(&self) -> Integrals {
         match self.method {
             Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => Integrals::Sampled { samples: self.grid.samples() },
-            Method::Kinks(..) => Integrals::Kinks,
+            Method::Kinks(_) => Integrals::Kinks,
             Method::Panels(_) => Integrals::Panels,
             Method::Closed(_) => Integrals::Closed,
         }
+    }
+
+    /// Whether switches are known wherever the equations were evaluated.
+    fn is_located(&self) -> bool {
+        !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..))
     }
 
     /// Makes `spectra` belong to x.
@@ -200,14 +226,14 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
             self.grid.set(&self.coefficients);
-            if !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..)) {
+            if self.is_located() {
                 self.switching.locate(&mut self.grid, self.stencil);
             }
             self.seen.clear();
             self.seen.extend_from_slice(x);
         }
         self.slopes_seen = slopes_too;
-        let (grid, out) = (&mut self.grid, &mut self.spectra);
+        let (grid, kinks, out) = (&mut self.grid, &mut self.kinks, &mut self.spectra);
         match &mut self.method {
             Method::Sampled(samples) => {
                 if !known {
@@ -225,7 +251,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 samples.slopes(grid, Some(pieces), &mut self.slopes, &self.couplings);
                 samples.transform_slopes(grid, out);
             }
-            Method::Kinks(samples, kinks) => {
+            Method::Kinks(samples) => {
                 if !known {
                     samples.forces(grid, None);
                     kinks.correct_forces(grid, self.stencil, &self.switching, samples);
@@ -242,7 +268,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 let wanted = slopes_too.then_some((&mut self.slopes, &self.couplings));
                 panels.evaluate(grid, &self.switching, &self.coefficients, wanted, out);
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
+                    kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Closed(closed) => {
@@ -250,7 +276,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                     closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
                 }
                 if slopes_too {
-                    Kinks::new(self.layout.dof, grid.model.contacts()).jumps(grid, self.stencil, &self.switching, out);
+                    kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
             }
             Method::Truncated(samples, split) => {
@@ -271,10 +297,12 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             return None;
         }
         self.look(x, false);
-        if !self.grid.any_floats() {
-            return None;
+        if !self.is_located() {
+            if !self.grid.any_floats() {
+                return None;
+            }
+            self.switching.locate(&mut self.grid, self.stencil);
         }
-        self.switching.locate(&mut self.grid, self.stencil);
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
         // Mean stiffness over a coarse grid, rigid motions bordered.
@@ -354,17 +382,14 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     }
 }
 
+fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
+    let rigid = rigid_motions(model, model.period());
+    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
+}
+
 /// Whether a model offers held pieces.
 pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
     model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
-}
-
-/// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
-pub(super) fn sizes(orbit: &Orbit) -> Vec<f64> {
-    let own: Vec<f64> = (0..orbit.dof()).map(|j| orbit.coefficients(j).iter().map(|c| c.abs()).sum()).collect();
-    let largest = own.iter().fold(0.0, |m: f64, s| m.max(*s));
-    let fallback = if largest > 0.0 { largest } else { 1.0 };
-    own.iter().map(|&s| if s > 1e-6 * fallback { s } else { fallback }).collect()
 }

@@ -8,8 +8,13 @@ use thiserror::Error;
 /// How far shooting came.
 ///
 /// ```
-/// let last = gear_dynamics::Iterate { states: Vec::new(), corrections: vec![0.5, 0.1] };
-/// assert_eq!(last.corrections.len(), 2);
+/// use gear_dynamics::{NfgPair, NfgParams, Shooting};
+/// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+/// let error = Shooting::new().most_iterations(1).run(&pair, &[pair.static_start()?]).unwrap_err();
+/// let last = error.last().ok_or("an iterate")?;
+/// assert_eq!((last.states.len(), last.corrections.len()), (1, 1));
+/// assert!(last.corrections[0] > 0.1); // far from an orbit
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {

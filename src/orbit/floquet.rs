@@ -6,8 +6,11 @@ use num_complex::Complex64;
 /// What the multipliers say of an orbit.
 ///
 /// ```
-/// use gear_dynamics::Stability;
-/// assert_eq!(Stability::Undecided.to_string(), "undecided");
+/// use gear_dynamics::{Multipliers, Stability};
+/// use num_complex::Complex64;
+/// let with_error = |error| Multipliers::new(vec![Complex64::new(-0.9, 0.0)], error);
+/// assert_eq!(with_error(0.01).largest(), 0.9);
+/// assert_eq!([0.01, 0.2].map(|error| with_error(error).stability()), [Stability::Stable, Stability::Undecided]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stability {

@@ -17,6 +17,6 @@ pub use cycle::Cycle;
 pub use failure::{Iterate, ShootingError};
 pub use floquet::{Multipliers, Stability};
 pub use lyapunov::{Exponents, Lyapunov, LyapunovError};
-pub(crate) use rigid::rigid_modes;
+pub(crate) use rigid::{rigid_modes, rigid_motions};
 pub use shooting::Shooting;
 pub use variation::{Transition, Variation};

@@ -1,43 +1,71 @@
 //! Rigid modes: directions in which a model turns freely.
 
-use crate::model::Model;
+use crate::model::{Jacobian, Model};
 use crate::piece::{Piece, Side};
-use crate::slopes::Slopes;
+use crate::slopes::{Slopes, accelerate};
 use nalgebra::DMatrix;
+
+/// Free motions of a model.
+pub(crate) struct Rigid {
+    /// Directions, orthonormal.
+    pub(crate) modes: Vec<Vec<f64>>,
+    /// A stiffness, as a share of the largest, that differences cannot tell from none; `None` if there is no such.
+    pub(crate) doubtful: Option<f64>,
+}
+
+/// The free motions, doubtful ones taken for free.
+pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
+    rigid_motions(model, span).modes
+}
 
 /// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
 /// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at.
-pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
+pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
     // All Jacobians below one another, each in units of its largest entry.
     let mut seen = DMatrix::<f64>::zeros(0, n);
+    let (mut exact, mut a) = (true, vec![0.0; n]);
     for (look, size) in SIZES.iter().enumerate() {
         model.drive(span * golden(look + 1), Side::After, &mut u);
         let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
-        let y: Vec<f64> = (0..2 * n).map(part).collect();
-        let (q, v) = y.split_at(n);
+        let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
+        let rest = vec![0.0; n];
         slopes.scale.fill(*size);
         for flank in &flanks {
-            slopes.at(Some(flank), &u, q, v);
-            for half in [&slopes.jacobian.q, &slopes.jacobian.v] {
+            exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
+            // Springs hide dampers from differences: these are looked at by themselves.
+            for velocity in [false, true] {
+                let (q, v) = match (exact, velocity) {
+                    (true, _) => (&q, &v),
+                    (_, false) => (&q, &rest),
+                    (_, true) => (&rest, &v),
+                };
+                slopes.at(Some(flank), &u, q, v);
+                let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
-                if largest > 0.0 {
+                accelerate(model, Some(flank), &u, q, v, &mut a);
+                let rounding = f64::EPSILON * super::size::dot(&a, &a).sqrt() / (STEP * size);
+                if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
                     let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
                     seen = compressed(seen, &scaled);
                 }
             }
         }
     }
-    nullspace(&seen, n)
+    nullspace(&seen, n, if exact { EXACT } else { DIFFERENCES })
 }
 
 /// Sizes of the states looked at: one of them lies well past any rounding of a law, whatever its unit.
 const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
-/// A singular value below this share of the largest is zero; differences are good to about 1e-10.
-const ZERO: f64 = 1e-7;
+/// Singular values in shares of the largest: zero below the first, certainly not zero above the second. Differences are good to about 1e-10.
+const EXACT: [f64; 2] = [1e-12, 1e-12];
+const DIFFERENCES: [f64; 2] = [1e-8, 1e-6];
+/// Differences over this share of a size, whose rounding is worse than that share of the largest slope, are not looked at.
+const STEP: f64 = 5e-6;
+const ROUNDING: f64 = 2e-10;
 
 /// Multiples of the golden section: evenly spread over (0, 1), without a pattern.
 fn golden(i: usize) -> f64 {
@@ -52,33 +80,35 @@ fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
     if both.nrows() <= n { both } else { both.qr().r() }
 }
 
-fn nullspace(seen: &DMatrix<f64>, n: usize) -> Vec<Vec<f64>> {
+fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
     let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+    let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
     if seen.nrows() < n {
-        return (0..n).map(unit).collect();
+        rigid.modes.extend((0..n).map(unit));
+        return rigid;
     }
     // Coordinates in units of their columns, so that angles and lengths may stand side by side.
     let size: Vec<f64> = seen.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
     let svd = DMatrix::from_fn(seen.nrows(), n, |i, j| seen[(i, j)] / size[j]).svd(false, true);
     let largest = svd.singular_values.max();
-    let mut modes: Vec<Vec<f64>> = Vec::new();
     if let Some(right) = svd.v_t {
-        for (row, value) in right.row_iter().zip(svd.singular_values.iter()) {
-            if *value <= ZERO * largest {
+        for (row, value) in right.row_iter().zip(svd.singular_values.iter().map(|value| value / largest)) {
+            if value < clear {
                 let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
-                modes.iter().for_each(|other| super::size::remove(other, &mut r));
+                rigid.modes.iter().for_each(|other| super::size::remove(other, &mut r));
                 let length = super::size::dot(&r, &r).sqrt();
                 r.iter_mut().for_each(|x| *x /= length);
-                modes.push(r);
+                rigid.modes.push(r);
+                rigid.doubtful = if value > zero { Some(value) } else { rigid.doubtful };
             }
         }
     }
-    modes
+    rigid
 }
 
 #[cfg(test)]
 mod tests {
-    use super::rigid_modes;
+    use super::{rigid_modes, rigid_motions};
     use crate::*;
 
     #[test]
@@ -122,7 +152,29 @@ mod tests {
             let modes = rigid_modes(&Plain { law }, 1.0);
             assert_eq!(modes.len(), 1);
             assert!((modes[0][0] / modes[0][1] - 2.0).abs() < 1e-6);
+            assert_eq!(rigid_motions(&Plain { law }, 1.0).doubtful, None);
         }
         assert_eq!(rigid_modes(&Plain { law: |_| 0.0 }, 1.0).len(), 2);
+    }
+    /// Two masses, the second held by a spring of a given share of the one between them.
+    struct Held(f64);
+    impl Model for Held {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            (a[0], a[1]) = (q[1] - q[0], q[0] - q[1] - self.0 * q[1]);
+        }
+    }
+
+    #[test]
+    fn differences_say_when_they_cannot_tell() {
+        let found = |share| {
+            let rigid = rigid_motions(&Held(share), 1.0);
+            (rigid.modes.len(), rigid.doubtful.is_some())
+        };
+        assert_eq!(found(0.0), (1, false));
+        assert_eq!(found(1e-3), (0, false));
+        assert_eq!(found(1e-7), (1, true));
     }
 }

@@ -21,19 +21,29 @@ const SMALL: usize = 40;
 
 impl Factors {
     pub(crate) fn new(a: &Matrix) -> Result<Self, Floating> {
-        let n = a.size();
-        let (found, factors) = match a.single() {
-            None => return Elimination::new(a).map(Factors::Blocks).map_err(Floating),
-            Some(values) if n <= SMALL => {
-                let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
-                let u = lu.lu_internal();
-                (floating(n, |i, j| u[(i, j)]), Factors::Small(lu))
-            }
-            Some(values) => {
-                let lu = MatRef::from_column_major_slice(values, n, n).partial_piv_lu();
-                let u = lu.U();
-                (floating(n, |i, j| u[(i, j)]), Factors::Dense(lu))
-            }
+        if let Some(values) = a.single() {
+            return Factors::of_dense(values, a.size());
+        }
+        let mut finite = true;
+        a.each(|_, _, value| finite &= value.is_finite());
+        match Elimination::new(a) {
+            Ok(blocks) if blocks.is_sound(a) => Ok(Factors::Blocks(blocks)),
+            Err(unknown) if !finite => Err(Floating(unknown)),
+            // A pivot has to be sought outside its block.
+            _ => Factors::of_dense(DMatrix::from(a).as_slice(), a.size()),
+        }
+    }
+
+    /// With pivots from the whole column.
+    fn of_dense(values: &[f64], n: usize) -> Result<Self, Floating> {
+        let (found, factors) = if n <= SMALL {
+            let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
+            let u = lu.lu_internal();
+            (floating(n, |i, j| u[(i, j)]), Factors::Small(lu))
+        } else {
+            let lu = MatRef::from_column_major_slice(values, n, n).partial_piv_lu();
+            let u = lu.U();
+            (floating(n, |i, j| u[(i, j)]), Factors::Dense(lu))
         };
         found.map_or(Ok(factors), |unknown| Err(Floating(unknown)))
     }

@@ -6,6 +6,9 @@ use nalgebra::DMatrix;
 
 /// A square matrix in blocks; a dense one is a single block. Entries are stored column by column inside each block.
 ///
+/// [`Newton`](crate::Newton) and [`Broyden`](crate::Broyden) eliminate block by block, with pivots sought inside diagonal blocks only: cheap and
+/// accurate where these outweigh their neighbours. Where a trial solve shows that they do not, the whole is taken as one dense matrix.
+///
 /// ```
 /// use gear_dynamics::Matrix;
 /// // A chain of three pairs of unknowns: the first and the last know nothing of each other.
@@ -102,6 +105,11 @@ impl Matrix {
         self.starts[self.starts.len() - 1]
     }
 
+    /// Number of stored entries.
+    pub fn stored(&self) -> usize {
+        self.parts.iter().map(|part| part.values.len()).sum()
+    }
+
     /// The entries of a block, column by column.
     ///
     /// # Panics
@@ -147,8 +155,21 @@ impl Matrix {
 
     /// A x.
     pub fn times(&self, x: &[f64]) -> Vec<f64> {
-        let full = DMatrix::from(self);
-        (full * nalgebra::DVector::from_column_slice(x)).as_slice().to_vec()
+        let mut product = vec![0.0; self.size()];
+        self.each(|row, column, value| product[row] += value * x[column]);
+        product
+    }
+
+    /// Visits every stored entry: row, column, value.
+    pub(crate) fn each(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        for part in &self.parts {
+            let height = self.height(part.i);
+            let stored = if part.pairs { 2 } else { height };
+            for (column, values) in part.values.chunks_exact(stored.max(1)).enumerate() {
+                let rows = if part.pairs { Pairs::rows(height, column) } else { 0..height };
+                rows.zip(values).for_each(|(row, value)| visit(self.starts[part.i] + row, self.starts[part.j] + column, *value));
+            }
+        }
     }
 
     pub(crate) fn block(&self, part: &Part) -> Block {
@@ -161,15 +182,7 @@ impl From<&Matrix> for DMatrix<f64> {
     /// All entries, missing ones zero.
     fn from(a: &Matrix) -> Self {
         let mut full = DMatrix::zeros(a.size(), a.size());
-        for part in &a.parts {
-            let (first, height) = (a.starts[part.i], a.height(part.i));
-            for column in 0..a.height(part.j) {
-                let (rows, stored) = if part.pairs { (Pairs::rows(height, column), 2) } else { (0..height, height) };
-                for (row, value) in rows.zip(&part.values[column * stored..]) {
-                    full[(first + row, a.starts[part.j] + column)] += *value;
-                }
-            }
-        }
+        a.each(|row, column, value| full[(row, column)] += value);
         full
     }
 }

@@ -7,23 +7,19 @@
 //!
 //! `cargo run --release --example nfg_balance`
 
+mod motions;
+#[path = "../support/mod.rs"]
 mod support;
+mod sweeps;
 
-use gear_dynamics::{
-    Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic,
-    Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics, Unsettled,
-};
+use gear_dynamics::{Balance, BalanceError, Harmonics, NfgPair, NfgParams, Orbit, Piece};
+use motions::{MEASURE, MESH, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting, solver};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::Path;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
-
-/// Turns of the face gear to settle in, and to measure over when nothing repeats.
-const SETTLE: usize = 20;
-const MEASURE: usize = 20;
-/// Mesh order: teeth of the face gear.
-const MESH: usize = 63;
+use sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, spans};
 
 /// Motor speed r/min, then ξ of the theory, then of the experiment f_c [Hz], f_e [Hz] and ξ.   Liu 2021, Table 2.
 #[rustfmt::skip]
@@ -40,285 +36,6 @@ const TABLE2: [[f64; 5]; 9] = [
 ];
 /// From the motor to the pinion.
 const BELT: f64 = 1.3;
-
-fn pair(params: &NfgParams) -> Outcome<NfgPair> {
-    Ok(NfgPair::with_reading(params, NfgReading::published())?)
-}
-
-fn solver() -> Dop853 {
-    Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])
-}
-
-/// One point of a sweep.
-#[derive(Clone, Copy)]
-struct Point {
-    state: RattleState,
-    ppv: f64,
-    /// `stable`, `unstable`, `undecided` or `aperiodic`.
-    stable: &'static str,
-}
-
-fn word(stability: Option<Stability>) -> &'static str {
-    match stability {
-        Some(Stability::Stable) => "stable",
-        Some(Stability::Unstable) => "unstable",
-        Some(Stability::Undecided) | None => "undecided",
-    }
-}
-
-/// The balance of the paper.
-fn paper() -> Result<Balance, BalanceError> {
-    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples: 1024 }))
-}
-
-/// Newton from the flank; past the fold, where that fails, Newton and the paper's Broyden from a run in time.
-fn paper_orbit(pair: &NfgPair) -> Outcome<Option<Orbit>> {
-    let newton = paper()?;
-    if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
-        return Ok(Some(orbit));
-    }
-    let run = run(pair)?;
-    Ok(newton.solve_truncating_forces(pair, &run).or_else(|_| broyden()?.solve_truncating_forces(pair, &run)).ok())
-}
-
-/// The orbit carried from one value of the parameter to another, in halved steps where Newton fails; `None` at a fold.
-fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) -> Outcome<Option<Orbit>> {
-    if let Ok(orbit) = paper()?.solve_truncating_forces(&sweep.pair(to)?, orbit) {
-        return Ok(Some(orbit));
-    }
-    if halvings == 0 {
-        return Ok(None);
-    }
-    let middle = 0.5 * (from + to);
-    match carry(sweep, orbit, from, middle, halvings - 1)? {
-        Some(orbit) => carry(sweep, &orbit, middle, to, halvings - 1),
-        None => Ok(None),
-    }
-}
-
-/// A run in time from rest, seen through the 15 orders.
-fn run(pair: &NfgPair) -> Outcome<Orbit> {
-    let run = Settle::new().tolerance(1e-4).most_periods(8).run(&solver(), pair, &pair.static_start()?);
-    let late = run.map_or_else(|unsettled| unsettled.state().clone(), |steady| steady.state);
-    Ok(Orbit::project(&solver(), pair, &late, paper()?.harmonics())?)
-}
-
-/// The paper's guess: rest on the drive flank.
-fn at_rest(pair: &NfgPair) -> Outcome<Orbit> {
-    let harmonics = paper()?.harmonics().clone();
-    let mut coefficients = vec![0.0; harmonics.unknowns()];
-    coefficients[0] = pair.static_start()?.q[0];
-    Ok(Orbit::new(&harmonics, pair.period(), &[coefficients])?)
-}
-
-/// Broyden's good method from the identity, as in the paper.
-fn broyden() -> Result<Balance, BalanceError> {
-    Ok(paper()?.broyden(Broyden::new()))
-}
-
-fn paper_point(pair: &NfgPair, orbit: &Orbit) -> Point {
-    let state = orbit.contacts(pair)[0].statistics.state();
-    // Of the published equations linearised along the series: the paper gives none.
-    let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
-    Point { state, ppv: orbit.peak_to_peak(0), stable }
-}
-
-/// Where a converged sweep stands: an orbit, or a state somewhere on a motion that never repeats.
-struct Motion {
-    start: State,
-    cycle: Option<Cycle>,
-    speed: f64,
-}
-
-fn shooting() -> Shooting {
-    Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).most_iterations(8)
-}
-
-/// What a run from the motion before settles to, polished where it repeats.
-fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
-    let speed = pair.centre_frequency();
-    let motion = |start: State, cycle: Option<Cycle>| Motion { start, cycle, speed };
-    let start = match before {
-        // The same phase; velocities go with the speed.
-        Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
-        None => pair.static_start()?,
-    };
-    let (state, multiple) = match Settle::new().tolerance(1e-5).most_periods(SETTLE).run(&solver(), pair, &start) {
-        Ok(steady) => (steady.state, steady.period_multiple),
-        Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
-        Err(failed) => return Err(failed.into()),
-    };
-    let state = State { t: 0.0, ..state };
-    if multiple > 0
-        && let Ok(cycle) = shooting().multiple(multiple).run(pair, std::slice::from_ref(&state))
-        && cycle.stability() == Stability::Stable
-    {
-        let point = on_cycle(pair, &cycle)?;
-        return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
-    }
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
-    let run = solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
-    let point = Point { state: rattle.contact(0).state(), ppv: statistics.summary("q1")?.peak_to_peak(), stable: "aperiodic" };
-    Ok((motion(run.state, None), point))
-}
-
-fn on_cycle(pair: &NfgPair, cycle: &Cycle) -> Outcome<Point> {
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
-    cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
-    let (state, ppv) = (rattle.contact(0).state(), statistics.summary("q1")?.peak_to_peak());
-    Ok(Point { state, ppv, stable: word(Some(cycle.stability())) })
-}
-
-/// A parameter carried from end to end.
-struct Sweep {
-    file: &'static str,
-    figure: &'static str,
-    parameter: &'static str,
-    axis: &'static str,
-    from: f64,
-    to: f64,
-    /// Intervals of reading P and of the converged sweep.
-    intervals: [usize; 2],
-    speed: f64,
-    with: fn(f64, NfgParams) -> NfgParams,
-}
-
-const fn stiffness(speed: f64) -> Sweep {
-    Sweep {
-        file: "stiffness",
-        figure: "Fig. 14",
-        parameter: "a_k",
-        axis: "a_k = k_r/k0",
-        from: 0.1,
-        to: 0.8,
-        intervals: [14, 7],
-        speed,
-        with: |x, p| NfgParams { stiffness_harmonics: vec![[x * p.stiffness, 0.0]], ..p },
-    }
-}
-
-const SWEEPS: [Sweep; 7] = [
-    Sweep {
-        file: "speed",
-        figure: "Fig. 11",
-        parameter: "omega_1",
-        axis: "ω1 [rad/s]",
-        from: 100.0,
-        to: 250.0,
-        intervals: [300, 60],
-        speed: f64::NAN,
-        with: |x, p| NfgParams { speed: x, ..p },
-    },
-    Sweep {
-        file: "load",
-        figure: "Fig. 15",
-        parameter: "T_2",
-        axis: "T2 [N m]",
-        from: 0.0,
-        to: 40.0,
-        intervals: [80, 40],
-        speed: 125.0,
-        with: |x, p| NfgParams { load_torque: x, ..p },
-    },
-    Sweep {
-        file: "error",
-        figure: "Fig. 12",
-        parameter: "e_r",
-        axis: "e_r [m]",
-        from: 0.0,
-        to: 3e-5,
-        intervals: [60, 15],
-        speed: 160.0,
-        with: |x, p| NfgParams { error_harmonics: vec![[0.0, x]], ..p },
-    },
-    Sweep {
-        file: "eccentricity",
-        figure: "Fig. 13",
-        parameter: "epsilon",
-        axis: "ε",
-        from: 0.0,
-        to: 0.4,
-        intervals: [80, 20],
-        speed: 160.0,
-        with: |x, p| NfgParams { eccentric_ratio: x, ..p },
-    },
-    stiffness(140.0),
-    stiffness(145.0),
-    stiffness(160.0),
-];
-
-impl Sweep {
-    fn value(&self, i: usize, intervals: usize) -> f64 {
-        let x = self.from + (self.to - self.from) * i as f64 / intervals as f64;
-        (1e9 * x).round() / 1e9
-    }
-    fn pair(&self, x: f64) -> Outcome<NfgPair> {
-        let base = NfgParams::table1();
-        let speed = if self.speed.is_nan() { base.speed } else { self.speed };
-        pair(&(self.with)(x, NfgParams { speed, ..base }))
-    }
-}
-
-const READINGS: [&str; 2] = ["P", "converged"];
-const BRANCHES: [&str; 2] = ["up", "down"];
-
-/// The points of one sweep of one reading in one direction, in order of the parameter; `None` where no orbit was found.
-fn follow(sweep: &Sweep, reading: usize, branch: usize, tick: impl Fn()) -> Outcome<Vec<(f64, Option<Point>)>> {
-    let n = sweep.intervals[reading];
-    let mut orbit: Option<(f64, Orbit)> = None;
-    let mut motion = None;
-    let mut points = Vec::new();
-    for i in 0..=n {
-        let x = sweep.value(if branch == 0 { i } else { n - i }, n);
-        let pair = sweep.pair(x)?;
-        let point = if reading == 0 {
-            let carried = match orbit.take() {
-                Some((before, orbit)) => carry(sweep, &orbit, before, x, 6)?,
-                None => None,
-            };
-            let next = if carried.is_some() { carried } else { paper_orbit(&pair)? };
-            let point = next.as_ref().map(|orbit| paper_point(&pair, orbit));
-            orbit = next.map(|orbit| (x, orbit));
-            point
-        } else {
-            let (next, point) = converged(&pair, motion.as_ref())?;
-            motion = Some(next);
-            Some(point)
-        };
-        points.push((x, point));
-        tick();
-    }
-    if branch == 1 {
-        points.reverse();
-    }
-    Ok(points)
-}
-
-/// Runs of equal words along a sweep: `none 100..152.25, unilateral 152.5..`; at most `most` of them.
-fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, most: usize) -> String {
-    let mut runs: Vec<(String, f64, f64)> = Vec::new();
-    for (x, point) in points {
-        let here = point.as_ref().map_or("no orbit".into(), &word);
-        match runs.last_mut().filter(|(before, ..)| *before == here) {
-            Some((.., last)) => *last = *x,
-            None => runs.push((here, *x, *x)),
-        }
-    }
-    let mut list: Vec<String> = runs.iter().take(most).map(|(word, a, b)| format!("{word} {a}..{b}")).collect();
-    if runs.len() > most {
-        list.push(format!("and {} more", runs.len() - most));
-    }
-    list.join(", ")
-}
-
-/// Where peak-to-peak changes by more than a third from point to point.
-fn jumps(points: &[(f64, Option<Point>)]) -> String {
-    let known: Vec<(f64, f64)> = points.iter().filter_map(|(x, p)| p.map(|p| (*x, p.ppv))).collect();
-    let jump = |w: &&[(f64, f64)]| (w[1].1 / w[0].1).ln().abs() > 0.3;
-    let list: Vec<String> =
-        known.windows(2).filter(jump).map(|w| format!("{:.4e} to {:.4e} rad at {}..{}", w[0].1, w[1].1, w[0].0, w[1].0)).take(3).collect();
-    if list.is_empty() { "none".into() } else { list.join("; ") }
-}
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
 fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> [Panel; 3] {
@@ -371,7 +88,7 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
             Err(BalanceError::NotConverged { .. }) => ("run", broyden()?.solve_truncating_forces(&pair, &run(&pair)?)?),
             Err(error) => return Err(error.into()),
         };
-        let p = paper_point(&pair, &orbit);
+        let p = paper_point(&pair, &orbit)?;
         let (truth, point, how) = converged_turn(&pair)?;
         println!(
             "{speed:5}  {:10}  {:.4e} {:>16} {newton:>7}  {:10}  {:.4e} {:7.0}%  {how}",

@@ -1,0 +1,127 @@
+//! Motions of the pair: by the balance of the paper, and converged.
+
+use crate::support::Outcome;
+use gear_dynamics::{
+    Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic,
+    Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics, Unsettled,
+};
+
+/// Turns of the face gear to settle in, and to measure over when nothing repeats.
+pub const SETTLE: usize = 20;
+pub const MEASURE: usize = 20;
+
+/// Mesh order: teeth of the face gear.
+pub const MESH: usize = 63;
+
+pub fn pair(params: &NfgParams) -> Outcome<NfgPair> {
+    Ok(NfgPair::with_reading(params, NfgReading::published())?)
+}
+
+pub fn solver() -> Dop853 {
+    Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])
+}
+
+/// One point of a sweep.
+#[derive(Clone, Copy)]
+pub struct Point {
+    pub state: RattleState,
+    pub ppv: f64,
+    /// `stable`, `unstable`, `undecided` or `aperiodic`.
+    pub stable: &'static str,
+}
+
+pub fn word(stability: Option<Stability>) -> &'static str {
+    match stability {
+        Some(Stability::Stable) => "stable",
+        Some(Stability::Unstable) => "unstable",
+        Some(Stability::Undecided) | None => "undecided",
+    }
+}
+
+/// The balance of the paper.
+pub fn paper() -> Result<Balance, BalanceError> {
+    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples: 1024 }))
+}
+
+/// Newton from the flank; past the fold, where that fails, Newton and the paper's Broyden from a run in time.
+pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<Orbit>> {
+    let newton = paper()?;
+    if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
+        return Ok(Some(orbit));
+    }
+    let run = run(pair)?;
+    Ok(newton.solve_truncating_forces(pair, &run).or_else(|_| broyden()?.solve_truncating_forces(pair, &run)).ok())
+}
+
+/// A run in time from rest, seen through the 15 orders.
+pub fn run(pair: &NfgPair) -> Outcome<Orbit> {
+    let run = Settle::new().tolerance(1e-4).most_periods(8).run(&solver(), pair, &pair.static_start()?);
+    let late = run.map_or_else(|unsettled| unsettled.state().clone(), |steady| steady.state);
+    Ok(Orbit::project(&solver(), pair, &late, paper()?.harmonics())?)
+}
+
+/// The paper's guess: rest on the drive flank.
+pub fn at_rest(pair: &NfgPair) -> Outcome<Orbit> {
+    let harmonics = paper()?.harmonics().clone();
+    let mut coefficients = vec![0.0; harmonics.unknowns()];
+    coefficients[0] = pair.static_start()?.q[0];
+    Ok(Orbit::new(&harmonics, pair.period(), &[coefficients])?)
+}
+
+/// Broyden's good method from the identity, as in the paper.
+pub fn broyden() -> Result<Balance, BalanceError> {
+    Ok(paper()?.broyden(Broyden::new()))
+}
+
+pub fn paper_point(pair: &NfgPair, orbit: &Orbit) -> Outcome<Point> {
+    let state = orbit.contacts(pair)?[0].statistics.state();
+    // Of the published equations linearised along the series: the paper gives none.
+    let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
+    Ok(Point { state, ppv: orbit.peak_to_peak(0), stable })
+}
+
+/// Where a converged sweep stands: an orbit, or a state somewhere on a motion that never repeats.
+pub struct Motion {
+    pub start: State,
+    pub cycle: Option<Cycle>,
+    pub speed: f64,
+}
+
+pub fn shooting() -> Shooting {
+    Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).most_iterations(8)
+}
+
+/// What a run from the motion before settles to, polished where it repeats.
+pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
+    let speed = pair.centre_frequency();
+    let motion = |start: State, cycle: Option<Cycle>| Motion { start, cycle, speed };
+    let start = match before {
+        // The same phase; velocities go with the speed.
+        Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
+        None => pair.static_start()?,
+    };
+    let (state, multiple) = match Settle::new().tolerance(1e-5).most_periods(SETTLE).run(&solver(), pair, &start) {
+        Ok(steady) => (steady.state, steady.period_multiple),
+        Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
+        Err(failed) => return Err(failed.into()),
+    };
+    let state = State { t: 0.0, ..state };
+    if multiple > 0
+        && let Ok(cycle) = shooting().multiple(multiple).run(pair, std::slice::from_ref(&state))
+        && cycle.stability() == Stability::Stable
+    {
+        let point = on_cycle(pair, &cycle)?;
+        return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
+    }
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
+    let run = solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
+    let point = Point { state: rattle.contact(0).state(), ppv: statistics.summary("q1")?.peak_to_peak(), stable: "aperiodic" };
+    Ok((motion(run.state, None), point))
+}
+
+pub fn on_cycle(pair: &NfgPair, cycle: &Cycle) -> Outcome<Point> {
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
+    cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
+    let (state, ppv) = (rattle.contact(0).state(), statistics.summary("q1")?.peak_to_peak());
+    Ok(Point { state, ppv, stable: word(Some(cycle.stability())) })
+}

@@ -1,0 +1,101 @@
+//! Whether integrals are too coarse for the forces along an orbit.
+
+use super::couplings::even;
+use super::residual::Method;
+use super::transform::unpack;
+use super::{BalanceEquations, BalanceError, BalanceNote, Orbit};
+use crate::model::Periodic;
+use crate::piece::Side;
+use crate::root::{Factors, Residual, largest};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Forces that finer integrals change by more than this share of the largest are noted.
+const COARSE: f64 = 1e-6;
+/// Samples whose interpolation gives the forces between them this well need no finer ones.
+const SMOOTH: f64 = 1e-9;
+/// Instants looked at between samples.
+const LOOKS: usize = 3;
+
+/// A note, if integrals twice as fine give other forces. Sampled contacts have one of their own.
+pub(super) fn note<'m, M: Periodic + ?Sized>(
+    equations: &mut BalanceEquations<'m, M>,
+    orbit: &Orbit,
+    finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+) -> Option<BalanceNote> {
+    let by_samples = match equations.method {
+        Method::Closed(_) | Method::Held(..) => return None,
+        Method::Sampled(_) if equations.grid.model.contacts() > 0 => return None,
+        Method::Sampled(_) | Method::Truncated(..) => true,
+        Method::Kinks(_) | Method::Panels(_) => false,
+    };
+    if by_samples && between_samples(equations, orbit) <= SMOOTH {
+        return None;
+    }
+    let mut finer = finer(orbit).ok()?;
+    let x = finer.unknowns(orbit);
+    let mut r = vec![0.0; x.len()];
+    finer.residual(&x, &mut r);
+    let mut share = 0.0f64;
+    for (coarse, fine) in equations.spectra.force.iter().zip(&finer.spectra.force) {
+        let apart = coarse.iter().zip(fine).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        share = share.max(if apart > 0.0 { apart / largest(fine) } else { 0.0 });
+    }
+    (share > COARSE).then_some(BalanceNote::Coarse { integrals: equations.integrals(), share })
+}
+
+/// How far the accelerations along an orbit are, between samples, from the trigonometric polynomials through these, as a share of the
+/// largest: both too few samples and drives that fold onto lower orders show.
+fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>, orbit: &Orbit) -> f64 {
+    let grid = &mut equations.grid;
+    let (n, m, span) = (grid.dof(), grid.samples(), grid.span());
+    let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut z = vec![vec![Complex64::ZERO; m]; n];
+    match &equations.method {
+        Method::Sampled(samples) => {
+            for (z, force) in z.iter_mut().zip(&samples.force) {
+                z.iter_mut().zip(force).for_each(|(z, f)| *z = (*f).into());
+            }
+        }
+        _ => {
+            for s in 0..m {
+                grid.state(s, &mut q, &mut v);
+                grid.model.accel(grid.drives(s), &q, &v, &mut a);
+                z.iter_mut().zip(&a).for_each(|(z, a)| z[s] = (*a).into());
+            }
+        }
+    }
+    let largest: Vec<f64> = z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
+    z.iter_mut().for_each(|z| grid.transform.analyse(z));
+    let mut u = vec![0.0; grid.model.drives()];
+    let mut worst = 0.0f64;
+    for look in 0..LOOKS {
+        let share = even(look, 1);
+        orbit.motion(span * share, &mut q, &mut v);
+        grid.model.drive(span * share, Side::After, &mut u);
+        grid.model.accel(&u, &q, &v, &mut a);
+        let (sin, cos) = libm::sincos(TAU * share);
+        let turn = Complex64::new(cos, sin);
+        for ((z, a), largest) in z.iter().zip(&a).zip(&largest) {
+            // Horner's rule from the highest order down.
+            let sum = (1..m.div_ceil(2)).rev().fold(Complex64::ZERO, |sum, k| (sum + unpack(z, k).0) * turn);
+            let apart = (z[0].re / m as f64 + 2.0 * sum.re - a).abs();
+            worst = worst.max(if apart > 0.0 { apart / largest } else { 0.0 });
+        }
+    }
+    worst
+}
+
+/// One Newton correction of an orbit towards given equations, as a share of the peak-to-peak; infinite if they are singular there.
+pub(super) fn correction<M: Periodic + ?Sized>(mut equations: BalanceEquations<'_, M>, orbit: &Orbit) -> f64 {
+    let x = equations.unknowns(orbit);
+    let (mut matrix, mut r) = (equations.matrix(), vec![0.0; x.len()]);
+    equations.residual(&x, &mut r);
+    equations.jacobian(&x, &mut matrix);
+    let Ok(factors) = Factors::new(&matrix) else {
+        return f64::INFINITY;
+    };
+    factors.solve(&mut r);
+    let moved: Vec<f64> = x.iter().zip(&r).map(|(x, r)| x - r).collect();
+    orbit.distance(&equations.orbit(&moved))
+}

@@ -1,0 +1,48 @@
+//! What contacts do along an orbit.
+
+use super::switching::Switching;
+use crate::analysis::ContactStatistics;
+use crate::piece::Piece;
+
+/// What one contact does over a span.
+///
+/// ```
+/// use gear_dynamics::{Harmonics, NfgPair, NfgParams, Balance, Piece, RattleState};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let orbit = Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Lower)?;
+/// let contact = &orbit.contacts(&pair)?[0];
+/// assert_eq!(contact.statistics.state(), RattleState::None);
+/// assert_eq!(contact.intervals.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactHistory {
+    /// From when to when on which piece, in order; the first begins at the first switch, and one may end past the span.
+    pub intervals: Vec<(f64, f64, Piece)>,
+    /// Times and impacts.
+    pub statistics: ContactStatistics,
+}
+
+impl ContactHistory {
+    pub(super) fn new(switching: &Switching, contact: usize, span: f64) -> Self {
+        let events: Vec<(f64, Piece)> =
+            switching.events().iter().filter(|e| e.contact == contact).map(|e| (e.time(span / switching.samples() as f64), e.to)).collect();
+        let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
+        if events.is_empty() {
+            history.intervals.push((0.0, span, switching.piece(contact, 0)));
+        }
+        for (i, &(start, piece)) in events.iter().enumerate() {
+            let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
+            history.intervals.push((start, end, piece));
+            match piece {
+                Piece::Lower => history.statistics.impacts[0] += 1,
+                Piece::Gap => {}
+                Piece::Upper => history.statistics.impacts[1] += 1,
+            }
+        }
+        for &(start, end, piece) in &history.intervals {
+            history.statistics.time[piece as usize] += end - start;
+        }
+        history
+    }
+}

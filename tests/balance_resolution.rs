@@ -1,0 +1,191 @@
+//! Drives of orders far above those that a balance keeps: resolved where the balance chooses, noted where the user does.
+
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+/// x'' + 0.1 x' + 2 x + γ sin(s x) = cos t + 5 cos(63 t) + square: time is its only drive.
+struct Oscillator {
+    fast: f64,
+    law: f64,
+    square: f64,
+}
+
+impl Model for Oscillator {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let t = u[0];
+        let square = if (t + 0.1).rem_euclid(TAU) < 0.5 * TAU { self.square } else { 0.0 };
+        a[0] = t.cos() + self.fast * (63.0 * t).cos() + square - 0.1 * v[0] - 2.0 * q[0] - self.law * (100.0 * q[0]).sin();
+    }
+}
+
+impl Periodic for Oscillator {
+    fn period(&self) -> f64 {
+        TAU
+    }
+}
+
+fn coarse(orbit: &Orbit) -> Option<f64> {
+    orbit.notes().iter().find_map(|note| match note {
+        BalanceNote::Coarse { share, .. } => Some(*share),
+        _ => None,
+    })
+}
+
+fn guess(harmonics: &Harmonics) -> Orbit {
+    Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.5, 0.1]]).unwrap().on(harmonics)
+}
+
+/// On the 64 samples that ten orders ask for, order 63 looks like order 1.
+#[test]
+fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
+    let model = Oscillator { fast: 5.0, law: 0.0, square: 0.0 };
+    let balance = Balance::new(Harmonics::up_to(10));
+    let orbit = balance.solve(&model, &guess(balance.harmonics()))?;
+    // (2 - 1 + 0.1 i) Q = 1/2
+    let exact = num_complex::Complex64::ONE / num_complex::Complex64::new(1.0, 0.1);
+    assert!((orbit.coefficients(0)[1] - exact.re).abs() < 1e-10 && (orbit.coefficients(0)[2] + exact.im).abs() < 1e-10);
+    assert_eq!(coarse(&orbit), None);
+    // The user's own 64 samples fold it: said, and how much.
+    let sampled = balance.integrals(Integrals::Sampled { samples: 64 });
+    let folded = sampled.solve(&model, &guess(sampled.harmonics()))?;
+    let share = coarse(&folded).expect("a note");
+    println!("{share}: {:?}", folded.notes());
+    assert!(share > 0.1);
+    assert!(folded.is_doubtful());
+    assert!((sampled.prove(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3); // of an amplitude of 6, 5 should not be there
+    Ok(())
+}
+
+/// 3/2 orders: the period of the balance is twice that of the drives.
+#[test]
+fn subharmonic_bases_see_the_drives_too() -> Result<(), BalanceError> {
+    let model = Oscillator { fast: 5.0, law: 0.0, square: 0.0 };
+    for periods in [2, 3] {
+        let balance = Balance::new(Harmonics::up_to(10).over_periods(periods)?);
+        let orbit = balance.solve(&model, &guess(&Harmonics::up_to(10)).on(balance.harmonics()))?;
+        assert!((orbit.amplitude(0, periods) - 1.0 / 1.01f64.sqrt()).abs() < 1e-10);
+        assert_eq!(coarse(&orbit), None);
+    }
+    Ok(())
+}
+
+/// A law that makes orders of its own, and a drive that jumps without saying so: neither can be resolved, both are noted.
+#[test]
+fn unresolved_forces_are_noted() -> Result<(), BalanceError> {
+    for model in [Oscillator { fast: 0.0, law: 1e-3, square: 0.0 }, Oscillator { fast: 0.0, law: 0.0, square: 0.3 }] {
+        let balance = Balance::new(Harmonics::up_to(5));
+        let orbit = balance.solve(&model, &guess(balance.harmonics()))?;
+        let share = coarse(&orbit).expect("a note");
+        println!("{share:.1e}");
+        assert!(share > 1e-6 && share < 0.1);
+    }
+    Ok(())
+}
+
+/// A dead zone under stiffness of order 1 and 63, its edges moving at order 40.
+struct Fast {
+    cubic: f64,
+    pieces: bool,
+}
+
+impl Fast {
+    fn edge(t: f64) -> f64 {
+        1.0 + 0.01 * (40.0 * t).cos()
+    }
+}
+
+impl Model for Fast {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let mut contact = [Contact::default()];
+        self.contact(u, q, v, &mut contact);
+        Fast { pieces: true, ..*self }.accel_on_pieces(&[contact[0].piece()], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let (edge, rate) = (Fast::edge(u[0]), -0.4 * (40.0 * u[0]).sin());
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: -edge, upper: edge, lower_rate: -rate, upper_rate: rate, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let depth = match pieces[0] {
+            Piece::Lower => q[0] + Fast::edge(u[0]),
+            Piece::Gap => 0.0,
+            Piece::Upper => q[0] - Fast::edge(u[0]),
+        };
+        let stiffness = 1.0 + 0.2 * u[0].cos() + 0.3 * (63.0 * u[0]).cos();
+        a[0] = 0.2 + 0.3 * u[0].cos() - 0.1 * v[0] - stiffness * (depth + self.cubic * depth * depth * depth);
+        self.pieces
+    }
+}
+
+impl Periodic for Fast {
+    fn period(&self) -> f64 {
+        TAU
+    }
+}
+
+/// Every exact way follows the drives, not only the five orders that are kept: they agree with panels forty times as fine.
+#[test]
+fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
+    let near = Orbit::new(&Harmonics::up_to(2), TAU, &[vec![0.6, 0.9, 0.4, 0.05, 0.02]])?;
+    let residual = |model: &Fast, integrals, highest: usize| -> Result<Vec<f64>, BalanceError> {
+        let mut equations = Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(model, &near)?;
+        let x = equations.unknowns(&near);
+        let mut r = vec![0.0; x.len()];
+        equations.residual(&x, &mut r);
+        Ok(r[..11].to_vec())
+    };
+    for cubic in [0.0, 0.1] {
+        let model = Fast { cubic, pieces: true };
+        let reference = residual(&model, Integrals::Panels, 200)?;
+        for integrals in [Integrals::Exact, Integrals::Kinks, Integrals::Panels] {
+            let r = residual(&model, integrals, 5)?;
+            let apart = r.iter().zip(&reference).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            println!("{cubic} {integrals:?} {apart:.1e}");
+            assert!(apart < 1e-11, "{integrals:?} {apart:e}");
+        }
+        // A model that hides its pieces gets panels.
+        let hidden = residual(&Fast { cubic, pieces: false }, Integrals::Exact, 5)?;
+        assert!(hidden.iter().zip(&reference).all(|(a, b)| (a - b).abs() < 1e-11));
+    }
+    Ok(())
+}
+
+/// Switches are found where they are, on edges that move faster than the series.
+#[test]
+fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
+    let model = Fast { cubic: 0.0, pieces: true };
+    let orbit = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.6, 0.9, 0.4]])?;
+    let contact = &orbit.contacts(&model)?[0];
+    assert!(!contact.intervals.is_empty());
+    for (start, ..) in &contact.intervals {
+        let gap = orbit.state(*start).q[0].abs() - Fast::edge(*start);
+        assert!(gap.abs() < 1e-12, "{gap:e}");
+    }
+    Ok(())
+}
+
+/// The dead-zone force of the second paper's way: 1024 samples of a motion that stays in contact are enough; on 190, order 126 of the drives looks like 64.
+#[test]
+fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
+    let pair = NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
+    let with = |samples| -> Result<Option<f64>, BalanceError> {
+        let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(Integrals::Sampled { samples });
+        let orbit = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+        let proof = balance.prove_truncating_forces(&pair, &orbit)?;
+        println!("{samples}: {:?}, aliasing {:.1e}, truncation {:.1e}", coarse(&orbit), proof.aliasing, proof.truncation);
+        assert_eq!(coarse(&orbit).is_some(), proof.aliasing > 1e-7);
+        Ok(coarse(&orbit))
+    };
+    assert_eq!(with(1024)?, None);
+    assert!(with(190)?.is_some_and(|share| share > 1e-6));
+    Ok(())
+}
