@@ -40,7 +40,8 @@ fn random_damping_has_its_exact_energies() {
         let bands = ensemble.run(&Rk4::new(0.25), member(hold)).unwrap();
         let energy = bands.at("energy", 1).unwrap();
         println!("{hold}: {} +- {} against {exact}", energy.mean(), energy.standard_error());
-        assert!((energy.mean() - exact).abs() < 3.0 * energy.standard_error() + 1e-6, "{hold}: {}", energy.mean());
+        let rounding = 5e-7; // of the exact values
+        assert!((energy.mean() - exact).abs() < 3.0 * energy.standard_error() + rounding, "{hold}: {}", energy.mean());
         assert_eq!(energy.count(), 100_000);
     }
 }
@@ -51,9 +52,13 @@ fn random_damping_does_not_depend_on_the_time_step() {
     let ensemble = Ensemble::new(500, 40.0, 1).unwrap().channels(&["energy"]);
     let mean = |step: f64| ensemble.run(&Rk4::new(step), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
     let (coarse, fine) = (mean(0.25), mean(0.125));
-    assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} {fine}"); // order 4: 40 (1/4)^5/144
-    let located = ensemble.run(&Dop853::new().rtol(1e-10), member(0.5)).unwrap();
-    assert!((located.at("energy", 1).unwrap().mean() / fine - 1.0).abs() < 1e-4);
+    // RK4 multiplies by e^z (1 - z^5/120 + ..), z = (-c/2 + i) h: the energy is off by 2 t (c h^4/48 - h^5/144) (1 + O(h)), c = 0.1 in the mean.
+    let off = |h: f64| 2.0 * 40.0 * (0.1 * h.powi(4) / 48.0 - h.powi(5) / 144.0);
+    println!("{} against {}", coarse / fine - 1.0, off(0.25) - off(0.125));
+    assert!((coarse / fine - 1.0 - (off(0.25) - off(0.125))).abs() < 0.25 * off(0.25), "{coarse} {fine}");
+    let located = ensemble.run(&Dop853::new().rtol(1e-10), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
+    println!("{} against {}", fine / located - 1.0, off(0.125));
+    assert!((fine / located - 1.0 - off(0.125)).abs() < 0.125 * off(0.125), "{located} {fine}");
 }
 
 #[test]
@@ -82,9 +87,11 @@ fn quantiles_are_off_by_a_bin_at_most() {
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     for p in [0.001, 0.05, 0.5, 0.95, 0.999] {
-        let exact = sorted[(p * 20_000.0) as usize];
+        // Between the neighbours of the sorted value, which lie far apart in the tails, to a bin.
+        let place = (p * 20_000.0) as usize;
+        let (below, above) = (sorted[place - 1] - all.resolution(), sorted[place + 1] + all.resolution());
         let found = all.quantile(p).unwrap();
-        assert!((found - exact).abs() < all.resolution() + 0.02 * f64::from(!(0.01..=0.99).contains(&p)), "{p}: {found} {exact}");
+        assert!((below..=above).contains(&found), "{p}: {found} of {below} .. {above}");
     }
     let mean = values.iter().sum::<f64>() / 20_000.0;
     assert!((all.mean() - mean).abs() < 1e-12);

@@ -253,3 +253,23 @@ fn an_edge_just_left_is_not_crossed_again() {
         }
     }
 }
+
+/// A clock that has run for thousands of periods is too coarse to meet edges to 1e-10 of the gap: motions are the same all the same, to what
+/// a time rounded to t ε moves them by.
+#[test]
+fn edges_are_met_far_from_time_zero() {
+    let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
+    let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+    let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
+    let settled = solver.end(&pair, &pair.static_start().unwrap(), 40.0 * pair.period()).unwrap();
+    let turn = |k: f64| {
+        let start = State { t: k * pair.period(), ..settled.clone() };
+        solver.end(&pair, &start, start.t + pair.period()).unwrap().q[0]
+    };
+    let near = turn(0.0);
+    for k in [6_000.0, 20_000.0, 1e6] {
+        let off = (turn(k) - near).abs() / near.abs();
+        println!("{k}: {off:.1e}");
+        assert!(off < 1e-6, "{k}: {off}");
+    }
+}

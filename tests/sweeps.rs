@@ -390,7 +390,7 @@ fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
 
 /// Reading A in lanes, up and down, each run starting where its neighbour ended: there is no hysteresis, so that both ways give the same
 /// rattle state and, to the 5 % that the flag is about, the same peak-to-peak. Flagged speeds are not compared: chaos from 150 to 163 rad/s, and
-/// up to 175 weakly attracting orbits which fixed steps keep from settling (the located ones are compared below).
+/// up to 167.5 weakly attracting orbits which fixed steps keep from settling (the located ones are compared below).
 fn up_and_down(speeds: &[f64]) {
     let sweep = Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
     let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
@@ -405,7 +405,7 @@ fn up_and_down(speeds: &[f64]) {
             assert_eq!(a.state(0), b.state(0), "{speed}");
             assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
         }
-        assert!((149.5..175.0).contains(&speed) || !(a.is_sensitive() || b.is_sensitive()), "{speed} is flagged");
+        assert!((150.0..168.0).contains(&speed) || !(a.is_sensitive() || b.is_sensitive()), "{speed} is flagged");
     }
     println!("{firm} of {} speeds are firm", speeds.len());
 }

@@ -288,7 +288,8 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
     let (mut lo, mut hi) = ((e.t, None), (far, None));
     for _ in 0..RESTEPS {
         let (value, rate, scale) = locator.miss(&e.pieces, &e.contacts, exit);
-        if value.abs() <= MET * scale {
+        // A clock far from zero may be too coarse to meet it any closer.
+        if value.abs() <= (MET * scale).max(rate.abs() * f64::EPSILON * e.t1.abs()) {
             return true;
         }
         let here = (e.t1, Some(value));
@@ -303,13 +304,23 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
             (Some(a), Some(b)) => lo.0 + (hi.0 - lo.0) * a / (a - b),
             _ => 0.5 * (lo.0 + hi.0),
         };
-        if t1 <= lo.0 || t1 >= hi.0 {
-            return true; // neighbouring floating-point times: as close as it gets
+        // Neighbouring floating-point times: the closer one is as close as it gets.
+        let last = t1 <= lo.0 || t1 >= hi.0;
+        let closest = match (lo.1, hi.1) {
+            (Some(a), Some(b)) if a > -b => hi.0,
+            (Some(_), _) => lo.0,
+            _ => hi.0,
+        };
+        if last && closest == e.t1 {
+            return true;
         }
-        e.aim(t1);
+        e.aim(if last { closest } else { t1 });
         e.attempt::<T, true>();
         e.evaluations += T::EVALUATIONS;
         e.contacts_at_end();
+        if last {
+            return true;
+        }
     }
     false
 }
