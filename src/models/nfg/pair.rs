@@ -178,9 +178,8 @@ impl NfgPair {
         at.damping * (v + at.stretch * q) + u[STIFFNESS] * law.force(0, &self.law, q, v, -at.half_width, at.half_width)
     }
 
-    /// Σ_p c_p cos(p Z2 x) + s_p sin(p Z2 x) with its derivatives over x.
-    fn mesh_wave(&self, phase: f64, pairs: &[[f64; 2]]) -> Jet {
-        let (s1, c1) = libm::sincos(self.teeth * phase);
+    /// Σ_p c_p cos(p Z2 x) + s_p sin(p Z2 x) with its derivatives over x, from the sine and cosine of Z2 x.
+    fn mesh_wave(&self, (s1, c1): (f64, f64), pairs: &[[f64; 2]]) -> Jet {
         let (mut s, mut c, mut order) = (s1, c1, 0.0);
         let mut jet = Jet::constant(0.0);
         for &[cos, sin] in pairs {
@@ -227,8 +226,9 @@ impl Generic for NfgPair {
     fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
         let (s, c) = libm::sincos(phase);
         let rho = Jet::new(1.0 + self.beta * c, -self.beta * s, -self.beta * c);
-        let stiffness = 1.0 + self.mesh_wave(phase, &self.stiffness).value;
-        let error = self.mesh_wave(phase, &self.params.error_harmonics);
+        let mesh = libm::sincos(self.teeth * phase);
+        let stiffness = 1.0 + self.mesh_wave(mesh, &self.stiffness).value;
+        let error = self.mesh_wave(mesh, &self.params.error_harmonics);
         u[STIFFNESS] = stiffness * rho.value * rho.value / (1.0 + 0.5 * self.beta * self.beta);
         u[RADIUS] = rho.value;
         u[INVERSE] = 1.0 / rho.value;
