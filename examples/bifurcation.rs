@@ -5,7 +5,7 @@
 
 mod support;
 
-use gear_dynamics::{Axis, Bifurcation, Dop853, Located, Lyapunov, Mark as Marked, Marks, NfgPair, NfgParams, NfgReading, Row, Rows};
+use gear_dynamics::{Axis, Bifurcation, DiagramPoint, Dop853, Located, Lyapunov, NfgPair, NfgParams, NfgReading, Points, Row, Rows, Sweep};
 use plotters::prelude::SeriesLabelPosition;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
@@ -20,7 +20,8 @@ fn main() -> Outcome<()> {
     let speeds = Axis::list("omega_1", &speeds())?;
     // For a picture, not for digits: exponents over 40 turns, their flow held to 1e-7.
     let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
-    let diagram = Bifurcation::over(speeds, "q1", Marks::Strobed).settle(30).measure(40).lyapunov(exponents).run(
+    let sweep = Sweep::over(Points::along(speeds)).settle(30).measure(40).lyapunov(exponents);
+    let diagram = Bifurcation::strobed(sweep, "q1").run(
         &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
         |p| NfgPair::with_reading(&NfgParams { speed: p["omega_1"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
         |_, pair| pair.static_start(),
@@ -50,12 +51,13 @@ fn main() -> Outcome<()> {
             println!("{direction:5} point {index}: {error}");
         }
     }
-    let hysteresis = diagram.hysteresis(0.01);
+    let hysteresis = diagram.hysteresis(0.01)?;
     println!("the two ways end on different motions at {hysteresis:?} rad/s");
+    println!("neither way repeats at {:?} rad/s", diagram.undecided());
 
     let panels = [(100.0, 250.0), (145.0, 170.0)].map(|(from, to)| {
         let within = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| (from..=to).contains(&p.0)).collect::<Vec<_>>();
-        let dots = |marks: &[Marked]| within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect());
+        let dots = |marks: &[DiagramPoint]| within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect());
         let points = hysteresis.iter().filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s)).map(|m| (m.parameter, m.values[0]));
         let points = within(points.collect());
         let mut strobed = Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")

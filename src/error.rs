@@ -65,6 +65,12 @@ pub enum ParameterError {
         /// The length given.
         found: usize,
     },
+    /// Two parameters of one name.
+    #[error("there is more than one parameter \"{name}\"")]
+    Twice {
+        /// The name.
+        name: String,
+    },
     /// A count that is too small: teeth, gears, samples.
     #[error("{name} is {value}: at least {least} are needed")]
     TooFew {

@@ -2,6 +2,7 @@
 
 use gear_dynamics::*;
 use rand_distr::Uniform;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// x'' + c x' + x = 0, c a drive; its energy is a channel.
 struct Oscillator;
@@ -75,8 +76,76 @@ fn members_that_fail_are_counted_and_the_others_stand() {
     assert_eq!((bands.members(), bands.failed().0), (15, 5));
     assert_eq!(bands.failed().1, Some(&(0, PointError::Model("bad".into()))));
     let none = Ensemble::new(3, 1.0, 1).unwrap().run(&Rk4::new(0.25), |_| Err::<(Oscillator, State), _>("no"));
-    assert_eq!(none.unwrap_err(), EnsembleError::AllFailed { members: 3 });
+    assert_eq!(none.unwrap_err(), EnsembleError::AllFailed { members: 3, first: PointError::Model("no".into()) });
     assert!(Ensemble::new(0, 1.0, 1).is_err() && Ensemble::new(1, f64::NAN, 1).is_err() && Ensemble::new(1, 1.0, 0).is_err());
+}
+
+#[test]
+fn members_start_at_time_zero() {
+    let late = |m: u64| Ok::<_, ParameterError>((Oscillator, State::new(if m == 2 { 0.5 } else { 0.0 }, &[1.0], &[0.0])));
+    let bands = Ensemble::new(4, 1.0, 4).unwrap().channels(&["q1"]).run(&Rk4::new(0.25), late).unwrap();
+    assert_eq!((bands.members(), bands.failed().0), (3, 1));
+    let (member, error) = bands.failed().1.unwrap();
+    assert!(*member == 2 && matches!(error, PointError::Start(ParameterError::OutOfRange { value: 0.5, .. })), "{error}");
+}
+
+#[test]
+fn a_mistyped_channel_is_found_before_anything_runs() {
+    let calls = AtomicUsize::new(0);
+    let counted = |m: u64| {
+        calls.fetch_add(1, Relaxed);
+        member(0.5)(m)
+    };
+    for ensemble in [Ensemble::new(500, 1.0, 1).unwrap().channels(&["q7"]), Ensemble::new(500, 1.0, 1).unwrap().peaks(&["q7"])] {
+        let error = ensemble.run(&Rk4::new(0.25), counted).unwrap_err();
+        assert!(matches!(&error, EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"), "{error}");
+    }
+    assert_eq!(calls.load(Relaxed), 2);
+}
+
+#[test]
+fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q1"]);
+    let run = |watch: &Watch<'_>| one.install(|| ensemble.run_watched(&Rk4::new(0.25), member(0.5), watch));
+    let (shown, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
+    assert_eq!(run(&Watch::new().progress(&count)).unwrap().members(), 300);
+    assert_eq!(shown.load(Relaxed), 300);
+
+    shown.store(0, Relaxed);
+    let until_ten = |done: usize, _: usize| {
+        shown.fetch_add(1, Relaxed);
+        stop.store(done >= 10, Relaxed);
+    };
+    let watch = Watch::new().progress(&until_ten).cancel(&stop);
+    let some = run(&watch).unwrap();
+    assert_eq!((some.members(), some.failed().0, shown.load(Relaxed)), (10, 0, 10));
+    assert_eq!(run(&watch).unwrap_err(), EnsembleError::Cancelled { members: 300 });
+}
+
+/// x = sin t: the largest value lies between the times of the bands.
+#[test]
+fn peaks_are_those_of_the_run() {
+    let one = |_: u64| Ok::<_, ParameterError>((Oscillator, State::new(0.0, &[0.0], &[1.0])));
+    let ensemble = Ensemble::new(2, 2.0, 2).unwrap().channels(&["q1"]).peaks(&["q1"]);
+    let bands = ensemble.run(&Dop853::new().rtol(1e-11).atol(1e-13), one).unwrap();
+    assert!((bands.at("q1", 2).unwrap().max() - 2f64.sin()).abs() < 1e-9);
+    assert!((bands.peak("q1").unwrap().mean() - 1.0).abs() < 1e-9, "{:?}", bands.peak("q1"));
+    assert_eq!(bands.convergence("q1").unwrap().len(), 2);
+    assert!(bands.peak("energy").is_err());
+}
+
+#[test]
+fn points_that_cannot_be() {
+    let axis = |name: &str| Axis::list(name, &vec![1.0; 65_536]).unwrap();
+    let error = Points::grid(["a", "b", "c", "d"].map(axis).to_vec()).unwrap_err();
+    assert!(matches!(error, ParameterError::OutOfRange { value: 18_446_744_073_709_551_616.0, .. }), "{error}");
+    assert_eq!(Points::grid(["a", "b", "c"].map(axis).to_vec()).unwrap().len(), 1 << 48);
+    let twice = ParameterError::Twice { name: "a".into() };
+    assert_eq!(Points::grid(["a", "b", "a"].map(axis).to_vec()).unwrap_err(), twice);
+    assert_eq!(Points::list(&["a", "a"], &[vec![1.0, 2.0]]).unwrap_err(), twice);
+    assert_eq!(Uncertain::new(1).with("a", rand_distr::StandardNormal).with("a", rand_distr::StandardNormal).points(3).unwrap_err(), twice);
 }
 
 /// Quantiles from bins against sorted values.
@@ -98,6 +167,53 @@ fn quantiles_are_off_by_a_bin_at_most() {
     assert!((all.variance() - values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 19_999.0).abs() < 1e-10);
     assert_eq!(all.histogram(50).iter().map(|(_, n)| n).sum::<u64>(), 20_000);
     assert!(all.quantile(1.5).is_err() && Distribution::new().quantile(0.5).is_err());
+}
+
+/// A quantile is within a bin of the sorted values, and a bin is 1/256 of the range of all values, however they come.
+fn check_quantiles(values: &[f64]) {
+    let all = Distribution::of(values.iter().copied());
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let range = sorted[sorted.len() - 1] / 256.0 - sorted[0] / 256.0;
+    assert!(all.resolution() <= range, "{} {range}", all.resolution());
+    for p in [0.0, 0.01, 0.1, 0.5, 0.9, 0.99, 1.0] {
+        // Any value between the neighbours of the place is a quantile.
+        let at = p * sorted.len() as f64;
+        let (least, most) = (sorted[(at as usize).saturating_sub(1)], sorted[(at.ceil() as usize).min(sorted.len() - 1)]);
+        let found = all.quantile(p).unwrap();
+        assert!((least - all.resolution()..=most + all.resolution()).contains(&found), "{p}: {found}, {least} .. {most}");
+    }
+    assert_eq!(all.histogram(7).iter().map(|(_, n)| n).sum::<u64>(), values.len() as u64);
+}
+
+#[test]
+fn quantiles_hold_for_values_far_from_the_first_ones() {
+    // Nothing but zeros at first, as a force before it sets in.
+    let late: Vec<f64> = (0..5632).map(|i| if i < 512 || i % 10 == 0 { 0.0 } else { 5.0 }).collect();
+    check_quantiles(&late);
+    check_quantiles(&late.iter().map(|x| -x).collect::<Vec<_>>());
+    check_quantiles(&(0..5000).map(f64::from).collect::<Vec<_>>());
+    check_quantiles(&(0..5000).map(|i| f64::from(-i)).collect::<Vec<_>>());
+    check_quantiles(&(0..5000).map(|i| f64::from(i).exp2().min(f64::MAX)).collect::<Vec<_>>());
+    check_quantiles(&(0..2000).map(|i| f64::from(2 * (i % 2) - 1) * f64::MAX).collect::<Vec<_>>());
+    // The order after the first 512 is of no account.
+    let values: Vec<f64> = (0..3000).map(|i| if i < 512 { 1.0 } else { f64::from(i * 7919 % 3001) }).collect();
+    let mut turned = values.clone();
+    turned[512..].reverse();
+    let quantiles = |values: &[f64]| [0.05, 0.5, 0.95].map(|p| Distribution::of(values.iter().copied()).quantile(p).unwrap());
+    assert_eq!(quantiles(&values), quantiles(&turned));
+}
+
+#[test]
+fn values_that_are_not_finite_are_counted_apart() {
+    let values =
+        (0..2000).map(|i| [f64::from(i), f64::NAN, f64::INFINITY, f64::NEG_INFINITY][usize::from(i % 100 == 0) * (i / 100 % 4) as usize]);
+    let finite: Vec<f64> = values.clone().filter(|x| x.is_finite()).collect();
+    let (all, good) = (Distribution::of(values), Distribution::of(finite));
+    assert_eq!((all.count(), all.not_finite()), (1985, 15));
+    assert_eq!((all.mean(), all.variance(), all.quantile(0.5)), (good.mean(), good.variance(), good.quantile(0.5)));
+    let none = Distribution::of([f64::NAN]);
+    assert!(none.mean().is_nan() && none.quantile(0.5).is_err());
 }
 
 /// Ishigami's function: y = sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1, x uniform on (-π, π).   Source: Saltelli et al. 2010, Table 5.

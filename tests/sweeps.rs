@@ -418,13 +418,13 @@ fn up_and_down_agree() {
 /// The same with located edges from 163.5 rad/s, where the motion is periodic again.
 #[test]
 fn up_and_down_agree_with_located_edges() {
-    let diagram =
-        Bifurcation::over(Axis::list("speed", &[163.5, 164.0, 166.0, 170.0]).unwrap(), "q1", Marks::Strobed).settle(60).measure(4);
+    let sweep = Sweep::over(speeds(&[163.5, 164.0, 166.0, 170.0])).settle(60).measure(4);
+    let diagram = Bifurcation::strobed(sweep, "q1");
     let diagram = diagram.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1), Some(1), Some(1)]);
     }
-    assert_eq!(diagram.hysteresis(1e-3), []);
+    assert_eq!(diagram.hysteresis(1e-3).unwrap(), []);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# 1, 2 and 3 ranks give the bits of a run without MPI.
+# 1, 2 and 3 ranks give the bits of a run without MPI, and a rank that fails ends the job.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -15,3 +15,9 @@ for ranks in 1 2 3; do
   echo "$ranks ranks: $farmed"
 done
 echo "the same bits"
+for ranks in 1 2 3; do
+  status=0
+  timeout 60 mpirun --oversubscribe ${MPIRUN_FLAGS:-} -n "$ranks" "$program" --channel nonsense 2>/dev/null || status=$?
+  [ "$status" -ne 0 ] && [ "$status" -ne 124 ] || { echo "$ranks ranks: status $status of a sweep that fails"; exit 1; }
+done
+echo "a sweep that fails ends"

@@ -3,6 +3,7 @@
 use super::error::SweepError;
 use super::row::Row;
 use super::rows::Rows;
+use crate::error::check;
 
 /// The motions on which runs ended, told apart by their strobed states: basins of attraction, when the points of the sweep are starts.
 ///
@@ -47,9 +48,11 @@ impl Attractors {
     /// largest coordinate and the largest velocity of all.
     ///
     /// # Errors
-    /// [`SweepError::Setting`] when no strobed states were asked for.
+    /// [`SweepError::Setting`] when no strobed states were asked for; a tolerance that is not positive and finite.
     pub fn of(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
-        if rows.layout.strobes == 0 {
+        check::positive("tolerance of one motion", tolerance)?;
+        // Without any row there is no motion, whatever was asked for.
+        if rows.layout.strobes == 0 && rows.iter().next().is_some() {
             return Err(SweepError::Setting { name: "strobe", value: 0.0, allowed: "at least the longest period to be told apart" });
         }
         let n = rows.layout.dof;

@@ -2,74 +2,53 @@
 
 use super::engine::SweepEngine;
 use super::error::SweepError;
-use super::points::{Axis, Point, Points};
+use super::points::Point;
 use super::row::Row;
 use super::rows::Rows;
 use super::run::{Carry, Sweep};
 use super::watch::Watch;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
-use crate::orbit::Lyapunov;
 use std::fmt::Display;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is drawn of each run of a bifurcation diagram.
+/// A bifurcation diagram: a sweep over one parameter, up and down, each run starting from where the one before it ended.
+///
+/// How long to settle and to draw, how closely a motion has to return, exponents: all that is the [`Sweep`]'s to say.
 ///
 /// ```
-/// assert_ne!(gear_dynamics::Marks::Strobed, gear_dynamics::Marks::Extremes);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marks {
-    /// A coordinate or velocity (`q1`, `v1`, ...) once in every period.
-    Strobed,
-    /// The least and the largest value of a channel in every period.
-    Extremes,
-}
-
-/// A bifurcation diagram: one parameter up and down, each run starting from where the one before it ended.
-///
-/// ```
-/// use gear_dynamics::{Axis, Bifurcation, LaneRk4, Marks, NfgPair, NfgParams};
-/// let diagram = Bifurcation::over(Axis::linear("speed", 100.0, 120.0, 3)?, "q1", Marks::Strobed).settle(4).measure(2).run(
+/// use gear_dynamics::{Axis, Bifurcation, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// let speeds = Points::along(Axis::linear("speed", 100.0, 120.0, 3)?);
+/// let diagram = Bifurcation::strobed(Sweep::over(speeds).settle(20).measure(4), "q1").run(
 ///     &LaneRk4::<4>::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;
-/// assert!(diagram.hysteresis(1e-3).is_empty());
-/// assert_eq!(diagram.up().len(), 3);
+/// assert_eq!(diagram.up().iter().map(|p| p.parameter).collect::<Vec<_>>(), [100.0, 110.0, 120.0]);
+/// assert!(diagram.hysteresis(1e-3)?.is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bifurcation {
-    axis: Axis,
+    sweep: Sweep,
     channel: String,
-    marks: Marks,
-    settle: usize,
-    measure: usize,
-    lyapunov: Option<Lyapunov>,
+    strobed: bool,
 }
 
 impl Bifurcation {
-    /// Of a channel along an axis; 60 periods to settle and 40 to draw at every value.
-    pub fn over(axis: Axis, channel: &str, marks: Marks) -> Self {
-        Bifurcation { axis, channel: channel.into(), marks, settle: 60, measure: 40, lyapunov: None }
+    /// Draws a coordinate or velocity (`q1`, `v1`, ...) once in every measured period.
+    pub fn strobed(sweep: Sweep, channel: &str) -> Self {
+        Bifurcation { sweep, channel: channel.into(), strobed: true }
     }
-    /// Periods to settle at every value.
-    pub fn settle(self, periods: usize) -> Self {
-        Bifurcation { settle: periods, ..self }
-    }
-    /// Periods to draw at every value.
-    pub fn measure(self, periods: usize) -> Self {
-        Bifurcation { measure: periods, ..self }
-    }
-    /// The largest Lyapunov exponent at every value as well, as in [`Sweep::lyapunov`]: [`Row::lyapunov`] of the [rows](Diagram::rows).
-    pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
-        Bifurcation { lyapunov: Some(lyapunov), ..self }
+    /// Draws the least and the largest value of a channel in every measured period.
+    pub fn extremes(sweep: Sweep, channel: &str) -> Self {
+        Bifurcation { sweep, channel: channel.into(), strobed: false }
     }
 
     /// Runs up and down; the first run of each way starts from `start`.
     ///
     /// # Errors
-    /// As [`Sweep::run`]; a channel that is no coordinate or velocity for strobed marks.
+    /// As [`Sweep::run`]; a sweep over more than one parameter; for strobed values a channel that is no coordinate or velocity.
     pub fn run<M, E, X, Y>(
         &self,
         engine: &E,
@@ -82,54 +61,80 @@ impl Bifurcation {
         X: Display,
         Y: Display,
     {
-        let mut sweep = Sweep::over(Points::along(self.axis.clone()))
-            .settle(self.settle)
-            .measure(self.measure)
-            .channels(&[&self.channel])
-            .strobe(self.measure);
-        if let Some(lyapunov) = self.lyapunov {
-            sweep = sweep.lyapunov(lyapunov);
-        }
-        let way = |carry| sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &Watch::new());
-        let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
-        let (up, down) = (up?, down?);
-        let component = match self.marks {
-            Marks::Extremes => 0,
-            Marks::Strobed => strobed(&self.channel, up.layout.dof)?,
-        };
-        let branch = |rows: &Rows| rows.iter().map(|row| self.value(&row, component)).collect::<Result<Vec<_>, ParameterError>>();
-        Ok(Diagram { up: branch(&up)?, down: branch(&down)?, up_rows: up, down_rows: down })
+        self.run_watched(engine, family, start, &Watch::new())
     }
 
-    fn value(&self, row: &Row<'_>, component: usize) -> Result<Mark, ParameterError> {
-        let values = match self.marks {
-            Marks::Strobed => row.strobes().map(|state| state[component]).collect(),
-            Marks::Extremes => row.extremes(&self.channel)?.concat(),
+    /// The same with somebody looking on: progress is that of both ways together, rows are those of either way. When cancelled, the points done
+    /// so far make the diagram.
+    ///
+    /// # Errors
+    /// As [`run`](Bifurcation::run).
+    pub fn run_watched<M, E, X, Y>(
+        &self,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+        watch: &Watch<'_>,
+    ) -> Result<Diagram, SweepError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        let points = self.sweep.points();
+        check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
+        let model = (0..points.len()).take_while(|_| !watch.is_cancelled()).find_map(|i| family(&points.point(i)).ok());
+        let component = match model {
+            Some(model) if self.strobed => component(&self.channel, model.dof())?,
+            _ => 0,
         };
-        Ok(Mark { parameter: row.point().values()[0], values, period: row.period_multiple() })
+        let mut names: Vec<&str> = self.sweep.names().iter().map(String::as_str).collect();
+        if !names.contains(&self.channel.as_str()) {
+            names.push(&self.channel);
+        }
+        // All measured periods are drawn.
+        let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
+        let done = [const { AtomicUsize::new(0) }; 2];
+        let way = |way: usize, carry: Carry| {
+            let show = |now: usize, total: usize| {
+                let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
+                watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
+            };
+            sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &watch.progress(&show))
+        };
+        let (up, down) = rayon::join(|| way(0, Carry::Up), || way(1, Carry::Down));
+        let (up_rows, down_rows) = (up?, down?);
+        let branch = |rows: &Rows| rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>();
+        Ok(Diagram { up: branch(&up_rows)?, down: branch(&down_rows)?, up_rows, down_rows })
+    }
+
+    fn point(&self, row: &Row<'_>, component: usize) -> Result<DiagramPoint, ParameterError> {
+        let values = match self.strobed {
+            true => row.strobes().map(|state| state[component]).collect(),
+            false => row.extremes(&self.channel)?.concat(),
+        };
+        Ok(DiagramPoint { index: row.index(), parameter: row.point().values()[0], values, period: row.period_multiple() })
     }
 }
 
 /// Where `q1`, `v1`, ... stand in a state.
-fn strobed(name: &str, dof: usize) -> Result<usize, ParameterError> {
-    let known = || (1..=dof).flat_map(|i| [format!("q{i}"), format!("v{i}")]).collect::<Vec<_>>().join(", ");
-    (0..dof)
-        .find_map(|i| match name {
-            _ if name == format!("q{}", i + 1) => Some(i),
-            _ if name == format!("v{}", i + 1) => Some(dof + i),
-            _ => None,
-        })
-        .ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: known() })
+fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
+    let names: Vec<String> = ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
+    let place = names.iter().position(|known| known == name);
+    place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
 }
 
-/// The marks at one value of the parameter.
+/// What is drawn at one value of the parameter, on one way.
 ///
 /// ```
-/// let mark = gear_dynamics::Mark { parameter: 150.0, values: vec![1.0, 2.0], period: Some(2) };
-/// assert_eq!(mark.values.len(), 2);
+/// let point = gear_dynamics::DiagramPoint { index: 0, parameter: 150.0, values: vec![1.0, 2.0], period: Some(2) };
+/// assert_eq!(point.values.len(), 2);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
+pub struct DiagramPoint {
+    /// Its place on the axis.
+    pub index: usize,
     /// The value of the parameter.
     pub parameter: f64,
     /// What is drawn.
@@ -141,52 +146,68 @@ pub struct Mark {
 /// A finished diagram.
 ///
 /// ```
-/// # use gear_dynamics::{Axis, Bifurcation, LaneRk4, Marks, NfgPair, NfgParams};
-/// let speeds = Axis::linear("speed", 100.0, 110.0, 2)?;
-/// let diagram = Bifurcation::over(speeds, "deflection", Marks::Extremes).settle(3).measure(1).run(
+/// # use gear_dynamics::{Axis, Bifurcation, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// let speeds = Points::along(Axis::linear("speed", 100.0, 110.0, 2)?);
+/// let diagram = Bifurcation::extremes(Sweep::over(speeds).settle(3).measure(1), "deflection").run(
 ///     &LaneRk4::<4>::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;
-/// assert_eq!(diagram.down()[1].parameter, 110.0);
+/// assert_eq!((diagram.down()[1].parameter, diagram.down()[1].values.len()), (110.0, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagram {
-    up: Vec<Mark>,
-    down: Vec<Mark>,
+    up: Vec<DiagramPoint>,
+    down: Vec<DiagramPoint>,
     up_rows: Rows,
     down_rows: Rows,
 }
 
 impl Diagram {
-    /// The marks on the way up, by increasing parameter.
-    pub fn up(&self) -> &[Mark] {
+    /// What is drawn on the way along the axis, in its order, without the points that failed.
+    pub fn up(&self) -> &[DiagramPoint] {
         &self.up
     }
-    /// The marks on the way down, by increasing parameter.
-    pub fn down(&self) -> &[Mark] {
+    /// What is drawn on the way back, in the order of the axis as well.
+    pub fn down(&self) -> &[DiagramPoint] {
         &self.down
     }
-    /// All figures of both ways, with the errors of values that failed.
+    /// All figures of both ways, with the errors of points that failed.
     pub fn rows(&self) -> [&Rows; 2] {
         [&self.up_rows, &self.down_rows]
     }
 
-    /// The values of the parameter at which the two ways end on different motions: a mark of one lies farther from all marks of the other than
-    /// this share of the range of the whole diagram. Where both are aperiodic no claim is made.
-    pub fn hysteresis(&self, tolerance: f64) -> Vec<f64> {
-        let all = self.up.iter().chain(&self.down).flat_map(|mark| &mark.values);
+    /// The values of the parameter at which the two ways end on different motions: a value drawn on one of them lies farther from all values of
+    /// the other than this share of the range of the whole diagram. Nothing is claimed where it is [undecided](Diagram::undecided).
+    ///
+    /// # Errors
+    /// A tolerance that is not positive and finite.
+    pub fn hysteresis(&self, tolerance: f64) -> Result<Vec<f64>, ParameterError> {
+        let tolerance = check::positive("tolerance of the hysteresis", tolerance)?;
+        let all = self.up.iter().chain(&self.down).flat_map(|point| &point.values);
         let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
         let far = |a: &[f64], b: &[f64]| {
             let nearest = |x: &f64| b.iter().fold(f64::INFINITY, |m: f64, y| m.min((x - y).abs()));
             a.iter().map(nearest).fold(0.0, f64::max) > tolerance * (hi - lo)
         };
-        let differ = |(a, b): (&Mark, &Mark)| match (a.period, b.period) {
-            (None, None) => None,
-            _ => (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter),
-        };
-        let pairs = self.up.iter().filter_map(|a| self.down.iter().find(|b| b.parameter == a.parameter).map(|b| (a, b)));
-        pairs.filter_map(differ).collect()
+        let differ =
+            |(a, b): (&DiagramPoint, &DiagramPoint)| (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter);
+        Ok(self.decided().filter_map(differ).collect())
+    }
+
+    /// The values of the parameter of which nothing can be said: neither way repeats (chaos, not settled, or a step too coarse for
+    /// [`periodic_within`](Sweep::periodic_within)), or one of them failed.
+    pub fn undecided(&self) -> Vec<f64> {
+        let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
+        let points = self.up_rows.points();
+        (0..points.len()).filter(|i| decided.binary_search(i).is_err()).map(|i| points.point(i).values()[0]).collect()
+    }
+
+    /// Both ways at the places where at least one of them repeats.
+    fn decided(&self) -> impl Iterator<Item = (&DiagramPoint, &DiagramPoint)> {
+        let down = |a: &DiagramPoint| self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i]);
+        let pairs = self.up.iter().filter_map(move |a| Some((a, down(a)?)));
+        pairs.filter(|(a, b)| a.period.is_some() || b.period.is_some())
     }
 }

@@ -1,17 +1,18 @@
 //! Many members of a random model, reduced as they come.
 
+use super::bands::{Bands, Seen};
 use super::error::PointError;
-use super::moments::Distribution;
 use super::watch::Watch;
-use crate::analysis::Rattle;
+use crate::analysis::{Rattle, Statistics};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, State};
-use crate::ode::{Integrator, Step, uniform_times};
+use crate::ode::{Integrator, Observer, Step, uniform_times};
 use crate::piece::Side;
 use rayon::prelude::*;
 use std::fmt::Display;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use thiserror::Error;
 
 /// Members of a random model: its channels over time and its impacts, seen once for each member and never stored.
@@ -34,16 +35,18 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ensemble {
     members: u64,
-    times: Vec<f64>,
-    channels: Vec<String>,
+    pub(super) times: Vec<f64>,
+    pub(super) channels: Vec<String>,
+    pub(super) peaks: Vec<String>,
     rattle: bool,
 }
 
 /// Why an ensemble has no result.
 ///
 /// ```
-/// use gear_dynamics::EnsembleError;
-/// assert_eq!(EnsembleError::AllFailed { members: 3 }.to_string(), "all of 3 members failed");
+/// use gear_dynamics::{EnsembleError, PointError};
+/// let error = EnsembleError::AllFailed { members: 3, first: PointError::Model("no torque".into()) };
+/// assert_eq!(error.to_string(), "all of 3 members failed, the first one: no model: no torque");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -52,15 +55,23 @@ pub enum EnsembleError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No member came to its end.
-    #[error("all of {members} members failed")]
+    #[error("all of {members} members failed, the first one: {first}")]
     AllFailed {
+        /// How many there were.
+        members: u64,
+        /// Why member 0 did.
+        first: PointError,
+    },
+    /// Cancelled before a member was done.
+    #[error("cancelled before one of {members} members was done")]
+    Cancelled {
         /// How many there were.
         members: u64,
     },
 }
 
-/// Members that are run one after the other before they are put together: a fixed number, so that sums do not depend on threads.
-const BLOCK: u64 = 32;
+/// For each thread, members that are run before all are added up, in the order of their numbers: sums do not depend on threads.
+const WAITING: u64 = 128;
 
 impl Ensemble {
     /// Members 0, 1, ... from time 0 to `end`, seen at `spans + 1` equally spaced times.
@@ -75,11 +86,16 @@ impl Ensemble {
             return Err(ParameterError::TooFew { name: "spans of time".into(), value: 0, least: 1 });
         }
         check::positive("end of the ensemble", end)?;
-        Ok(Ensemble { members, times: uniform_times(0.0, end, spans), channels: Vec::new(), rattle: false })
+        Ok(Ensemble { members, times: uniform_times(0.0, end, spans), channels: Vec::new(), peaks: Vec::new(), rattle: false })
     }
-    /// Channels whose distribution at every time is wanted, and that of their largest magnitude in a run.
+    /// Channels whose distribution at every time is wanted.
     pub fn channels(self, names: &[&str]) -> Self {
         Ensemble { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
+    }
+    /// Channels of which the distribution of the largest magnitude in a run is wanted: that of the whole run, found inside the steps as by
+    /// [`Statistics`], not among the times.
+    pub fn peaks(self, names: &[&str]) -> Self {
+        Ensemble { peaks: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
     /// The distribution of the impacts of each contact is wanted.
     pub fn rattle(self) -> Self {
@@ -99,7 +115,7 @@ impl Ensemble {
         self.run_watched(solver, family, &Watch::new())
     }
 
-    /// The same with somebody looking on; when cancelled, the members done so far make the result.
+    /// The same with somebody looking on, after every member; there are no rows to show. When cancelled, the members done so far make the result.
     ///
     /// # Errors
     /// [`EnsembleError`].
@@ -114,204 +130,102 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
+        let mut failure = None;
+        let model = (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
+            Ok((model, _)) => Some(model),
+            Err(error) => {
+                failure.get_or_insert_with(|| PointError::Model(error.to_string()));
+                None
+            }
+        });
+        // A name that the first model does not have is a mistake of the whole.
+        if let Some(model) = &model {
+            let probe = Probe::new(model);
+            self.channels.iter().chain(&self.peaks).try_for_each(|name| probe.index(name).map(|_| ()))?;
+        } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
+            return Err(EnsembleError::AllFailed { members: self.members, first });
+        }
         let mut bands = Bands::new(self);
-        let mut next = 0;
-        // Some blocks at a time, put together in order.
-        let abreast = 4 * rayon::current_num_threads() as u64;
+        let (mut next, shown) = (0, AtomicUsize::new(0));
         while next < self.members && !watch.is_cancelled() {
-            let until = (next + BLOCK * abreast).min(self.members);
-            let members: Vec<u64> = (next..until).collect();
-            let seen: Vec<Result<Seen, PointError>> =
-                members.par_iter().map(|&member| self.member(solver, &family, member, watch)).collect();
-            for (member, seen) in members.into_iter().zip(seen) {
+            let until = (next + WAITING * rayon::current_num_threads() as u64).min(self.members);
+            let run = |member| {
+                let seen = self.member(solver, &family, member, watch).transpose();
+                if seen.is_some() {
+                    watch.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
+                }
+                seen
+            };
+            let seen: Vec<Option<Result<Seen, PointError>>> = (next..until).into_par_iter().map(run).collect();
+            for (member, seen) in (next..until).zip(seen) {
                 match seen {
-                    Ok(seen) => bands.add(&seen)?,
-                    Err(_) if watch.is_cancelled() => {}
-                    Err(error) => bands.fail(member, error),
+                    Some(Ok(seen)) => bands.add(&seen),
+                    Some(Err(error)) => bands.fail(member, error),
+                    None => {}
                 }
             }
             next = until;
-            watch.show(next as usize, self.members as usize);
         }
-        if bands.members() == 0 { Err(EnsembleError::AllFailed { members: self.members }) } else { Ok(bands) }
+        match bands.first_failure {
+            _ if bands.members > 0 => Ok(bands),
+            Some((_, first)) if bands.failed == self.members => Err(EnsembleError::AllFailed { members: self.members, first }),
+            _ => Err(EnsembleError::Cancelled { members: self.members }),
+        }
     }
 
+    /// One member, or nothing when cancelled.
     fn member<M: Model, I: Integrator, X: Display>(
         &self,
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
         watch: &Watch<'_>,
-    ) -> Result<Seen, PointError> {
+    ) -> Result<Option<Seen>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
         start.check(model.dof()).map_err(PointError::Start)?;
+        if start.t != 0.0 {
+            let (name, value) = ("start.t".into(), start.t);
+            return Err(PointError::Start(ParameterError::OutOfRange { name, value, allowed: "0: members begin at time 0" }));
+        }
         let mut probe = Probe::new(&model);
         let chosen = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>().map_err(PointError::Start)?;
-        let mut seen = Seen { values: Vec::with_capacity(chosen.len() * self.times.len()), impacts: Vec::new() };
+        let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
+        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Start)?;
+        let mut rattle = self.rattle.then(|| Rattle::new(&model));
+        let mut values = Vec::with_capacity(chosen.len() * self.times.len());
         let mut y = [&start.q[..], &start.v].concat();
         let mut left = &self.times[1..];
-        let mut look = |t: f64, side: Side, y: &[f64], values: &mut Vec<f64>| {
+        let mut look = |t: f64, side: Side, y: &[f64]| {
             let (q, v) = y.split_at(y.len() / 2);
             let all = probe.read(t, side, q, v);
             values.extend(chosen.iter().map(|&c| all[c]));
         };
-        look(0.0, Side::After, &y, &mut seen.values);
-        let mut rattle = self.rattle.then(|| Rattle::new(&model));
+        look(0.0, Side::After, &y);
         let mut observe = |step: &mut Step<'_>| {
             while let [t, rest @ ..] = left
                 && *t <= step.t1()
             {
                 step.at(*t, &mut y);
-                look(*t, Side::Before, &y, &mut seen.values);
+                look(*t, Side::Before, &y);
                 left = rest;
+            }
+            // Neither stops a run.
+            if !peaks.is_empty() {
+                let _ = statistics.step(step);
+            }
+            if let Some(rattle) = &mut rattle {
+                let _ = rattle.step(step);
             }
             if watch.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
-        let finish = match &mut rattle {
-            Some(rattle) => solver.run(&model, &start, end, &mut (&mut observe, rattle))?,
-            None => solver.run(&model, &start, end, &mut observe)?,
-        };
+        let finish = solver.run(&model, &start, end, &mut observe)?;
         if finish.stopped {
-            return Err(PointError::Model("cancelled".into()));
+            return Ok(None);
         }
-        seen.impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
-        Ok(seen)
-    }
-}
-
-/// One member: its channels, time by time, and the impacts of its contacts.
-struct Seen {
-    values: Vec<f64>,
-    impacts: Vec<f64>,
-}
-
-/// What an ensemble did: the distribution of every channel at every time.
-///
-/// ```
-/// use gear_dynamics::{Ensemble, Model, ParameterError, Rk4, State};
-/// struct Fall(f64);
-/// impl Model for Fall {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -self.0; }
-/// }
-/// let family = |member: u64| Ok::<_, ParameterError>((Fall(member as f64), State::at_rest(1)));
-/// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
-/// assert_eq!((bands.times()[2], bands.at("q1", 2)?.min(), bands.at("q1", 2)?.mean()), (2.0, -8.0, -4.0)); // exact: the fall is a parabola
-/// assert!((bands.band("q1", 0.5)?[1] + 1.0).abs() < 1e-12);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bands {
-    times: Vec<f64>,
-    names: Vec<String>,
-    /// Time by time, channel by channel.
-    values: Vec<Distribution>,
-    peaks: Vec<Distribution>,
-    impacts: Vec<Distribution>,
-    /// Members, and mean and standard error of each channel's peak, at powers of two.
-    convergence: Vec<(u64, Vec<[f64; 2]>)>,
-    members: u64,
-    failed: u64,
-    first_failure: Option<(u64, PointError)>,
-}
-
-impl Bands {
-    fn new(ensemble: &Ensemble) -> Self {
-        let channels = ensemble.channels.len();
-        Bands {
-            times: ensemble.times.clone(),
-            names: ensemble.channels.clone(),
-            values: vec![Distribution::new(); channels * ensemble.times.len()],
-            peaks: vec![Distribution::new(); channels],
-            impacts: Vec::new(),
-            convergence: Vec::new(),
-            members: 0,
-            failed: 0,
-            first_failure: None,
-        }
-    }
-
-    fn add(&mut self, seen: &Seen) -> Result<(), ParameterError> {
-        for (distribution, &x) in self.values.iter_mut().zip(&seen.values) {
-            distribution.add(x);
-        }
-        let n = self.names.len();
-        for (c, peak) in self.peaks.iter_mut().enumerate() {
-            peak.add(seen.values.iter().skip(c).step_by(n).fold(0.0, |m: f64, x| m.max(x.abs())));
-        }
-        self.impacts.resize(seen.impacts.len(), Distribution::new());
-        self.impacts.iter_mut().zip(&seen.impacts).for_each(|(d, x)| d.add(*x));
-        self.members += 1;
-        if self.members.is_power_of_two() {
-            self.convergence.push((self.members, self.peaks.iter().map(|p| [p.mean(), p.standard_error()]).collect()));
-        }
-        Ok(())
-    }
-
-    fn fail(&mut self, member: u64, error: PointError) {
-        self.failed += 1;
-        self.first_failure.get_or_insert((member, error));
-    }
-
-    /// The times.
-    pub fn times(&self) -> &[f64] {
-        &self.times
-    }
-    /// Members that came to their end.
-    pub fn members(&self) -> u64 {
-        self.members
-    }
-    /// Members that did not, with the number and the error of the first one.
-    pub fn failed(&self) -> (u64, Option<&(u64, PointError)>) {
-        (self.failed, self.first_failure.as_ref())
-    }
-
-    fn index(&self, channel: &str) -> Result<usize, ParameterError> {
-        let place = self.names.iter().position(|name| name == channel);
-        place.ok_or_else(|| ParameterError::NoSuchChannel { name: channel.into(), known: self.names.join(", ") })
-    }
-
-    /// The distribution of a channel at the `i`-th time.
-    ///
-    /// # Errors
-    /// [`ParameterError::NoSuchChannel`], and a time that there is not.
-    pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
-        let at = i * self.names.len() + self.index(channel)?;
-        let most = self.times.len();
-        self.values.get(at).ok_or(ParameterError::Length { name: "times".into(), expected: i + 1, found: most })
-    }
-    /// Quantile `p` of a channel over time.
-    ///
-    /// # Errors
-    /// [`ParameterError`] as of [`at`](Bands::at) and [`Distribution::quantile`].
-    pub fn band(&self, channel: &str, p: f64) -> Result<Vec<f64>, ParameterError> {
-        (0..self.times.len()).map(|i| self.at(channel, i)?.quantile(p)).collect()
-    }
-    /// Mean of a channel over time.
-    ///
-    /// # Errors
-    /// [`ParameterError::NoSuchChannel`].
-    pub fn mean(&self, channel: &str) -> Result<Vec<f64>, ParameterError> {
-        (0..self.times.len()).map(|i| Ok(self.at(channel, i)?.mean())).collect()
-    }
-    /// The distribution of the largest magnitude of a channel among the times of a run.
-    ///
-    /// # Errors
-    /// [`ParameterError::NoSuchChannel`].
-    pub fn peak(&self, channel: &str) -> Result<&Distribution, ParameterError> {
-        Ok(&self.peaks[self.index(channel)?])
-    }
-    /// The distribution of the number of impacts of contact `i` in a run, if [`rattle`](Ensemble::rattle) was asked for.
-    pub fn impacts(&self, i: usize) -> Option<&Distribution> {
-        self.impacts.get(i)
-    }
-    /// How the mean peak of a channel came to rest: members, mean and standard error, at powers of two.
-    ///
-    /// # Errors
-    /// [`ParameterError::NoSuchChannel`].
-    pub fn convergence(&self, channel: &str) -> Result<Vec<(u64, f64, f64)>, ParameterError> {
-        let i = self.index(channel)?;
-        Ok(self.convergence.iter().map(|(members, peaks)| (*members, peaks[i][0], peaks[i][1])).collect())
+        let peak = |name: &&str| statistics.summary(name).map(|x| x.max.abs().max(x.min.abs()));
+        let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Start)?;
+        let impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
+        Ok(Some(Seen { values, peaks, impacts }))
     }
 }

@@ -1,5 +1,6 @@
 //! Many runs of one family, reduced on the fly.
 
+mod bands;
 mod basins;
 mod bifurcation;
 mod block;
@@ -18,10 +19,11 @@ mod tables;
 mod track;
 mod watch;
 
+pub use bands::Bands;
 pub use basins::{Attractor, Attractors};
-pub use bifurcation::{Bifurcation, Diagram, Mark, Marks};
+pub use bifurcation::{Bifurcation, Diagram, DiagramPoint};
 pub use engine::{Job, Source, SweepEngine};
-pub use ensemble::{Bands, Ensemble, EnsembleError};
+pub use ensemble::{Ensemble, EnsembleError};
 pub use error::{PointError, SweepError};
 pub use located::Located;
 pub use moments::Distribution;

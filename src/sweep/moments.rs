@@ -1,15 +1,18 @@
 //! What is kept of a random number that is seen many times.
 
 use crate::error::{ParameterError, check};
+use std::collections::VecDeque;
 
 /// Values kept as they are, before they are sorted into bins.
 const PILOT: usize = 512;
-/// Bins over the range of the pilot, and as many again on either side.
-const BINS: usize = 512;
+/// Bins at the most, and over the range of the pilot at the least.
+const BINS: usize = 1024;
+const LEAST: usize = 256;
 
 /// Count, mean, variance, extremes and quantiles of a number that is seen once for every member, in a memory that does not grow with their
-/// number: up to 512 values are kept; from then on they are counted in 1536 bins over three times the range of the first 512, so that a
-/// quantile is off by a bin at the most ([`resolution`](Distribution::resolution)).
+/// number: up to 512 values are kept; from then on they are counted in at most 1024 bins, whose width doubles as often as a value asks for it,
+/// so that a quantile is off by a bin at the most ([`resolution`](Distribution::resolution)), 1/256 of the range of all values. Values that are
+/// not finite are [counted apart](Distribution::not_finite).
 ///
 /// ```
 /// use gear_dynamics::Distribution;
@@ -20,24 +23,44 @@ const BINS: usize = 512;
 /// assert!((x.quantile(0.5)? - 49.5).abs() < 1.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     count: u64,
+    not_finite: u64,
     mean: f64,
     /// Σ (x - mean)².
     square: f64,
     min: f64,
     max: f64,
     pilot: Vec<f64>,
-    bins: Vec<u32>,
-    start: f64,
+    /// Bin i holds the x with floor(x/width) = first + i.
+    bins: VecDeque<u64>,
+    first: f64,
+    /// A power of two, so that two bins are one of twice the width, to the bit; 0 while all values are kept.
     width: f64,
+}
+
+impl Default for Distribution {
+    fn default() -> Self {
+        Distribution::new()
+    }
 }
 
 impl Distribution {
     /// Nothing seen yet.
     pub fn new() -> Self {
-        Distribution { min: f64::INFINITY, max: f64::NEG_INFINITY, ..Distribution::default() }
+        Distribution {
+            count: 0,
+            not_finite: 0,
+            mean: 0.0,
+            square: 0.0,
+            min: f64::INFINITY,
+            max: f64::NEG_INFINITY,
+            pilot: Vec::new(),
+            bins: VecDeque::new(),
+            first: 0.0,
+            width: 0.0,
+        }
     }
 
     /// Of given values.
@@ -49,44 +72,82 @@ impl Distribution {
 
     /// Sees a value. Mean and variance by Welford's recurrence.
     pub fn add(&mut self, x: f64) {
+        if !x.is_finite() {
+            self.not_finite += 1;
+            return;
+        }
         self.count += 1;
         let off = x - self.mean;
         self.mean += off / self.count as f64;
         self.square += off * (x - self.mean);
         self.min = self.min.min(x);
         self.max = self.max.max(x);
-        if self.bins.is_empty() {
-            self.pilot.push(x);
-            if self.pilot.len() == PILOT {
-                self.sort_in();
-            }
-        } else {
+        if !self.bins.is_empty() {
             self.bin(x);
+            return;
+        }
+        self.pilot.push(x);
+        if self.pilot.len() == PILOT {
+            self.sort_in();
         }
     }
 
     fn sort_in(&mut self) {
-        let range = (self.max - self.min).max(1e-12 * self.max.abs().max(self.min.abs())).max(f64::MIN_POSITIVE);
-        self.start = self.min - range;
-        self.width = range / BINS as f64;
-        self.bins = vec![0; 3 * BINS];
+        // Not below what numbers of this size can resolve.
+        let resolved = 1e-12 * self.max.abs().max(self.min.abs());
+        let wanted = (self.max / LEAST as f64 - self.min / LEAST as f64).max(resolved).max(f64::MIN_POSITIVE);
+        // The largest power of two that is not above it.
+        self.width = f64::from_bits(wanted.to_bits() & f64::INFINITY.to_bits());
         for x in std::mem::take(&mut self.pilot) {
             self.bin(x);
         }
     }
 
     fn bin(&mut self, x: f64) {
-        let place = ((x - self.start) / self.width).clamp(0.0, (3 * BINS - 1) as f64);
-        self.bins[place as usize] += 1;
+        let mut place = (x / self.width).floor();
+        if self.bins.is_empty() {
+            self.first = place;
+        }
+        while place.max(self.last()) - place.min(self.first) >= BINS as f64 {
+            self.double();
+            place = (x / self.width).floor();
+        }
+        while place < self.first {
+            self.bins.push_front(0);
+            self.first -= 1.0;
+        }
+        while place > self.last() || self.bins.is_empty() {
+            self.bins.push_back(0);
+        }
+        self.bins[(place - self.first) as usize] += 1;
     }
 
-    /// Values seen.
+    fn last(&self) -> f64 {
+        self.first + self.bins.len().max(1) as f64 - 1.0
+    }
+
+    /// Makes one bin of every two.
+    fn double(&mut self) {
+        let first = (0.5 * self.first).floor();
+        let odd = usize::from(self.first > 2.0 * first);
+        let mut wide = VecDeque::from(vec![0; (self.bins.len() + odd).div_ceil(2)]);
+        for (i, count) in self.bins.iter().enumerate() {
+            wide[(i + odd) / 2] += count;
+        }
+        (self.bins, self.first, self.width) = (wide, first, 2.0 * self.width);
+    }
+
+    /// Finite values seen: all figures are of these.
     pub fn count(&self) -> u64 {
         self.count
     }
-    /// Mean.
+    /// Values seen that are infinite or not a number, such as those of a [column](crate::Rows::column) where a point failed.
+    pub fn not_finite(&self) -> u64 {
+        self.not_finite
+    }
+    /// Mean; not a number with no values.
     pub fn mean(&self) -> f64 {
-        self.mean
+        if self.count > 0 { self.mean } else { f64::NAN }
     }
     /// Σ (x - mean)²/(n - 1).
     pub fn variance(&self) -> f64 {
@@ -98,7 +159,7 @@ impl Distribution {
     }
     /// The mean with `z` standard errors either side: z = 1.96 holds the true mean 19 times in 20.
     pub fn confidence(&self, z: f64) -> [f64; 2] {
-        [self.mean - z * self.standard_error(), self.mean + z * self.standard_error()]
+        [self.mean() - z * self.standard_error(), self.mean() + z * self.standard_error()]
     }
     /// Least value.
     pub fn min(&self) -> f64 {
@@ -134,10 +195,10 @@ impl Distribution {
         let wanted = p * self.count as f64;
         let mut below = 0.0;
         for (i, &count) in self.bins.iter().enumerate() {
-            let count = f64::from(count);
+            let count = count as f64;
             if count > 0.0 && below + count >= wanted {
                 let within = ((wanted - below) / count).clamp(0.0, 1.0);
-                return Ok((self.start + (i as f64 + within) * self.width).clamp(self.min, self.max));
+                return Ok(((self.first + i as f64 + within) * self.width).clamp(self.min, self.max));
             }
             below += count;
         }
@@ -146,17 +207,13 @@ impl Distribution {
 
     /// Counts over so many equal spans between the extremes, by the middle of each span: to a bin's width.
     pub fn histogram(&self, spans: usize) -> Vec<(f64, u64)> {
-        let mut whole = self.clone();
-        if whole.bins.is_empty() && whole.count > 0 {
-            whole.sort_in();
-        }
-        let width = (self.max - self.min) / spans as f64;
+        let width = self.max / spans as f64 - self.min / spans as f64;
         let mut counts: Vec<(f64, u64)> = (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
-        for (i, &count) in whole.bins.iter().enumerate().filter(|(_, count)| **count > 0) {
-            let middle = whole.start + (i as f64 + 0.5) * whole.width;
-            let place = ((middle - self.min) / width).clamp(0.0, spans.saturating_sub(1) as f64);
+        let bins = self.bins.iter().enumerate().map(|(i, &count)| ((self.first + i as f64 + 0.5) * self.width, count));
+        for (x, count) in self.pilot.iter().map(|x| (*x, 1)).chain(bins) {
+            let place = ((x - self.min) / width).clamp(0.0, spans.saturating_sub(1) as f64);
             if let Some(span) = counts.get_mut(place as usize) {
-                span.1 += u64::from(count);
+                span.1 += count;
             }
         }
         counts

@@ -82,12 +82,17 @@ impl Points {
     /// Every combination of the values of the axes.
     ///
     /// # Errors
-    /// No axis at all.
+    /// No axis at all, two of one name, more points than can be counted.
     pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
         if axes.is_empty() {
             return Err(ParameterError::Empty { name: "axes of the grid".into(), least: 1 });
         }
-        Ok(Points { names: axes.iter().map(|axis| axis.name.clone()).collect(), kind: Kind::Grid(axes) })
+        let lengths = || axes.iter().map(|axis| axis.values.len());
+        if lengths().try_fold(1, usize::checked_mul).is_none() {
+            let value = lengths().map(|length| length as f64).product();
+            return Err(ParameterError::OutOfRange { name: "points of the grid".into(), value, allowed: "[1, usize::MAX]" });
+        }
+        Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
     }
 
     /// One axis.
@@ -98,7 +103,7 @@ impl Points {
     /// Named columns, one row for each point.
     ///
     /// # Errors
-    /// No rows, rows of another length than the names, values that are not finite.
+    /// No rows, rows of another length than the names, two columns of one name, values that are not finite.
     pub fn list(names: &[&str], rows: &[Vec<f64>]) -> Result<Self, ParameterError> {
         if rows.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
@@ -107,7 +112,7 @@ impl Points {
             check::length(format!("point {i}"), row.len(), names.len())?;
             check::all_finite(&format!("point {i}"), row)?;
         }
-        Ok(Points { names: names.iter().map(|name| (*name).to_owned()).collect(), kind: Kind::List(rows.concat()) })
+        Ok(Points { names: different(names.iter().copied())?, kind: Kind::List(rows.concat()) })
     }
 
     /// How many points.
@@ -158,6 +163,15 @@ impl Points {
             }
         };
         Point { index, names: &self.names, values }
+    }
+}
+
+/// The names, if no two are the same.
+fn different<'n>(names: impl Iterator<Item = &'n str>) -> Result<Vec<String>, ParameterError> {
+    let names: Vec<String> = names.map(str::to_owned).collect();
+    match names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+        Some((_, name)) => Err(ParameterError::Twice { name: name.clone() }),
+        None => Ok(names),
     }
 }
 

@@ -9,6 +9,7 @@
 //! Rank 0 gives out the numbers of the chunks, and computes on a thread of its own meanwhile; whoever is free asks for the next one and sends
 //! the rows of the last one along. Rows are a function of their points alone, so the result has the same bits for any number of ranks: the
 //! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
+//! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
 
 use gear_dynamics::{Axis, LaneRk4, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError, Watch};
 use mpi::Threading;
@@ -22,9 +23,9 @@ const CHUNKS: u64 = 24;
 /// The answer when there are no more chunks.
 const NO_MORE: u64 = u64::MAX;
 
-fn sweep() -> Result<Sweep, ParameterError> {
+fn sweep(channel: &str) -> Result<Sweep, ParameterError> {
     let points = Points::grid(vec![Axis::linear("speed", 100.0, 250.0, 24)?, Axis::linear("load", 10.0, 50.0, 16)?])?;
-    Ok(Sweep::over(points).settle(4).measure(2).channels(&["q1"]).rattle())
+    Ok(Sweep::over(points).settle(4).measure(2).channels(&[channel]).rattle())
 }
 
 fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
@@ -84,19 +85,27 @@ fn follow(world: &SimpleCommunicator, sweep: &Sweep) -> Result<(), Box<dyn Error
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let sweep = sweep()?;
-    if std::env::args().any(|argument| argument == "--serial") {
+    let arguments: Vec<String> = std::env::args().collect();
+    let channel = arguments.iter().position(|argument| argument == "--channel").and_then(|i| arguments.get(i + 1));
+    let sweep = sweep(channel.map_or("q1", String::as_str))?;
+    if arguments.iter().any(|argument| argument == "--serial") {
         println!("{:016x}", compute(&sweep, 0, 1)?.fingerprint());
         return Ok(());
     }
     let (universe, _) = mpi::initialize_with_threading(Threading::Funneled).ok_or("MPI does not start")?;
     let world = universe.world();
-    if world.rank() == 0 {
+    let work = || -> Result<(), Box<dyn Error>> {
+        if world.rank() > 0 {
+            return follow(&world, &sweep);
+        }
         let rows = lead(&world, &sweep)?;
         println!("{:016x}", rows.fingerprint());
         eprintln!("{} points on {} ranks, {} errors", rows.iter().count(), world.size(), rows.errors().len());
         Ok(())
-    } else {
-        follow(&world, &sweep)
+    };
+    if let Err(error) = work() {
+        eprintln!("rank {}: {error}", world.rank());
+        world.abort(1);
     }
+    Ok(())
 }
