@@ -90,9 +90,8 @@ pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Scalar, one_by_one};
 pub use sweep::{
-    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble, EnsembleError, Job, LaneRk4,
-    Located, Plan, Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Source, Sweep, SweepEngine, SweepError, TableRk4,
-    Uncertain, Watch,
+    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble, EnsembleError, LaneRk4, Located,
+    Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
 
 /// Guide pages: theory, periodic orbits, the two models, sweeps, errata of their papers, references.

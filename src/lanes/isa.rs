@@ -5,8 +5,20 @@ use pulp::{Arch, WithSimd};
 /// The vector instructions that lanes run on. The choice changes the time a run takes and not a bit of what it gives.
 ///
 /// ```
-/// use gear_dynamics::InstructionSet;
-/// assert!(InstructionSet::available().contains(&InstructionSet::Baseline));
+/// use gear_dynamics::{Axis, InstructionSet, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 8)?)).settle(0).measure(1).channels(&["q1"]);
+/// let bits = |set| {
+///     sweep.run(
+///         &LaneRk4::<8>::new(63 * 16).instructions(set),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )
+/// };
+/// let baseline = bits(InstructionSet::Baseline)?.fingerprint();
+/// for set in InstructionSet::available() {
+///     assert_eq!(bits(set)?.fingerprint(), baseline);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum InstructionSet {

@@ -1,6 +1,6 @@
 //! Drives over one period, evaluated once for all runs.
 
-use crate::model::{Generic, Model, Periodic};
+use crate::model::{Generic, Periodic};
 use crate::piece::Side;
 use std::f64::consts::TAU;
 use thiserror::Error;
@@ -8,15 +8,20 @@ use thiserror::Error;
 /// Why no table can be made.
 ///
 /// ```
-/// let error = gear_dynamics::TableError::NoSteps;
-/// assert_eq!(error.to_string(), "0 steps per period: at least one is needed");
+/// let error = gear_dynamics::TableError::Size { steps: 0, drives: 3 };
+/// assert_eq!(error.to_string(), "a table of 0 steps per period for 3 drives: at least one step, at most 67108864 numbers, two rows a step");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TableError {
-    /// Zero steps.
-    #[error("0 steps per period: at least one is needed")]
-    NoSteps,
+    /// No steps, or too many.
+    #[error("a table of {steps} steps per period for {drives} drives: at least one step, at most {MOST} numbers, two rows a step")]
+    Size {
+        /// Steps per period.
+        steps: usize,
+        /// Drives in a row.
+        drives: usize,
+    },
     /// A drive that jumps between the steps.
     #[error(
         "a drive jumps after {edge} of the period, which is step {at} of {steps}: take a number of steps that puts it on a whole one, \
@@ -40,18 +45,14 @@ pub enum TableError {
         /// When, as a share of the period.
         phase: f64,
     },
-    /// A period that is not positive and finite.
-    #[error("the period of the model is {period}: it must be positive and finite")]
-    BadPeriod {
-        /// What it was.
-        period: f64,
-    },
 }
 
 /// How far an edge may be from a grid point, in steps, and from where its two sides are looked at.
 const ON_GRID: f64 = 1e-6;
-/// Edges in one period before the model is taken to jump everywhere.
-const MOST_EDGES: usize = 100_000;
+/// Most numbers in a table: half a gigabyte.
+const MOST: usize = 1 << 26;
+/// Rows between two looks at whether to go on.
+const STRETCH: usize = 64;
 
 /// The drives at the start, the middle and the end of every step of one period.
 ///
@@ -73,35 +74,43 @@ pub(crate) struct Table {
 pub(super) const WHOLE: usize = 16;
 
 impl Table {
-    /// The shapes of phase that all lanes share.
-    pub(crate) fn of_shapes<M: Generic + Periodic>(model: &M, steps: usize) -> Result<Self, TableError> {
+    /// Whether there is room for one.
+    pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
+        let numbers = steps.checked_mul(2).and_then(|rows| rows.checked_mul(drives.max(1)));
+        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) { Ok(()) } else { Err(TableError::Size { steps, drives }) }
+    }
+
+    /// The shapes of phase that all lanes share. `None`: not to go on.
+    pub(crate) fn of_shapes<M: Generic + Periodic>(model: &M, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
         let mut all = vec![0.0; model.drives()];
         let columns = model.phases();
-        Table::new(model, columns, steps, |share, side, out: &mut [f64]| {
+        Table::new(model, columns, steps, go_on, |share, side, out: &mut [f64]| {
             model.phase_drives(TAU * share, side, &mut all);
             out.copy_from_slice(&all[..columns]);
         })
     }
 
-    /// All drives of one model.
-    pub(crate) fn of_drives<M: Periodic + ?Sized>(model: &M, steps: usize) -> Result<Self, TableError> {
+    /// All drives of one model. `None`: not to go on.
+    pub(crate) fn of_drives<M: Periodic + ?Sized>(model: &M, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
         let period = model.period();
-        Table::new(model, model.drives(), steps, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
+        Table::new(model, model.drives(), steps, go_on, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
     }
 
     fn new<M: Periodic + ?Sized>(
         model: &M,
         columns: usize,
         steps: usize,
+        go_on: impl Fn() -> bool,
         mut read: impl FnMut(f64, Side, &mut [f64]),
-    ) -> Result<Self, TableError> {
-        if steps == 0 {
-            return Err(TableError::NoSteps);
-        }
+    ) -> Result<Option<Self>, TableError> {
+        Table::check_size(steps, columns)?;
         let jumps = edges(model, steps)?;
         let n = steps as f64;
         let mut values = vec![0.0; 2 * steps * columns];
         for (row, out) in values.chunks_exact_mut(columns.max(1)).enumerate() {
+            if row % STRETCH == 0 && !go_on() {
+                return Ok(None);
+            }
             // At a jump a little later, so that the side does not hang on rounding.
             let late = if row % 2 == 0 && jumps.binary_search(&(row / 2)).is_ok() { ON_GRID } else { 0.0 };
             read((0.5 * row as f64 + late) / n, Side::After, out);
@@ -124,7 +133,7 @@ impl Table {
         if varying.len() < columns {
             values = values.chunks_exact(columns).flat_map(|row| varying.iter().map(|&c| row[c])).collect();
         }
-        Ok(Table { start, varying, values, ends })
+        Ok(Some(Table { start, varying, values, ends }))
     }
 
     /// Steps in a period.
@@ -153,26 +162,23 @@ impl Table {
 }
 
 /// The grid points at which drives jump, in order.
-fn edges<M: Model + Periodic + ?Sized>(model: &M, steps: usize) -> Result<Vec<usize>, TableError> {
-    let period = model.period();
-    if !(period.is_finite() && period > 0.0) {
-        return Err(TableError::BadPeriod { period });
-    }
+fn edges<M: Periodic + ?Sized>(model: &M, steps: usize) -> Result<Vec<usize>, TableError> {
+    let (period, n) = (model.period(), steps as f64);
     let mut found = Vec::new();
     // Begun half a step early, so that a jump at the very start is met.
-    let mut t = -0.5 * period / steps as f64;
-    for _ in 0..MOST_EDGES {
-        let Some(edge) = model.next_edge(t) else { break };
+    let mut t = -0.5 * period / n;
+    while let Some(edge) = model.next_edge(t).filter(|edge| *edge > t) {
         let share = edge / period;
-        let at = share * steps as f64;
-        if at > steps as f64 - 0.5 || edge <= t {
+        let at = share * n;
+        if at > n - 0.5 {
             break;
         }
         if (at - at.round()).abs() > ON_GRID {
             return Err(TableError::EdgeOffGrid { edge: share, at, steps });
         }
         found.push(at.round().max(0.0) as usize);
-        t = edge;
+        // Past this grid point, so that there is an end to it however many edges crowd there.
+        t = edge.max((at.round() + ON_GRID) / n * period);
     }
     found.dedup();
     Ok(found)

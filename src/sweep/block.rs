@@ -3,13 +3,13 @@
 use super::engine::{Job, Source, SweepEngine};
 use super::error::PointError;
 use super::points::Point;
+use super::row::Row;
 use super::rows::Rows;
 use super::run::{Carry, Sweep};
 use super::track::Plan;
 use super::watch::Watch;
 use crate::model::{Periodic, State};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -26,20 +26,22 @@ pub(super) struct Work<'s, F, G> {
     pub(super) start: &'s G,
     pub(super) watch: &'s Watch<'s>,
     pub(super) rows: Mutex<Rows>,
+    /// Names and shape of the rows, for those shown as they come.
+    pub(super) bare: Option<Rows>,
+    /// Runs made, and all to be made.
     pub(super) done: AtomicUsize,
+    pub(super) total: usize,
 }
 
 impl<F: Sync, G: Sync> Work<'_, F, G> {
-    /// All lines of a range, or those to be checked, in blocks.
-    pub(super) fn all<M, E>(&self, engine: &E, lines: Range<usize>, checking: bool)
+    /// The runs of some lines, or their checks, in blocks.
+    pub(super) fn all<M, E>(&self, engine: &E, lines: &[usize], checking: bool)
     where
         M: Periodic,
         E: SweepEngine<M>,
         F: Fn(&Point<'_>) -> Result<M, PointError>,
         G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
     {
-        let every = if checking { self.sweep.check_every } else { 1 };
-        let lines: Vec<usize> = lines.step_by(every).collect();
         let share = lines.len() / (4 * rayon::current_num_threads());
         let block = share.clamp(engine.batch(), 16 * engine.batch());
         lines.par_chunks(block.max(1)).for_each(|lines| {
@@ -69,6 +71,10 @@ where
         let found = [model.dof(), model.contacts()];
         if found != self.work.shape {
             return Err(PointError::Shape { found, expected: self.work.shape });
+        }
+        let period = model.period();
+        if !(period.is_finite() && period > 0.0) {
+            return Err(PointError::Period { period });
         }
         let start = match carried {
             Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
@@ -150,24 +156,21 @@ where
             Ok(Some(row)) => Ok(row),
             Err(error) => Err(error),
         };
-        let poisoned = std::sync::PoisonError::into_inner;
-        if self.checking {
-            if let Ok(row) = row {
-                self.work.rows.lock().unwrap_or_else(poisoned).checks.insert(index, row);
-            }
-            return;
+        let work = self.work;
+        let mut rows = work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let made = if self.checking {
+            rows.put_check(index, row);
+            None
+        } else {
+            rows.put(index, &row);
+            row.ok()
+        };
+        // What is called from here on may take its time, and threads.
+        drop(rows);
+        if let (Some(show), Some(rows), Some(data)) = (work.watch.rows, &work.bare, &made) {
+            show(&Row { rows, index, data });
         }
-        {
-            let mut rows = self.work.rows.lock().unwrap_or_else(poisoned);
-            rows.put(index, row);
-            if let (Some(show), Some(Ok(row))) = (self.work.watch.rows, rows.row(index)) {
-                show(&row);
-            }
-        }
-        if let Some(progress) = self.work.watch.progress {
-            let done = 1 + self.work.done.fetch_add(1, Ordering::Relaxed);
-            progress(done, self.work.sweep.points.len());
-        }
+        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
     fn is_cancelled(&self) -> bool {

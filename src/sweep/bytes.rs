@@ -1,34 +1,39 @@
 //! Rows as bytes: for files, and for other machines.
 
 use super::error::{PointError, SweepError};
+use super::hash::Hash;
 use super::rows::{Layout, Rows};
 use super::run::Sweep;
 
 /// What every list of bytes begins with: name and version of the form.
-const MARK: u64 = u64::from_le_bytes(*b"gd-rows1");
+const MARK: u64 = u64::from_le_bytes(*b"gd-rows2");
 
 impl Rows {
     /// The rows as bytes, little end first, the same on every machine: for a file from which a sweep is resumed, or for a chunk computed
     /// elsewhere. [`Sweep::rows_from_bytes`] reads them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let l = &self.layout;
-        let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, l.exponents, self.alone];
-        let mut words = vec![MARK];
-        words.extend(head.map(|x| x as u64));
-        words.extend([self.errors.len() as u64, self.checks.len() as u64]);
+        let broken: Vec<(&usize, &PointError)> = self.checks.iter().filter_map(|(index, row)| Some((index, row.as_ref().err()?))).collect();
+        let checks = self.checks.len() - broken.len();
+        let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, l.exponents];
+        let mut words = vec![MARK, self.sweep];
+        words.extend(head.into_iter().chain([checks, self.errors.len(), broken.len()]).map(|x| x as u64));
         words.extend(self.done.iter().map(|done| u64::from(*done)));
         words.extend(self.data.iter().map(|x| x.to_bits()));
         for (index, row) in &self.checks {
-            words.push(*index as u64);
-            words.extend(row.iter().map(|x| x.to_bits()));
+            if let Ok(row) = row {
+                words.push(*index as u64);
+                words.extend(row.iter().map(|x| x.to_bits()));
+            }
         }
         let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        for (index, error) in &self.errors {
+        for (index, error) in self.errors.iter().chain(broken) {
             let text = error.to_string();
             bytes.extend((*index as u64).to_le_bytes());
             bytes.extend((text.len() as u64).to_le_bytes());
             bytes.extend(text.as_bytes());
         }
+        bytes.extend(Hash::of_bytes(&bytes).to_le_bytes());
         bytes
     }
 }
@@ -49,43 +54,47 @@ impl Sweep {
     /// ```
     ///
     /// # Errors
-    /// [`SweepError::Bytes`] when they are not such rows, cut off, or of another sweep.
+    /// [`SweepError::Bytes`] when they are not such rows, cut off, changed, or of a sweep over other points or with other settings. Engine,
+    /// family and start are not known to the bytes.
     pub fn rows_from_bytes(&self, bytes: &[u8]) -> Result<Rows, SweepError> {
         let mut read = Reader { bytes, at: 0 };
         read.expect(MARK)?;
-        let [start, end, dof, channels, contacts, strobes, exponents, alone] = read.sizes::<8>()?;
-        let [errors, checks] = read.sizes::<2>()?;
+        read.expect(Hash::of(self))?;
+        let [start, end, dof, channels, contacts, strobes, exponents] = read.sizes::<7>()?;
+        let [checks, errors, broken] = read.sizes::<3>()?;
         let layout = Layout { dof, channels, contacts, strobes, exponents };
-        let count = end.checked_sub(start).filter(|_| end <= self.points().len()).ok_or(SweepError::Bytes { at: 8 })?;
+        let count = end.checked_sub(start).filter(|_| end <= self.points().len()).ok_or(SweepError::Bytes { at: 16 })?;
         // Nothing is set aside before the bytes for it are seen to be there.
         let fits = |count: usize, each: usize| count.checked_mul(each).is_some_and(|words| words <= bytes.len() / 8);
-        let small = [dof, channels, contacts, strobes].iter().all(|x| *x <= bytes.len());
+        let small = [dof, channels, contacts, strobes, exponents].iter().all(|x| *x <= bytes.len());
         let stride = if small { layout.stride_checked() } else { None };
-        let stride = stride.filter(|stride| fits(count, 1 + stride) && fits(checks, 1 + stride)).ok_or(SweepError::Bytes { at: 24 })?;
-        if channels != self.names().len() && channels != 0 {
-            return Err(SweepError::Bytes { at: 32 });
-        }
-        if exponents != self.exponents() && exponents != 0 {
-            return Err(SweepError::Bytes { at: 56 });
-        }
-        let mut rows = Rows::new(self.points(), self.names(), &layout, start..end);
-        rows.alone = alone;
+        let stride = stride.filter(|stride| fits(count, 1 + stride) && fits(checks, 1 + stride)).ok_or(SweepError::Bytes { at: 32 })?;
+        let mut rows = Rows::new(self, &layout, start..end);
         for done in &mut rows.done {
             *done = read.word()? != 0;
+        }
+        // A sweep without a single model has no shape.
+        if (channels != self.names().len() || exponents != self.exponents()) && rows.done.contains(&true) {
+            return Err(SweepError::Bytes { at: 40 });
         }
         for x in &mut rows.data {
             *x = f64::from_bits(read.word()?);
         }
         for _ in 0..checks {
-            let index = read.word()? as usize;
+            let index = read.index(&rows, true)?;
             let row = (0..stride).map(|_| read.word().map(f64::from_bits)).collect::<Result<_, _>>()?;
-            rows.checks.insert(index, row);
+            rows.checks.insert(index, Ok(row));
         }
         for _ in 0..errors {
-            let [index, length] = read.sizes::<2>()?;
-            let text = String::from_utf8_lossy(read.take(length)?).into_owned();
-            rows.errors.insert(index, PointError::Told(text));
+            let index = read.index(&rows, false)?;
+            rows.errors.insert(index, read.error()?);
         }
+        for _ in 0..broken {
+            let index = read.index(&rows, true)?;
+            rows.checks.insert(index, Err(read.error()?));
+        }
+        let at = read.at;
+        read.expect(Hash::of_bytes(&bytes[..at]))?;
         if read.at == bytes.len() { Ok(rows) } else { Err(SweepError::Bytes { at: read.at }) }
     }
 }
@@ -115,7 +124,19 @@ impl<'b> Reader<'b> {
         }
         Ok(sizes)
     }
+    /// The place of a point that has a row, or of one that has none.
+    fn index(&mut self, rows: &Rows, done: bool) -> Result<usize, SweepError> {
+        let at = self.at;
+        let [index] = self.sizes::<1>()?;
+        let place = index.checked_sub(rows.range.start).filter(|place| rows.done.get(*place) == Some(&done));
+        place.map(|_| index).ok_or(SweepError::Bytes { at })
+    }
+    fn error(&mut self) -> Result<PointError, SweepError> {
+        let [length] = self.sizes::<1>()?;
+        Ok(PointError::Told(String::from_utf8_lossy(self.take(length)?).into_owned()))
+    }
     fn expect(&mut self, word: u64) -> Result<(), SweepError> {
-        if self.word()? == word { Ok(()) } else { Err(SweepError::Bytes { at: 0 }) }
+        let at = self.at;
+        if self.word()? == word { Ok(()) } else { Err(SweepError::Bytes { at }) }
     }
 }

@@ -6,8 +6,23 @@ use crate::channel::Probe;
 use crate::lanes::Kind;
 use crate::model::{Model, State};
 
-/// Makes the runs of a sweep. There are three: [`LaneRk4`](crate::LaneRk4), [`TableRk4`](crate::TableRk4) and
+/// Makes the runs of a sweep. There are three, and no others can be written: [`LaneRk4`](crate::LaneRk4), [`TableRk4`](crate::TableRk4) and
 /// [`Located`](crate::Located).
+///
+/// ```
+/// use gear_dynamics::{Axis, Dop853, LaneRk4, Located, NfgPair, NfgParams, Points, Sweep, SweepEngine};
+/// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
+///     let rows = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1).channels(&["q1"]).run(
+///         engine,
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )?;
+///     Ok(rows.row(0).ok_or("cancelled")?.map_err(Clone::clone)?.channel("q1")?.mean)
+/// }
+/// let (lanes, located) = (mean(&LaneRk4::<4>::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);
+/// assert!((lanes / located - 1.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot run `{M}`",
     note = "every engine asks for a model with a period (`impl Periodic`), lanes for one whose algebra is `Generic` besides: `TableRk4` and \
@@ -15,17 +30,21 @@ use crate::model::{Model, State};
 )]
 pub trait SweepEngine<M: Model>: Sync {
     /// Makes runs until the source has no more.
+    #[doc(hidden)]
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>);
     /// Whether it measures these channels, by their place among those of the first model.
     ///
     /// # Errors
-    /// [`SweepError::Channel`], [`SweepError::Setting`].
+    /// [`SweepError::Channel`], [`SweepError::Table`].
+    #[doc(hidden)]
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError>;
     /// The same with a quarter of the step, for the error estimate; `None` where the engine controls its error itself.
+    #[doc(hidden)]
     fn finer(&self) -> Option<Self>
     where
         Self: Sized;
     /// How many runs it makes best at once.
+    #[doc(hidden)]
     fn batch(&self) -> usize {
         1
     }

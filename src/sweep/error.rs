@@ -29,6 +29,9 @@ pub enum SweepError {
     /// A parameter, a channel name or a range that cannot be used.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// No table of so many steps.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A channel that this engine does not measure.
     #[error("the engine does not measure channel \"{name}\": it knows coordinates, velocities, deflections and mesh forces")]
     Channel {
@@ -72,6 +75,12 @@ pub enum PointError {
     /// A start that does not fit.
     #[error("start: {0}")]
     Start(ParameterError),
+    /// A period that is not positive and finite.
+    #[error("the period of the model is {period}: it must be positive and finite")]
+    Period {
+        /// What it was.
+        period: f64,
+    },
     /// No table of its drives.
     #[error(transparent)]
     Table(#[from] TableError),

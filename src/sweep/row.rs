@@ -1,5 +1,6 @@
 //! The figures of one point of a sweep.
 
+use super::error::PointError;
 use super::points::Point;
 use super::rows::Rows;
 use crate::analysis::{ContactStatistics, RattleState, Summary};
@@ -108,18 +109,21 @@ impl Row<'_> {
     }
     /// Whether the rattle state, the peak-to-peak values or the share of lost contact hang on small changes: a motion without period whose
     /// [`scatter`](Row::scatter) is above 5 % (chaos, or not settled), a [grazing](Row::grazes) one, one with a Lyapunov exponent above zero, or
-    /// another rattle state or a peak-to-peak that is 5 % off with a quarter of the step, if the point was [checked](Row::checked).
+    /// another rattle state, a peak-to-peak that is 5 % off or none at all with a quarter of the step, if the point was
+    /// [checked](Row::checked).
     ///
     /// Fixed steps alone keep some motions from repeating whose figures are firm: those are not flagged.
     pub fn is_sensitive(&self) -> bool {
         let chaotic = self.period_multiple().is_none() && self.scatter() > ANOTHER;
         let grows = matches!(self.exponents(), [exponent, error] if *exponent > 2.0 * error);
-        chaotic || grows || self.grazes() || self.checked().is_some_and(|fine| self.differs(&fine))
+        let another = self.checked().is_some_and(|check| check.map_or(true, |fine| self.differs(&fine)));
+        chaotic || grows || another || self.grazes()
     }
 
-    /// The same point with a quarter of the step, if it is one of those checked.
-    pub fn checked(&self) -> Option<Row<'_>> {
-        self.rows.checks.get(&self.index).map(|data| Row { rows: self.rows, index: self.index, data })
+    /// The same point with a quarter of the step, if it is one of those checked: its row, or why there is none.
+    pub fn checked(&self) -> Option<Result<Row<'_>, &PointError>> {
+        let row = |data| Row { rows: self.rows, index: self.index, data };
+        self.rows.checks.get(&self.index).map(|check| check.as_ref().map(|data| row(data.as_slice())))
     }
 
     fn differs(&self, fine: &Row<'_>) -> bool {
@@ -131,20 +135,21 @@ impl Row<'_> {
 
     /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at a quarter of the step, that of the extremes
     /// twice over, since the finer grid may miss a peak as well. Of the point itself if it was checked, otherwise the larger one
-    /// of the nearest checked points before and after it; `None` if there are none.
+    /// of the nearest checked points before and after it; `None` if there are none, or if the check of the point itself failed.
     pub fn error(&self, channel: &str) -> Option<f64> {
         let i = self.rows.names.iter().position(|n| n == channel)?;
-        let of = |(index, fine): (&usize, &Vec<f64>)| {
-            let (stride, at) = (self.rows.layout.stride(), self.rows.layout.channel(i));
-            let coarse = &self.rows.data[(index - self.rows.range.start) * stride..][..stride];
-            (0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 }))
+        let of = |index: usize| {
+            let fine = self.rows.checks.get(&index)?.as_ref().ok()?;
+            let (coarse, at) = (self.rows.row(index)?.ok()?.data, self.rows.layout.channel(i));
+            Some((0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 })))
         };
-        let before = self.rows.checks.range(..=self.index).next_back();
-        if let Some(own) = before.filter(|(index, _)| **index == self.index) {
-            return Some(of(own));
+        let checks = &self.rows.checks;
+        if checks.contains_key(&self.index) {
+            return of(self.index);
         }
-        let after = self.rows.checks.range(self.index..).next();
-        before.into_iter().chain(after).map(of).reduce(f64::max)
+        let before = checks.range(..self.index).rev().find_map(|(index, _)| of(*index));
+        let after = checks.range(self.index..).find_map(|(index, _)| of(*index));
+        before.into_iter().chain(after).reduce(f64::max)
     }
 
     /// Strobed states, a period apart, the last ones of the run: `strobe(k)` of them were asked for.

@@ -1,13 +1,15 @@
 //! What a sweep found: one row for each point.
 
 use super::error::{PointError, SweepError};
+use super::hash::Hash;
 use super::points::Points;
 use super::row::Row;
+use super::run::Sweep;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Where the figures of a row stand.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) dof: usize,
     pub(crate) channels: usize,
@@ -62,8 +64,10 @@ impl Layout {
 /// assert!((row.channel("q1")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Rows {
+    /// What tells the sweep from others: a hash of its points and settings.
+    pub(crate) sweep: u64,
     pub(crate) points: Points,
     pub(crate) names: Vec<String>,
     pub(crate) layout: Layout,
@@ -72,16 +76,26 @@ pub struct Rows {
     pub(crate) data: Vec<f64>,
     pub(crate) done: Vec<bool>,
     pub(crate) errors: BTreeMap<usize, PointError>,
-    /// Rows made once more with a quarter of the step.
-    pub(crate) checks: BTreeMap<usize, Vec<f64>>,
+    /// Rows made once more with a quarter of the step, of points that are done.
+    pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
     pub(crate) alone: usize,
 }
 
+/// Equal in every figure; how many points ran alone is of no account.
+impl PartialEq for Rows {
+    fn eq(&self, other: &Rows) -> bool {
+        let figures = self.data == other.data && self.done == other.done && self.errors == other.errors && self.checks == other.checks;
+        figures && self.range == other.range && self.layout == other.layout && self.points == other.points && self.sweep == other.sweep
+    }
+}
+
 impl Rows {
-    pub(crate) fn new(points: &Points, names: &[String], layout: &Layout, range: Range<usize>) -> Self {
+    /// Nothing yet.
+    pub(crate) fn new(sweep: &Sweep, layout: &Layout, range: Range<usize>) -> Self {
         Rows {
-            points: points.clone(),
-            names: names.to_vec(),
+            sweep: Hash::of(sweep),
+            points: sweep.points().clone(),
+            names: sweep.names().to_vec(),
             layout: layout.clone(),
             data: vec![0.0; range.len() * layout.stride()],
             done: vec![false; range.len()],
@@ -92,17 +106,33 @@ impl Rows {
         }
     }
 
-    pub(crate) fn put(&mut self, index: usize, row: Result<Vec<f64>, PointError>) {
+    /// Makes room for rows of this shape. `false`: there are some of another.
+    pub(crate) fn shape(&mut self, layout: &Layout) -> bool {
+        if !self.done.contains(&true) {
+            self.data = vec![0.0; self.range.len() * layout.stride()];
+            self.layout = layout.clone();
+        }
+        self.layout == *layout
+    }
+
+    pub(crate) fn put(&mut self, index: usize, row: &Result<Vec<f64>, PointError>) {
         let place = index - self.range.start;
         match row {
             Ok(row) => {
                 let stride = self.layout.stride();
-                self.data[place * stride..][..stride].copy_from_slice(&row);
+                self.data[place * stride..][..stride].copy_from_slice(row);
                 self.done[place] = true;
             }
             Err(error) => {
-                self.errors.insert(index, error);
+                self.errors.insert(index, error.clone());
             }
+        }
+    }
+
+    /// Takes a check of a point, if there is something to be checked.
+    pub(crate) fn put_check(&mut self, index: usize, row: Result<Vec<f64>, PointError>) {
+        if self.done[index - self.range.start] {
+            self.checks.insert(index, row);
         }
     }
 
@@ -118,7 +148,8 @@ impl Rows {
     pub fn is_complete(&self) -> bool {
         self.done.iter().filter(|done| **done).count() + self.errors.len() == self.done.len()
     }
-    /// How many points ran alone, because no other model in reach shares lanes with theirs.
+    /// How many points ran alone in the lane engine, because no other model in reach shared lanes with theirs. A word about the run, not about
+    /// its figures: it goes with threads and chunks, counts for nothing in `==`, and is not kept in bytes.
     pub fn alone(&self) -> usize {
         self.alone
     }
@@ -150,20 +181,21 @@ impl Rows {
         self.range.clone().map(|index| self.row(index).and_then(Result::ok).map_or(f64::NAN, |row| of(&row))).collect()
     }
 
-    /// Puts the chunks of one sweep together: bit-equal to the whole.
+    /// Puts the chunks of one sweep together, in any order: bit-equal to the whole. Points that a cancelled chunk did not reach stay open:
+    /// [`is_complete`](Rows::is_complete) tells, and [`Sweep::resume`] runs them.
     ///
     /// # Errors
-    /// [`SweepError::Parts`] when rows are missing, there twice, or of different sweeps.
+    /// [`SweepError::Parts`] when a chunk is missing, there twice, or of another sweep.
     pub fn merge(mut parts: Vec<Rows>) -> Result<Rows, SweepError> {
-        parts.sort_by_key(|part| part.range.start);
+        // Empty chunks come before the one that starts where they do.
+        parts.sort_by_key(|part| (part.range.start, part.range.end));
         let rows: usize = parts.iter().map(|part| part.done.len()).sum();
         let mut parts = parts.into_iter();
         let mut whole = parts.next().ok_or(SweepError::Parts { row: 0 })?;
         // Room once, for nothing more: parts are let go as they are taken over.
         whole.data.reserve_exact(rows.saturating_sub(whole.done.len()) * whole.layout.stride());
         for part in parts {
-            let fits = part.range.start == whole.range.end && part.layout == whole.layout && part.points == whole.points;
-            if !fits || part.names != whole.names {
+            if part.range.start != whole.range.end || part.sweep != whole.sweep || part.layout != whole.layout {
                 return Err(SweepError::Parts { row: whole.range.end });
             }
             whole.range.end = part.range.end;
@@ -180,10 +212,15 @@ impl Rows {
         Ok(whole)
     }
 
-    /// A number that changes with any bit of any row: for comparing runs.
+    /// A number that changes with any bit of any row or check, with the points that failed and with those that are missing: for comparing runs.
     pub fn fingerprint(&self) -> u64 {
-        // FNV-1a over the bits.
-        let words = self.data.iter().map(|x| x.to_bits()).chain(self.errors.keys().map(|i| *i as u64));
-        words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23))
+        let figures = self.data.iter().map(|x| x.to_bits());
+        let without = self.range.clone().zip(&self.done).filter(|(_, done)| !**done).map(|(index, _)| index as u64);
+        let check = |(index, row): (&usize, &Result<Vec<f64>, PointError>)| {
+            let figures: Vec<u64> = row.iter().flatten().map(|x| x.to_bits()).collect();
+            [*index as u64, u64::from(row.is_err())].into_iter().chain(figures)
+        };
+        let words = figures.chain(self.errors.keys().map(|i| *i as u64)).chain(without).chain(self.checks.iter().flat_map(check));
+        Hash::of_words(words)
     }
 }

@@ -3,6 +3,7 @@
 use super::block::Work;
 use super::engine::SweepEngine;
 use super::error::{PointError, SweepError};
+use super::hash::Hash;
 use super::points::{Point, Points};
 use super::rows::{Layout, Rows};
 use super::track::Plan;
@@ -16,8 +17,23 @@ use std::sync::atomic::AtomicUsize;
 
 /// Where a run starts from.
 ///
+/// Upwards along the branch of the first point: where its neighbour takes a whole turn to settle, a carried state is there in less.
+///
 /// ```
-/// assert_eq!(gear_dynamics::Carry::default(), gear_dynamics::Carry::No);
+/// use gear_dynamics::{Axis, Carry, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 101.0, 3)?)).settle(1).measure(1).channels(&["q1"]);
+/// let run = |carry| {
+///     sweep.clone().carry(carry).run(
+///         &LaneRk4::<4>::new(63 * 16),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )
+/// };
+/// let change = |carry| run(carry).map(|rows| rows.column(|row| row.change()));
+/// let (alone, up) = (change(Carry::No)?, change(Carry::Up)?);
+/// assert_eq!(up[0], alone[0]);
+/// assert!(up[1] < 0.1 * alone[1] && up[2] < 0.1 * alone[2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Carry {
@@ -61,7 +77,7 @@ pub struct Sweep {
     strobes: usize,
     pub(super) lyapunov: Option<Lyapunov>,
     pub(super) carry: Carry,
-    pub(super) check_every: usize,
+    check_every: usize,
 }
 
 impl Sweep {
@@ -120,8 +136,8 @@ impl Sweep {
     pub fn carry(self, carry: Carry) -> Self {
         Sweep { carry, ..self }
     }
-    /// Every `count`-th point is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines along which
-    /// states are carried are run again as a whole, for every `count`-th of them.
+    /// Every `count`-th point of the sweep is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines
+    /// along which states are carried are run again as a whole, for every `count`-th of them.
     pub fn check_every(self, count: usize) -> Self {
         Sweep { check_every: count, ..self }
     }
@@ -178,27 +194,47 @@ impl Sweep {
         if chunk >= chunks {
             return Err(SweepError::Chunk { chunk, chunks });
         }
+        let length = self.line();
+        let lines = self.points.len() / length;
+        let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize * length;
+        let rows = Rows::new(self, &Layout::default(), share(chunk)..share(chunk + 1));
+        self.resume(rows, engine, family, start, watch)
+    }
+
+    /// Runs what is missing in the rows of a run, of a chunk or of merged chunks that were cancelled; what is done stands. A line along which
+    /// states are carried is run again as a whole.
+    ///
+    /// # Errors
+    /// As [`run`](Sweep::run), and [`SweepError::Parts`] for rows of another sweep.
+    pub fn resume<M, E, X, Y>(
+        &self,
+        mut rows: Rows,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+        watch: &Watch<'_>,
+    ) -> Result<Rows, SweepError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
         self.check()?;
+        if rows.sweep != Hash::of(self) {
+            return Err(SweepError::Parts { row: rows.range.start });
+        }
         let family = |point: &Point<'_>| family(point).map_err(|e| PointError::Model(e.to_string()));
         let start = |point: &Point<'_>, model: &M| start(point, model).map_err(|e| PointError::Model(e.to_string()));
-        let length = if self.carry == Carry::No { 1 } else { self.points.line() };
-        let lines = self.points.len() / length;
-        let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize;
-        let (first, last) = (share(chunk), share(chunk + 1));
-        // The shape of the rows is that of the first model there is.
-        let Some(model) = (0..self.points.len()).find_map(|i| family(&self.points.point(i)).ok()) else {
-            let layout = Layout { dof: 0, channels: 0, contacts: 0, strobes: 0, exponents: 0 };
-            let mut rows = Rows::new(&self.points, &self.channels, &layout, first * length..last * length);
-            for index in rows.range() {
-                if let Err(error) = family(&self.points.point(index)) {
-                    rows.put(index, Err(error));
-                }
-            }
-            return Ok(rows);
-        };
+        let finer = if self.check_every > 0 { engine.finer() } else { None };
+        let total = self.line() * (self.missing(&rows).len() + if finer.is_some() { self.unchecked(&rows).len() } else { 0 });
+        let Some(model) = self.first_model(&mut rows, &family, watch, total) else { return Ok(rows) };
         let probe = Probe::new(&model);
         let channels = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
         engine.accepts(&model, &channels)?;
+        if let Some(finer) = &finer {
+            finer.accepts(&model, &channels)?;
+        }
         let layout = Layout {
             dof: model.dof(),
             channels: channels.len(),
@@ -207,27 +243,77 @@ impl Sweep {
             exponents: self.exponents(),
         };
         let plan = Plan { settle: self.settle, measure: self.measure, repeat: self.repeat, tolerance: self.tolerance, layout };
-        let rows = Rows::new(&self.points, &self.channels, &plan.layout, first * length..last * length);
+        if !rows.shape(&plan.layout) {
+            return Err(SweepError::Parts { row: rows.range.start });
+        }
+        let (lines, checks) = (self.missing(&rows), if finer.is_some() { self.unchecked(&rows) } else { Vec::new() });
         let work = Work {
             sweep: self,
             plan: &plan,
             channels: &channels,
             shape: [model.dof(), model.contacts()],
-            length,
+            length: self.line(),
             family: &family,
             start: &start,
             watch,
+            bare: watch.rows.map(|_| Rows::new(self, &plan.layout, 0..0)),
+            done: AtomicUsize::new(total - self.line() * (lines.len() + checks.len())),
+            total,
             rows: Mutex::new(rows),
-            done: AtomicUsize::new(0),
         };
-        work.all(engine, first..last, false);
-        if self.check_every > 0
-            && let Some(finer) = engine.finer()
-        {
-            work.all(&finer, first..last, true);
+        work.all(engine, &lines, false);
+        if let Some(finer) = &finer {
+            work.all(finer, &checks, true);
         }
-        let rows = work.rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        Ok(rows)
+        Ok(work.rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
+    }
+
+    /// The first model of the sweep, whatever the chunk: it gives the shape of the rows. Errors up to there are kept. `None` if there is none, or
+    /// cancelled.
+    fn first_model<M>(
+        &self,
+        rows: &mut Rows,
+        family: &impl Fn(&Point<'_>) -> Result<M, PointError>,
+        watch: &Watch<'_>,
+        total: usize,
+    ) -> Option<M> {
+        let (length, missing) = (self.line(), self.missing(rows));
+        let mut done = 0;
+        for index in 0..self.points.len() {
+            if watch.is_cancelled() {
+                return None;
+            }
+            match family(&self.points.point(index)) {
+                Ok(model) => return Some(model),
+                Err(error) if rows.range.contains(&index) => rows.put(index, &Err(error)),
+                Err(_) => {}
+            }
+            if (index + 1).is_multiple_of(length) && missing.binary_search(&(index / length)).is_ok() {
+                done += length;
+                watch.show(done, total);
+            }
+        }
+        None
+    }
+
+    /// Points that are run one after the other, the state carried from each to the next.
+    fn line(&self) -> usize {
+        if self.carry == Carry::No { 1 } else { self.points.line() }
+    }
+    /// The lines of some rows in which one of the points is `open`.
+    fn lines(&self, rows: &Rows, open: impl Fn(usize) -> bool) -> Vec<usize> {
+        let length = self.line();
+        let lines = rows.range.start / length..rows.range.end / length;
+        lines.filter(|line| (line * length..(line + 1) * length).any(&open)).collect()
+    }
+    /// The lines to be run.
+    fn missing(&self, rows: &Rows) -> Vec<usize> {
+        self.lines(rows, |index| rows.row(index).is_none())
+    }
+    /// The lines to be checked: counted from the first one of the sweep, so that chunks check the same ones.
+    fn unchecked(&self, rows: &Rows) -> Vec<usize> {
+        let open = |index: usize| !(rows.checks.contains_key(&index) || rows.errors.contains_key(&index));
+        self.lines(rows, |index| (index / self.line()).is_multiple_of(self.check_every) && open(index))
     }
 
     fn check(&self) -> Result<(), SweepError> {

@@ -4,7 +4,7 @@ use super::engine::{Job, Source, SweepEngine, kinds};
 use super::error::{PointError, SweepError};
 use super::track::{Next, Plan, Track};
 use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table, TableError};
-use crate::model::{Contact, Generic, Periodic};
+use crate::model::{Contact, Generic, Periodic, State};
 use std::collections::VecDeque;
 
 /// Steps between two looks at whether the sweep is cancelled.
@@ -62,11 +62,11 @@ impl<const W: usize> LaneRk4<W> {
 
 impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError> {
-        check_steps(self.steps)?;
+        Table::check_size(self.steps, model.phases())?;
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        Some(LaneRk4 { steps: 4 * self.steps, ..*self })
+        Some(LaneRk4 { steps: self.steps.saturating_mul(4), ..*self })
     }
     fn batch(&self) -> usize {
         W
@@ -78,42 +78,63 @@ impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
             let Some(leader) = waiting.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
-            let table = match Table::of_shapes(&leader.model, self.steps) {
-                Ok(table) => table,
+            let Ok(kinds) = kinds(&leader.model, channels) else { return };
+            let (table, run) = match lead(&leader, self.steps, plan, &kinds, source) {
+                Ok(Some(lead)) => lead,
+                Ok(None) => return,
                 Err(error) => {
-                    source.put(leader.index, Err(error.into()));
+                    waiting.extend(refuse(source, leader.index, error));
                     continue;
                 }
             };
-            let Ok(kinds) = kinds(&leader.model, channels) else { return };
-            if plan.layout.contacts > 0 && !offers_contacts(&leader.model) {
-                source.put(leader.index, Err(PointError::NoContacts));
-                continue;
-            }
             // As many as there are lanes, of those that share them.
-            let mut first: Vec<Job<M>> = Vec::with_capacity(W);
-            let (model, mut pending) = (&leader.model, Vec::new());
-            let shares = |job: &Job<M>| model.shares_lanes_with(&job.model);
-            for job in std::mem::take(&mut waiting) {
-                if first.len() + 1 < W && shares(&job) { first.push(job) } else { pending.push(job) }
-            }
-            while first.len() + 1 < W
-                && let Some(job) = source.next(None)
+            let (mut runs, mut pending) = (vec![run], Vec::new());
+            let mut drawn = std::mem::take(&mut waiting);
+            let shares = |job: &Job<M>| leader.model.shares_lanes_with(&job.model);
+            while runs.len() < W
+                && let Some(job) = drawn.pop_front().or_else(|| source.next(None))
             {
-                if shares(&job) { first.push(job) } else { pending.push(job) }
+                if !shares(&job) {
+                    pending.push(job);
+                    continue;
+                }
+                match Run::of(&job) {
+                    Ok(run) => runs.push(run),
+                    Err(error) => drawn.extend(refuse(source, job.index, error)),
+                }
             }
-            waiting.extend(pending);
+            waiting.extend(pending.into_iter().chain(drawn));
             let mut batch = Batch { plan, table: &table, kinds: &kinds, set: self.set, shares: &shares, waiting: &mut waiting, source };
-            let (index, start) = (leader.index, &leader.start);
-            let load = (index, Loaded::of(&leader.model), start.q.as_slice(), start.v.as_slice());
-            if first.is_empty() {
-                batch.source.alone(1);
-                batch.run::<f64, _>(&Shared(&leader.model), load, first);
+            if runs.len() == 1 {
+                batch.run::<f64, _>(&Shared(&leader.model), &runs);
             } else {
-                batch.run::<Lanes<W>, _>(&Shared(&leader.model), load, first);
+                batch.run::<Lanes<W>, _>(&Shared(&leader.model), &runs);
             }
         }
     }
+}
+
+/// The table and the first run over it. `None`: cancelled.
+fn lead<M: Generic + Periodic>(
+    job: &Job<M>,
+    steps: usize,
+    plan: &Plan,
+    kinds: &[Kind],
+    source: &dyn Source<M>,
+) -> Result<Option<(Table, Run)>, PointError> {
+    let reads_contacts = plan.layout.contacts > 0 || kinds.iter().any(|kind| matches!(kind, Kind::Deflection(_) | Kind::Force(_)));
+    if reads_contacts && !offers_contacts(&job.model) {
+        return Err(PointError::NoContacts);
+    }
+    let run = Run::of(job)?;
+    let table = Table::of_shapes(&job.model, steps, || !source.is_cancelled())?;
+    Ok(table.map(|table| (table, run)))
+}
+
+/// A run that cannot be made: its line goes on with the next point.
+fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointError) -> Option<Job<M>> {
+    source.put(index, Err(error));
+    source.next(Some((index, &[])))
 }
 
 /// RK4 with a fixed number of steps per period for any periodic model, one run at a time over a table of all its drives. Otherwise as
@@ -140,39 +161,33 @@ impl TableRk4 {
 
 impl<M: Periodic> SweepEngine<M> for TableRk4 {
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError> {
-        check_steps(self.steps)?;
+        Table::check_size(self.steps, model.drives())?;
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        Some(TableRk4 { steps: 4 * self.steps })
+        Some(TableRk4 { steps: self.steps.saturating_mul(4) })
     }
 
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>) {
         let mut waiting = VecDeque::new();
         while !source.is_cancelled() {
-            let Some(job) = waiting.pop_front().or_else(|| source.next(None)) else {
+            let Some(Job { index, model, start }) = waiting.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
-            let Job { index, model, start } = job;
             let Ok(kinds) = kinds(&model, channels) else { return };
-            match Table::of_drives(&model, self.steps) {
-                Err(error) => source.put(index, Err(error.into())),
-                Ok(table) => {
+            match Table::of_drives(&model, self.steps, || !source.is_cancelled()) {
+                Err(error) => waiting.extend(refuse(source, index, error.into())),
+                Ok(None) => return,
+                Ok(Some(table)) => {
                     let never = |_: &Job<M>| false;
                     let set = InstructionSet::Baseline;
+                    let run = Run { index, start, period: model.period(), constants: Vec::new() };
                     let mut batch = Batch { plan, table: &table, kinds: &kinds, set, shares: &never, waiting: &mut waiting, source };
-                    let loaded = Loaded { period: model.period(), constants: Vec::new() };
-                    batch.run_plain(&Plain(&model), (index, loaded, &start.q, &start.v));
+                    batch.run_plain(&Plain(&model), &run);
                 }
             }
         }
     }
-}
-
-fn check_steps(steps: usize) -> Result<(), SweepError> {
-    // A quarter of what the meters can count, for `finer`.
-    let allowed = "at least 1 and below 2^24";
-    if (1..1 << 24).contains(&steps) { Ok(()) } else { Err(SweepError::Setting { name: "steps per period", value: steps as f64, allowed }) }
 }
 
 fn offers_contacts<M: Generic>(model: &M) -> bool {
@@ -181,19 +196,25 @@ fn offers_contacts<M: Generic>(model: &M) -> bool {
     model.contact_on(0..contacts, &vec![1.0; model.drives()], &vec![0.0; n], &vec![0.0; n], &mut out)
 }
 
-/// What a lane needs of its model.
-struct Loaded {
+/// What a lane needs of a job.
+struct Run {
+    index: usize,
+    start: State,
     period: f64,
-    /// All drives, those of this lane filled in.
+    /// The drives that are the lane's own.
     constants: Vec<f64>,
 }
 
-impl Loaded {
-    fn of<M: Generic + Periodic>(model: &M) -> Self {
+impl Run {
+    fn of<M: Generic + Periodic>(job: &Job<M>) -> Result<Self, PointError> {
+        let (model, phases) = (&job.model, job.model.phases());
         let mut constants = vec![0.0; model.drives()];
         model.constants(&mut constants);
-        constants.drain(..model.phases());
-        Loaded { period: model.period(), constants }
+        constants.drain(..phases);
+        if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
+            return Err(TableError::NotFinite { drive: phases + bad, value: constants[bad], phase: 0.0 }.into());
+        }
+        Ok(Run { index: job.index, start: job.start.clone(), period: model.period(), constants })
     }
 }
 
@@ -202,8 +223,6 @@ struct Slot {
     index: usize,
     track: Track,
 }
-
-type Load<'j> = (usize, Loaded, &'j [f64], &'j [f64]);
 
 /// Runs over one table.
 struct Batch<'a, M> {
@@ -223,9 +242,9 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// One run of any model.
-    fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, load: Load<'_>) {
+    fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, run: &Run) {
         let mut bundle = self.bundle::<f64, _>(algebra);
-        let mut slots = [Some(self.load(&mut bundle, 0, load))];
+        let mut slots = [Some(self.load(&mut bundle, 0, run))];
         while let [Some(slot)] = &slots {
             bundle.metered = slot.track.watching();
             if !self.period(algebra, &mut bundle) {
@@ -239,16 +258,16 @@ impl<M: Periodic> Batch<'_, M> {
         }
     }
 
-    fn load<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, (index, loaded, q, v): Load<'_>) -> Slot {
-        let drives = bundle.u.len();
-        for (u, x) in bundle.u[drives - loaded.constants.len()..].iter_mut().zip(&loaded.constants) {
+    fn load<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
+        let (drives, State { q, v, .. }) = (bundle.u.len(), &run.start);
+        for (u, x) in bundle.u[drives - run.constants.len()..].iter_mut().zip(&run.constants) {
             u.set_lane(lane, *x);
         }
-        bundle.step.set_lane(lane, loaded.period / self.table.steps() as f64);
+        bundle.step.set_lane(lane, run.period / self.table.steps() as f64);
         bundle.q.iter_mut().zip(q).for_each(|(x, q)| x.set_lane(lane, *q));
         bundle.v.iter_mut().zip(v).for_each(|(x, v)| x.set_lane(lane, *v));
         bundle.meters.restart(lane);
-        Slot { index, track: Track::new(self.plan, q, v) }
+        Slot { index: run.index, track: Track::new(self.plan, q, v) }
     }
 
     /// One period of all lanes. `false`: cancelled.
@@ -302,12 +321,11 @@ impl<M: Periodic> Batch<'_, M> {
 
 impl<M: Generic + Periodic> Batch<'_, M> {
     /// Runs of generic models, each lane refilled as it finishes.
-    fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, load: Load<'_>, jobs: Vec<Job<M>>) {
+    fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[Run]) {
         let mut bundle = self.bundle::<S, _>(algebra);
         let mut slots: Vec<Option<Slot>> = (0..S::WIDTH).map(|_| None).collect();
-        slots[0] = Some(self.load(&mut bundle, 0, load));
-        for (i, job) in jobs.into_iter().enumerate() {
-            slots[1 + i] = Some(self.load_job(&mut bundle, 1 + i, &job));
+        for ((lane, slot), run) in slots.iter_mut().enumerate().zip(runs) {
+            *slot = Some(self.load_one(&mut bundle, lane, run));
         }
         while slots.iter().any(Option::is_some) {
             bundle.metered = slots.iter().flatten().any(|slot| slot.track.watching());
@@ -315,32 +333,30 @@ impl<M: Generic + Periodic> Batch<'_, M> {
                 return;
             }
             for (lane, slot) in slots.iter_mut().enumerate() {
-                let over = self.account(&mut bundle, slot, lane);
-                let mut after = over.as_ref().map(|(index, state)| (*index, state.as_slice()));
-                if after.is_some() {
-                    while let Some(job) = self.source.next(after.take()) {
-                        if (self.shares)(&job) {
-                            *slot = Some(self.load_job(&mut bundle, lane, &job));
-                            break;
-                        }
+                let Some((index, state)) = self.account(&mut bundle, slot, lane) else { continue };
+                let mut next = self.source.next(Some((index, &state)));
+                while let Some(job) = next {
+                    if !(self.shares)(&job) {
                         self.waiting.push_back(job);
+                        next = self.source.next(None);
+                        continue;
                     }
+                    next = match Run::of(&job) {
+                        Ok(run) => {
+                            *slot = Some(self.load_one(&mut bundle, lane, &run));
+                            None
+                        }
+                        Err(error) => refuse(self.source, job.index, error),
+                    };
                 }
             }
         }
     }
 
-    fn load_job<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, job: &Job<M>) -> Slot {
-        let loaded = Loaded::of(&job.model);
-        self.load(bundle, lane, (job.index, loaded, &job.start.q, &job.start.v))
-    }
-}
-
-impl From<TableError> for SweepError {
-    fn from(error: TableError) -> Self {
-        match error {
-            TableError::NoSteps => SweepError::Setting { name: "steps per period", value: 0.0, allowed: "at least 1" },
-            _ => SweepError::Setting { name: "table", value: f64::NAN, allowed: "made of finite drives" },
+    fn load_one<S: Number>(&mut self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
+        if S::WIDTH == 1 {
+            self.source.alone(1);
         }
+        self.load(bundle, lane, run)
     }
 }

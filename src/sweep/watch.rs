@@ -6,12 +6,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Looks on while a sweep runs, and may stop it.
 ///
 /// ```
-/// use gear_dynamics::Watch;
-/// use std::sync::atomic::AtomicBool;
+/// use gear_dynamics::{Axis, LaneRk4, NfgPair, NfgParams, Points, Sweep, Watch};
+/// use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 /// let stop = AtomicBool::new(false);
-/// let show = |done: usize, total: usize| assert!(done <= total);
-/// let watch = Watch::new().progress(&show).cancel(&stop);
-/// assert!(!watch.is_cancelled());
+/// let show = |done: usize, _total: usize| stop.store(done >= 20, Relaxed);
+/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 400)?)).settle(1).measure(1).channels(&["q1"]);
+/// let (engine, watch) = (LaneRk4::<4>::new(63 * 16), Watch::new().progress(&show).cancel(&stop));
+/// let pair = |p: &gear_dynamics::Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() });
+/// let part = sweep.run_chunk(0, 1, &engine, pair, |_, pair| pair.static_start(), &watch)?;
+/// assert!((20..400).contains(&part.iter().count()));
+/// let whole = sweep.resume(part, &engine, pair, |_, pair| pair.static_start(), &Watch::new())?;
+/// assert_eq!(whole.iter().count(), 400);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Default)]
 pub struct Watch<'w> {
@@ -25,11 +31,11 @@ impl<'w> Watch<'w> {
     pub fn new() -> Self {
         Watch::default()
     }
-    /// Called after every point with the points done and all points.
+    /// Called as runs are done with their number and that of all runs to be made here: the points of the chunk, and those to be checked once more.
     pub fn progress(self, progress: &'w (dyn Fn(usize, usize) + Sync)) -> Self {
         Watch { progress: Some(progress), ..self }
     }
-    /// Called with every row as it comes, in no order.
+    /// Called with every row as it comes, in no order. No other row waits for it to return, but the thread that made it.
     pub fn rows(self, rows: &'w (dyn Fn(&Row<'_>) + Sync)) -> Self {
         Watch { rows: Some(rows), ..self }
     }
