@@ -42,6 +42,7 @@ mod dual;
 mod error;
 mod excitation;
 mod held;
+mod jacobian;
 mod lanes;
 mod mesh;
 mod model;
@@ -63,13 +64,14 @@ pub use analysis::{
 pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
-pub use dual::{Dual, dual_jacobian};
+pub use dual::Dual;
 pub use error::ParameterError;
 pub use excitation::{
     CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Repeats, Scaled, Shared, Sum,
     Table, shared,
 };
 pub use held::{CounterRng, Held, HeldProcess};
+pub use jacobian::dual_jacobian;
 pub use lanes::{InstructionSet, Lanes, TableError};
 pub use mesh::{ContactDamping, Mesh};
 pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};

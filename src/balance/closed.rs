@@ -189,7 +189,7 @@ impl Closed {
         }
         for (force, values) in out.force.iter_mut().zip(&*forces) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
-                super::orbit::write(&mut force[harmonics.place(i)..], order, *value);
+                super::transform::write(&mut force[harmonics.place(i)..], order, *value);
             }
         }
         // What is linear in the motion: the same products that fill the Jacobian.

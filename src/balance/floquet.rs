@@ -1,11 +1,11 @@
 //! Floquet multipliers straight from a balance.
 
 use super::Orbit;
-use super::orbit::samples_for;
-use super::panels::drive_edges;
+use super::gauss::drive_edges;
 use super::size::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
+use super::transform::samples_for;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};
 use crate::model::{Contact, Periodic};
 use crate::orbit::{Multipliers, rigid_modes};

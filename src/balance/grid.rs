@@ -1,8 +1,7 @@
 //! Drives and motion at M instants of one span.
 
 use super::Harmonics;
-use super::orbit::spread;
-use super::transform::Transform;
+use super::transform::{Transform, spread};
 use crate::model::{Contact, Periodic};
 use crate::piece::{Piece, Side};
 use num_complex::Complex64;

@@ -7,6 +7,7 @@ mod contacts;
 mod couplings;
 mod error;
 mod floquet;
+mod gauss;
 mod grid;
 mod harmonics;
 mod kinks;

@@ -6,7 +6,7 @@ use super::resolution::samples_along;
 use super::size::AT_REST;
 use super::stencil::Stencil;
 use super::switching::Switching;
-use super::transform::{Transform, unpack};
+use super::transform::{Transform, read, samples_for, spread, unpack, write};
 use super::{BalanceNote, grid::Grid};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
@@ -331,50 +331,10 @@ impl Orbit {
     }
 }
 
-/// Samples that resolve the highest order 32 times: then local polynomials of degree 15 are exact to rounding.
-pub(super) fn samples_for(highest: usize) -> usize {
-    (32 * highest).next_power_of_two().max(256)
-}
-
 /// Extreme of the cubic through two samples q + i v.
 fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
     let theta = a.im / (a.im - b.im);
     let (p, q) = (theta, 1.0 - theta);
     let value = |p: f64, q: f64| a.re * q * q * (1.0 + 2.0 * p) + b.re * p * p * (1.0 + 2.0 * q) + h * p * q * (a.im * q - b.im * p);
     value(p, q)
-}
-
-pub(super) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex64 {
-    match harmonics.place_of(order) {
-        None => Complex64::ZERO,
-        Some(at) if order == 0 => part[at].into(),
-        Some(at) => Complex64::new(0.5 * part[at], -0.5 * part[at + 1]),
-    }
-}
-
-/// Cosine and sine from X_k.
-#[inline]
-pub(super) fn write(out: &mut [f64], order: usize, x: Complex64) {
-    if order == 0 {
-        out[0] = x.re;
-    } else {
-        (out[0], out[1]) = (2.0 * x.re, -2.0 * x.im);
-    }
-}
-
-/// The spectrum of q + i q' of one coordinate.
-pub(super) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
-    let m = z.len();
-    z.fill(Complex64::ZERO);
-    for (i, &order) in harmonics.orders().iter().enumerate() {
-        let at = harmonics.place(i);
-        if order == 0 {
-            z[0] += part[at];
-        } else {
-            // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
-            let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
-            z[order % m] += q * (1.0 - rate);
-            z[(m - order % m) % m] += q.conj() * (1.0 + rate);
-        }
-    }
 }

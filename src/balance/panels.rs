@@ -1,27 +1,18 @@
 //! Exact switching by Gauss quadrature on the smooth stretches between switches and jumps of the drives.
 
 use super::couplings::Couplings;
+use super::gauss::{drive_edges, quadrature};
 use super::grid::Grid;
-use super::orbit::write;
 use super::resolution::Drives;
 use super::spectra::Spectra;
 use super::stencil::Phasors;
 use super::switching::Switching;
+use super::transform::write;
 use crate::model::Periodic;
 use crate::piece::Side;
 use crate::slopes::Slopes;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// Nodes and weights of ten points on -1 .. 1, both signs.   Abramowitz & Stegun, Table 25.4.
-#[rustfmt::skip]
-const GAUSS: [[f64; 2]; 5] = [
-    [0.148_874_338_981_631_2, 0.295_524_224_714_752_9],
-    [0.433_395_394_129_247_2, 0.269_266_719_309_996_4],
-    [0.679_409_568_299_024_4, 0.219_086_362_515_982_04],
-    [0.865_063_366_688_984_5, 0.149_451_349_150_580_6],
-    [0.973_906_528_517_171_7, 0.066_671_344_308_688_14],
-];
 
 /// Scratch of a quadrature.
 pub(super) struct Panels {
@@ -127,32 +118,4 @@ impl Panels {
             (self.q[j], self.v[j]) = (q, v * grid.omega());
         }
     }
-}
-
-/// Ten Gauss points on every panel between the breaks, with their weights as shares of the span. Half a panel turns twice `order`, as the
-/// Jacobian holds it, by 3 rad.
-pub(super) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl FnMut(f64, f64)) {
-    for stretch in breaks.windows(2) {
-        let length = stretch[1] - stretch[0];
-        let pieces = (length / span * TAU * order as f64 / 3.0).ceil();
-        let half = 0.5 * length / pieces;
-        for p in 0..pieces as usize {
-            let middle = stretch[0] + half * (2 * p + 1) as f64;
-            for [node, weight] in GAUSS.into_iter().flat_map(|[x, w]| [[-x, w], [x, w]]) {
-                at(middle + half * node, weight * half / span);
-            }
-        }
-    }
-}
-
-/// Instants of a span at which a drive jumps; one at its beginning is met again at its end.
-pub(super) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
-    let mut edges = Vec::new();
-    let mut t = 0.0;
-    // An edge at the end of the span may be off by rounding.
-    while let Some(edge) = model.next_edge(t).filter(|&edge| edge > t && edge <= span * (1.0 + 1e-12)) {
-        edges.push(edge.min(span));
-        t = edge;
-    }
-    edges
 }

@@ -3,10 +3,11 @@
 use super::assembly::Layout;
 use super::closed::Closed;
 use super::couplings::Couplings;
+use super::gauss::drive_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
 use super::orbit::Orbit;
-use super::panels::{Panels, drive_edges};
+use super::panels::Panels;
 use super::resolution::{Drives, Signals, samples_following};
 use super::size::sizes_apart;
 use super::spectra::{Samples, Spectra};

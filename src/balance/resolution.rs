@@ -2,12 +2,12 @@
 
 use super::Harmonics;
 use super::couplings::even;
+use super::gauss::quadrature;
 use super::grid::Grid;
 use super::look::{Series, series, value_at};
-use super::orbit::{Orbit, samples_for};
-use super::panels::quadrature;
+use super::orbit::Orbit;
 use super::size::sizes;
-use super::transform::Transform;
+use super::transform::{Transform, samples_for};
 use crate::model::{Contact, Periodic};
 use crate::piece::{Piece, Side};
 use crate::slopes::accelerate;

@@ -3,9 +3,8 @@
 use super::Harmonics;
 use super::couplings::Couplings;
 use super::grid::Grid;
-use super::orbit::write;
 use super::table::Table;
-use super::transform::unpack;
+use super::transform::{unpack, write};
 use crate::model::Periodic;
 use crate::piece::Piece;
 use crate::slopes::{Slopes, accelerate};

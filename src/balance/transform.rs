@@ -1,5 +1,6 @@
-//! Between coefficients and samples: the discrete Fourier transform of pairs of real signals.
+//! Between coefficients and samples: the discrete Fourier transform of pairs of real signals, and where the kept orders stand in it.
 
+use super::Harmonics;
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
@@ -41,4 +42,45 @@ pub(super) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
     let per = 0.5 / m as f64;
     let y = (z - mirror) * per;
     ((z + mirror) * per, Complex64::new(y.im, -y.re))
+}
+
+/// Samples that resolve the highest order 32 times: then local polynomials of degree 15 are exact to rounding.
+pub(super) fn samples_for(highest: usize) -> usize {
+    (32 * highest).next_power_of_two().max(256)
+}
+
+/// Q_k of Σ_k Q_k e^{i k ω t} from the coefficients of one coordinate.
+pub(super) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex64 {
+    match harmonics.place_of(order) {
+        None => Complex64::ZERO,
+        Some(at) if order == 0 => part[at].into(),
+        Some(at) => Complex64::new(0.5 * part[at], -0.5 * part[at + 1]),
+    }
+}
+
+/// Cosine and sine from X_k.
+#[inline]
+pub(super) fn write(out: &mut [f64], order: usize, x: Complex64) {
+    if order == 0 {
+        out[0] = x.re;
+    } else {
+        (out[0], out[1]) = (2.0 * x.re, -2.0 * x.im);
+    }
+}
+
+/// The spectrum of q + i q' of one coordinate.
+pub(super) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
+    let m = z.len();
+    z.fill(Complex64::ZERO);
+    for (i, &order) in harmonics.orders().iter().enumerate() {
+        let at = harmonics.place(i);
+        if order == 0 {
+            z[0] += part[at];
+        } else {
+            // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
+            let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
+            z[order % m] += q * (1.0 - rate);
+            z[(m - order % m) % m] += q.conj() * (1.0 + rate);
+        }
+    }
 }

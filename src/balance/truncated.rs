@@ -3,10 +3,9 @@
 use super::Harmonics;
 use super::assembly::Layout;
 use super::grid::Grid;
-use super::orbit::{spread, write};
 use super::spectra::pack;
 use super::table::Table;
-use super::transform::unpack;
+use super::transform::{spread, unpack, write};
 use crate::dual::Dual;
 use crate::model::{AsIs, Generic, Law, Periodic};
 use crate::nonlinearity::Nonlinearity;

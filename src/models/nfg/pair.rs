@@ -1,9 +1,9 @@
 //! One degree of freedom: Eq. (9).
 
 use super::params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius};
-use crate::dual::dual_jacobian;
 use crate::error::{ParameterError, check};
 use crate::excitation::{Excitation, InstantCentre, Jet};
+use crate::jacobian::dual_jacobian;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
 use crate::nonlinearity::Backlash;
 use crate::piece::{Piece, Side};

@@ -1,9 +1,9 @@
 //! Two degrees of freedom: Eq. (4).
 
 use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
-use crate::dual::dual_jacobian;
 use crate::error::{ParameterError, check};
 use crate::excitation::{Excitation, Fourier, InstantCentre, Jet};
+use crate::jacobian::dual_jacobian;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
 use crate::nonlinearity::Backlash;
 use crate::piece::{Piece, Side};

@@ -2,9 +2,9 @@
 
 use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
 use super::params::RingParams;
-use crate::dual::dual_jacobian;
 use crate::error::ParameterError;
 use crate::excitation::{Shared, earlier};
+use crate::jacobian::dual_jacobian;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::{Piece, Side};
