@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicUsize;
 
 /// Where a run starts from.
 ///
-/// Upwards along the branch of the first point: where its neighbour takes a whole turn to settle, a carried state is there in less.
+/// A state carried from a speed close by is nearly settled there, which a start of its own is not:
 ///
 /// ```
 /// use gear_dynamics::{Axis, Carry, LaneRk4, NfgPair, NfgParams, Points, Sweep};
