@@ -62,6 +62,7 @@ impl<const N: usize> Sub for Dual<N> {
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product and quotient rules")]
     fn mul(self, o: Self) -> Self {
         Dual { value: self.value * o.value, slope: std::array::from_fn(|i| self.slope[i] * o.value + self.value * o.slope[i]) }
     }
@@ -78,6 +79,7 @@ impl<const N: usize> Mul<f64> for Dual<N> {
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product and quotient rules")]
     fn div(self, o: Self) -> Self {
         let value = self.value / o.value;
         Dual { value, slope: std::array::from_fn(|i| (self.slope[i] - value * o.slope[i]) / o.value) }

@@ -4,7 +4,7 @@ use crate::dual::Dual;
 use crate::model::{AsIs, Generic, Jacobian, Law, OnPieces};
 use crate::piece::Piece;
 
-/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`].
+/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`](crate::Model::jacobian).
 pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
     match pieces {
         None => slopes(model, &AsIs, u, q, v, out),

@@ -237,7 +237,7 @@ pub trait Periodic: Model {
 ///
 /// A generic model forwards the plain methods in one line each:
 /// `accel` to `self.accel_on(&AsIs, ..)`, `accel_on_pieces` to `self.accel_on(&OnPieces(pieces), ..)`, `jacobian` to
-/// [`dual_jacobian`].
+/// [`dual_jacobian`](crate::dual_jacobian).
 pub trait Generic: Model {
     /// q'' on any [`Scalar`]; contact forces come from `law`.
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]);

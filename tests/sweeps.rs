@@ -187,7 +187,68 @@ fn lanes_are_refilled_as_they_finish() {
     let together = sweep.run(&LaneRk4::<4>::new(1008), pair, rest).unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
-    assert_eq!(together.fingerprint(), sweep.run(&LaneRk4::<8>::new(1008), pair, rest).unwrap().fingerprint());
+    assert_eq!(together, sweep.run(&LaneRk4::<8>::new(1008), pair, rest).unwrap());
+    equals_each_alone(&together, |points| {
+        let sweep = Sweep::over(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+        sweep.run(&LaneRk4::<4>::new(1008), pair, rest).unwrap()
+    });
+}
+
+/// Every row, to the bit, is that of a sweep over its point and no other: made without lanes.
+fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
+    let names: Vec<&str> = together.points().names().iter().map(String::as_str).collect();
+    for row in together.iter() {
+        let alone = run(Points::list(&names, &[row.point().values().to_vec()]).unwrap());
+        let one = alone.row(0).unwrap().unwrap();
+        assert_eq!(alone.alone(), 1);
+        for channel in ["q1", "deflection 1", "mesh force 2"] {
+            assert_eq!(one.channel(channel).ok(), row.channel(channel).ok(), "{channel} of {}", row.index());
+        }
+        assert_eq!((one.settled_after(), one.change(), one.scatter()), (row.settled_after(), row.change(), row.scatter()));
+        assert!(one.strobes().eq(row.strobes()));
+    }
+    assert_eq!(together.iter().count(), together.points().len());
+}
+
+/// Models of more than two degrees of freedom keep their steps in memory: a ring under Fourier series, and one under a wave that jumps, in
+/// lanes of any width as each one alone. Copies of one ring share lanes, since their excitations are the same ones.
+#[test]
+fn rings_in_lanes_are_each_ring_alone() {
+    let base = common::ring(3, 2.0).params().clone();
+    let smooth = shared(Fourier::new(1e8, &[[2e7, 0.0]], base.omega).unwrap());
+    let jumping = shared(RectangularWave::new(0.8e8, 1.2e8, 0.6, std::f64::consts::TAU / base.omega).unwrap());
+    let error = shared(Fourier::new(0.0, &[[0.0, 1e-5]], base.omega).unwrap());
+    let mut prints = Vec::new();
+    for stiffness in [smooth, jumping] {
+        let family = |p: &Point<'_>| {
+            let mut params = base.clone();
+            params.motor.torque = p["torque"];
+            for mesh in &mut params.meshes {
+                *mesh = Mesh::new(stiffness.clone(), error.clone(), p["damping"], *mesh.law())?;
+            }
+            Ring::as_printed(&params)
+        };
+        let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
+        let sweep =
+            |points: Points| Sweep::over(points).settle(1).measure(2).channels(&["q1", "deflection 1", "mesh force 2"]).rattle().strobe(1);
+        let grid = [Axis::linear("torque", 4.0, 8.0, 9).unwrap(), Axis::linear("damping", 1000.0, 3000.0, 3).unwrap()];
+        let sweep_all = sweep(Points::grid(grid.to_vec()).unwrap());
+        let together = sweep_all.run(&LaneRk4::<16>::new(200), family, start).unwrap();
+        assert_eq!(together.alone(), 0);
+        assert_eq!(together, sweep_all.run(&LaneRk4::<4>::new(200), family, start).unwrap());
+        assert_eq!(together, sweep_all.run(&LaneRk4::<8>::new(200), family, start).unwrap());
+        assert_eq!(together, sweep_all.run(&LaneRk4::<24>::new(200), family, start).unwrap());
+        equals_each_alone(&together, |points| sweep(points).run(&LaneRk4::<16>::new(200), family, start).unwrap());
+        prints.push(format!("{:016x}", together.fingerprint()));
+        // The rows are rows of different motions, with impacts in them.
+        assert!(together.iter().any(|row| (0..3).any(|i| row.contact(i).impact_count() > 0)));
+        let mut differ: Vec<u64> = together.iter().map(|row| row.channel("deflection 1").unwrap().rms.to_bits()).collect();
+        differ.sort_unstable();
+        differ.dedup();
+        assert_eq!(differ.len(), 27);
+    }
+    // As in `the_bits_are_pinned`.
+    assert_eq!(prints, ["8c74e4117c869d0e", "a9e23e54bd556be7"]);
 }
 
 /// Carried states: each run starts where its neighbour ended, up and down.
@@ -260,8 +321,8 @@ fn empty_and_reversed_ranges_and_nan_in_a_range() {
 fn zero_steps_per_period_and_zero_periods() {
     let sweep = sweep(3);
     let steps = sweep.run(&LaneRk4::<4>::new(0), pair, rest).unwrap_err();
-    assert!(matches!(steps, SweepError::Setting { name: "steps per period", .. }));
-    assert!(matches!(sweep.run(&TableRk4::new(0), pair, rest), Err(SweepError::Setting { .. })));
+    assert_eq!(steps, SweepError::Table(TableError::Size { steps: 0, drives: 2 }));
+    assert!(matches!(sweep.run(&TableRk4::new(0), pair, rest), Err(SweepError::Table(TableError::Size { steps: 0, .. }))));
     let nothing = sweep.clone().measure(0).run(&LaneRk4::<4>::new(8), pair, rest);
     assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
@@ -360,28 +421,6 @@ fn parts_that_do_not_fit_together() {
     assert!(matches!(Rows::merge(vec![part(0), part(2)]), Err(SweepError::Parts { row: 3 })));
     assert!(matches!(Rows::merge(vec![part(0), part(1)]), Err(SweepError::Parts { row: 6 })));
     assert!(matches!(Rows::merge(vec![]), Err(SweepError::Parts { row: 0 })));
-}
-
-/// Rows come back from bytes; bytes that are cut off, changed or of another sweep are errors, whatever they hold.
-#[test]
-fn rows_as_bytes() {
-    let sweep = sweep(9).check_every(4);
-    let odd = |p: &Point<'_>| if p.index() == 3 { Err("odd") } else { Ok(Pair::at(p["we"])) };
-    let rows = sweep.run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
-    let bytes = rows.to_bytes();
-    let back = sweep.rows_from_bytes(&bytes).unwrap();
-    assert_eq!((back.fingerprint(), back.to_bytes().len()), (rows.fingerprint(), bytes.len()));
-    assert_eq!(back.row(3).unwrap().unwrap_err().to_string(), "no model: odd");
-    assert_eq!(back.row(4).unwrap().unwrap().error("q1"), rows.row(4).unwrap().unwrap().error("q1"));
-    for length in 0..bytes.len() {
-        assert!(matches!(sweep.rows_from_bytes(&bytes[..length]), Err(SweepError::Bytes { .. })), "{length}");
-    }
-    for place in 0..80 {
-        let mut bad = bytes.clone();
-        bad[place] = 0xff;
-        let _ = sweep.rows_from_bytes(&bad); // an error or other rows, never a panic
-    }
-    assert!(Sweep::over(frequencies(2)).rows_from_bytes(&bytes).is_err());
 }
 
 fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {

@@ -109,6 +109,7 @@ impl Rows {
     /// Makes room for rows of this shape. `false`: there are some of another.
     pub(crate) fn shape(&mut self, layout: &Layout) -> bool {
         if !self.done.contains(&true) {
+            self.data = Vec::new(); // given back before more is asked for
             self.data = vec![0.0; self.range.len() * layout.stride()];
             self.layout = layout.clone();
         }

@@ -39,7 +39,8 @@ impl<'w> Watch<'w> {
     pub fn rows(self, rows: &'w (dyn Fn(&Row<'_>) + Sync)) -> Self {
         Watch { rows: Some(rows), ..self }
     }
-    /// Stops the sweep within some steps once it is true; what is done is kept.
+    /// Stops the sweep within 64 steps, or 64 rows of a table, once it is true. What is done is kept: [`Sweep::resume`](crate::Sweep::resume) runs
+    /// the rest.
     pub fn cancel(self, cancel: &'w AtomicBool) -> Self {
         Watch { cancel: Some(cancel), ..self }
     }

@@ -1,0 +1,546 @@
+//! Sweeps that are long: parts of them, what is kept of a cancelled one, points that fail on the way, and what may be looked at meanwhile.
+
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+/// q'' = pull cos(τ t/T) - w² q - 0.1 q', a jump of nothing in each period. It counts what is asked of it, and says stop.
+struct Swing<'c> {
+    period: f64,
+    pull: f64,
+    frequency: f64,
+    /// When the jump comes, as a share of the period.
+    edge: f64,
+    /// Contacts there are, which it does not offer to lanes.
+    contacts: usize,
+    count: Option<&'c Count>,
+}
+
+/// Drives and accelerations asked for; from the `last` on there is to be no more.
+struct Count {
+    drives: AtomicUsize,
+    accelerations: AtomicUsize,
+    last: [usize; 2],
+    stop: AtomicBool,
+}
+
+impl Swing<'_> {
+    fn of(frequency: f64) -> Self {
+        Swing { period: 2.0, pull: 1.0, frequency, edge: 0.5, contacts: 0, count: None }
+    }
+}
+
+impl Count {
+    fn new(last: [usize; 2]) -> Self {
+        Count { drives: AtomicUsize::new(0), accelerations: AtomicUsize::new(0), last, stop: AtomicBool::new(false) }
+    }
+    fn one(&self, which: usize) {
+        let counter = [&self.drives, &self.accelerations][which];
+        if counter.fetch_add(1, Relaxed) + 1 == self.last[which] {
+            self.stop.store(true, Relaxed);
+        }
+    }
+}
+
+impl Model for Swing<'_> {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.accel_on(&AsIs, u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        3
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.phase_drives(TAU * t / self.period, side, u);
+        self.constants(u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let whole = (t / self.period - self.edge).floor() + 1.0;
+        [whole, whole + 1.0].map(|k| (k + self.edge) * self.period).into_iter().find(|edge| *edge > t)
+    }
+    fn contacts(&self) -> usize {
+        self.contacts
+    }
+}
+
+impl Generic for Swing<'_> {
+    fn accel_on<S: Scalar, L: Law<S>>(&self, _: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        if let Some(count) = self.count {
+            count.one(1);
+        }
+        a[0] = u[0] * u[1] - u[2] * u[2] * q[0] - v[0] * 0.1;
+    }
+    fn phases(&self) -> usize {
+        1
+    }
+    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
+        if let Some(count) = self.count {
+            count.one(0);
+        }
+        u[0] = libm::cos(phase);
+    }
+    fn constants(&self, u: &mut [f64]) {
+        u[1..3].copy_from_slice(&[self.pull, self.frequency]);
+    }
+    fn shares_lanes_with(&self, other: &Self) -> bool {
+        self.edge == other.edge && self.count.is_none() && other.count.is_none()
+    }
+}
+
+impl Periodic for Swing<'_> {
+    fn period(&self) -> f64 {
+        self.period
+    }
+}
+
+type Made<'c> = Result<Swing<'c>, ParameterError>;
+
+fn swing(p: &Point<'_>) -> Made<'static> {
+    Ok(Swing::of(p["w"]))
+}
+fn rest(_: &Point<'_>, _: &Swing<'_>) -> Result<State, ParameterError> {
+    Ok(State::at_rest(1))
+}
+fn along(count: usize) -> Sweep {
+    Sweep::over(Points::along(Axis::linear("w", 1.0, 3.0, count).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1)
+}
+fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
+    (0..count).map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap()).collect()
+}
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}
+
+/// Which points are checked is counted from the start of the sweep: parts put together are the whole, checks and estimates included.
+#[test]
+fn chunks_check_the_points_that_the_whole_checks() {
+    let grid = Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()]).unwrap();
+    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Up);
+    for sweep in [along(10).check_every(4), lines.check_every(4)] {
+        let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
+        let checked: Vec<usize> = whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
+        assert_eq!(checked, if whole.points().len() == 10 { vec![0, 4, 8] } else { vec![0, 1, 8, 9, 16, 17] });
+        for count in [2, 3, 7] {
+            let merged = Rows::merge(chunks(&sweep, count)).unwrap();
+            assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()), "{count} chunks");
+            assert_eq!(merged.to_bytes(), whole.to_bytes());
+            for (a, b) in merged.iter().zip(whole.iter()) {
+                assert_eq!((a.error("q1"), a.is_sensitive()), (b.error("q1"), b.is_sensitive()));
+            }
+        }
+        let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
+        let prints = [one, other].map(|sweep| sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap().fingerprint());
+        assert!(prints[0] != prints[1] && !prints.contains(&whole.fingerprint()));
+    }
+}
+
+/// A point in the middle of a line that cannot be run: the line goes on. After one that the engine finds out, from the start of the next
+/// point; past one that has no model, from the state there is.
+#[test]
+fn a_line_goes_on_after_a_point_that_fails() {
+    fn run<E: for<'c> SweepEngine<Swing<'c>>>(
+        points: Points,
+        carry: Carry,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
+    ) -> Rows {
+        Sweep::over(points).settle(2).measure(2).channels(&["q1"]).strobe(1).carry(carry).run(engine, family, rest).unwrap()
+    }
+    fn check<E: for<'c> SweepEngine<Swing<'c>>>(
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
+        bad: usize,
+        carry: Carry,
+        anew: bool,
+    ) {
+        let all = along(9);
+        let rows = run(all.points().clone(), carry, engine, family);
+        assert!(rows.is_complete());
+        assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [bad]);
+        let (before, after): (Vec<usize>, Vec<usize>) = (0..9).filter(|i| *i != bad).partition(|i| *i < bad);
+        let parts = if anew { vec![before, after] } else { vec![[before, after].concat()] };
+        for part in parts.into_iter().filter(|part| !part.is_empty()) {
+            let points: Vec<Vec<f64>> = part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
+            let alone = run(Points::list(&["w"], &points).unwrap(), carry, engine, swing);
+            for (row, index) in alone.iter().zip(part) {
+                assert_eq!(row.channel("q1"), rows.row(index).unwrap().unwrap().channel("q1"), "{index}");
+            }
+        }
+    }
+    for carry in [Carry::Up, Carry::Down] {
+        for bad in [0, 3, 8] {
+            let off = |p: &Point<'_>| Ok(Swing { edge: if p.index() == bad { 0.501 } else { 0.5 }, ..Swing::of(p["w"]) });
+            check(&LaneRk4::<4>::new(16), off, bad, carry, true);
+            check(&TableRk4::new(16), off, bad, carry, true);
+            let pulled = |p: &Point<'_>| Ok(Swing { pull: if p.index() == bad { f64::NAN } else { 1.0 }, ..Swing::of(p["w"]) });
+            check(&LaneRk4::<4>::new(16), pulled, bad, carry, true);
+            let still = |p: &Point<'_>| Ok(Swing { period: if p.index() == bad { 0.0 } else { 2.0 }, ..Swing::of(p["w"]) });
+            check(&LaneRk4::<4>::new(16), still, bad, carry, false);
+            check(&Located(Rk4::new(0.1)), still, bad, carry, false);
+        }
+    }
+    // All fail, and each says so.
+    let closed = |p: &Point<'_>| -> Made<'static> { Ok(Swing { contacts: 1, ..Swing::of(p["w"]) }) };
+    for sweep in [along(9).rattle(), along(9).channels(&["mesh force"])] {
+        let rows = sweep.carry(Carry::Up).run(&LaneRk4::<4>::new(16), closed, rest).unwrap();
+        assert!(rows.errors().len() == 9 && rows.errors().values().all(|error| *error == PointError::NoContacts));
+    }
+}
+
+/// Whichever lane it would run in: a model without a period or with constants that are none is refused.
+#[test]
+fn periods_and_constants_that_are_none() {
+    fn errors<E: for<'c> SweepEngine<Swing<'c>>>(engine: &E, change: &(dyn Fn(&mut Swing<'_>) + Sync)) -> Vec<PointError> {
+        let family = |p: &Point<'_>| -> Made<'static> {
+            let mut swing = Swing::of(p["w"]);
+            if [0, 2, 7].contains(&p.index()) {
+                change(&mut swing);
+            }
+            Ok(swing)
+        };
+        let rows = along(8).run(engine, family, rest).unwrap();
+        assert_eq!((rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()), (vec![0, 2, 7], 5));
+        rows.errors().values().cloned().collect()
+    }
+    for period in [0.0, -2.0, f64::INFINITY, f64::NAN] {
+        let change = |swing: &mut Swing<'_>| swing.period = period;
+        for found in
+            [errors(&LaneRk4::<4>::new(16), &change), errors(&TableRk4::new(16), &change), errors(&Located(Rk4::new(0.1)), &change)]
+        {
+            assert!(found.iter().all(|e| matches!(e, PointError::Period { period: p } if p.to_bits() == period.to_bits())), "{found:?}");
+        }
+    }
+    for pull in [f64::NAN, f64::INFINITY] {
+        let change = |swing: &mut Swing<'_>| swing.pull = pull;
+        for found in [errors(&LaneRk4::<4>::new(16), &change), errors(&TableRk4::new(16), &change)] {
+            assert!(found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 1, .. }))), "{found:?}");
+        }
+    }
+}
+
+/// A point that diverges says nothing about the error of its neighbours, though its check with a quarter of the step stands.
+#[test]
+fn a_check_counts_only_beside_its_row() {
+    // RK4 is stable up to w h = 2.83: at w = 40 a step of 1/8 is too long, a quarter of it is not.
+    let points = Points::along(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
+    let sweep = Sweep::over(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
+    let kicked = |_: &Point<'_>, _: &Swing<'_>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
+    let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
+    assert!(matches!(rows.row(2).unwrap(), Err(PointError::Diverged { .. })));
+    let [first, next, last] = [0, 1, 3].map(|i| rows.row(i).unwrap().unwrap());
+    // A few per cent, of which 16 samples in a period may miss (π/16)²/2 at each extreme: far from the value of a row that is not there.
+    let q1 = first.channel("q1").unwrap();
+    assert!(first.error("q1").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q1"));
+    assert_eq!((next.error("q1"), last.error("q1")), (first.error("q1"), first.error("q1")));
+}
+
+/// The other way round: where the check fails the row says so, is flagged, and has no estimate of its own.
+#[test]
+fn a_check_that_fails_is_told() {
+    // On a whole step to a millionth of 16, not of 64.
+    let family =
+        |p: &Point<'_>| -> Made<'static> { Ok(Swing { edge: 0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, ..Swing::of(p["w"]) }) };
+    let sweep = along(5).settle(100).check_every(2);
+    let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
+    let row = rows.row(2).unwrap().unwrap();
+    assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
+    assert!(row.is_sensitive() && row.error("q1").is_none());
+    let [one, two, three, five] = [0, 1, 3, 4].map(|i| rows.row(i).unwrap().unwrap());
+    assert!(!one.is_sensitive() && !two.is_sensitive());
+    let most = one.error("q1").unwrap().max(five.error("q1").unwrap());
+    assert_eq!((two.error("q1"), three.error("q1")), (Some(most), Some(most)));
+    let back = sweep.rows_from_bytes(&rows.to_bytes()).unwrap();
+    assert_eq!(back.fingerprint(), rows.fingerprint());
+    let (told, error) = (back.row(2).unwrap().unwrap(), row.checked().unwrap().unwrap_err());
+    assert_eq!(told.checked().unwrap().unwrap_err().to_string(), error.to_string());
+}
+
+/// Rows are the same however many threads share them; how many ran alone is another matter.
+#[test]
+fn rows_are_equal_whatever_ran_alone() {
+    let sweep = along(101);
+    let run = |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::<16>::new(16), swing, rest)).unwrap();
+    let (one, two) = (run(1), run(2));
+    assert_ne!(one.alone(), two.alone());
+    assert_eq!(one, two);
+    assert_eq!(one.to_bytes(), two.to_bytes());
+    // A line is as many as its points.
+    assert_eq!(along(9).carry(Carry::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(), 9);
+}
+
+/// More parts than points, in any order.
+#[test]
+fn empty_parts_in_any_order() {
+    let sweep = along(3);
+    let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
+    for turn in 0..7 {
+        let mut parts = chunks(&sweep, 7);
+        parts.rotate_left(turn);
+        assert_eq!(Rows::merge(parts.clone()).unwrap(), whole);
+        parts.reverse();
+        assert_eq!(Rows::merge(parts).unwrap(), whole);
+    }
+}
+
+/// Rows know their sweep: other points or settings, and neither bytes nor parts nor a resumed run are taken.
+#[test]
+fn rows_of_another_sweep_are_refused() {
+    let sweep = along(8);
+    let wider = Sweep::over(Points::along(Axis::linear("w", 1.0, 3.5, 8).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1);
+    let renamed = Sweep::over(Points::along(Axis::linear("v", 1.0, 3.0, 8).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1);
+    let of = |change: fn(Sweep) -> Sweep| change(sweep.clone());
+    let others = [
+        wider,
+        renamed,
+        of(|s| s.settle(3)),
+        of(|s| s.measure(3)),
+        of(|s| s.channels(&["v1"])),
+        of(|s| s.strobe(2)),
+        of(|s| s.rattle()),
+        of(|s| s.carry(Carry::Up)),
+        of(|s| s.check_every(2)),
+        of(|s| s.periodic_within(1e-5)),
+        of(|s| s.until_repeats(1e-5)),
+        of(|s| s.lyapunov(Lyapunov::new())),
+    ];
+    let parts = chunks(&sweep, 2);
+    let bytes = parts[1].to_bytes();
+    assert_eq!(sweep.rows_from_bytes(&bytes).unwrap(), parts[1]);
+    for other in others {
+        assert_eq!(other.rows_from_bytes(&bytes), Err(SweepError::Bytes { at: 8 }), "{other:?}");
+        let resumed = other.resume(parts[0].clone(), &LaneRk4::<4>::new(16), swing, rest, &Watch::new());
+        assert!(matches!(resumed, Err(SweepError::Parts { row: 0 })), "{other:?}");
+        if other.points().names() == ["w"] {
+            let second = other.run_chunk(1, 2, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
+            assert_eq!(Rows::merge(vec![parts[0].clone(), second]), Err(SweepError::Parts { row: 4 }));
+        }
+    }
+}
+
+/// The seal at the end of the bytes: FNV-1a over words, the length last.
+fn seal(bytes: &mut Vec<u8>) {
+    let word = |bytes: &[u8]| bytes.iter().rev().fold(0u64, |word, byte| word << 8 | u64::from(*byte));
+    let words = bytes.chunks(8).map(word).chain([bytes.len() as u64]);
+    let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23));
+    bytes.extend(hash.to_le_bytes());
+}
+
+/// Bytes that are cut off or changed anywhere are an error; so are those that are whole and speak of points which are not there.
+#[test]
+fn bytes_are_taken_whole_or_not_at_all() {
+    let sweep = along(9).check_every(2);
+    let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { Ok(Swing::of(p["w"])) };
+    let rows = sweep.run_chunk(1, 2, &LaneRk4::<4>::new(16), odd, rest, &Watch::new()).unwrap();
+    let bytes = rows.to_bytes();
+    let back = sweep.rows_from_bytes(&bytes).unwrap();
+    assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), bytes.clone()));
+    assert_eq!(back.row(6).unwrap().unwrap_err().to_string(), "no model: odd");
+    assert!(matches!(sweep.rows_from_bytes(&[&bytes[..], &[0; 8]].concat()), Err(SweepError::Bytes { .. })));
+    for place in 0..bytes.len() {
+        assert!(matches!(sweep.rows_from_bytes(&bytes[..place]), Err(SweepError::Bytes { .. })), "{place}");
+        for bit in [0x01, 0x80, 0xff] {
+            let mut bad = bytes.clone();
+            bad[place] ^= bit;
+            assert!(matches!(sweep.rows_from_bytes(&bad), Err(SweepError::Bytes { .. })), "{place}");
+        }
+    }
+    // Sealed again after a change of one word: an error, or rows that can be read from end to end.
+    let mut refused = 0;
+    for place in (0..bytes.len() / 8 - 1).map(|word| 8 * word) {
+        for value in [0, 1, 2, 3, 100, u64::MAX] {
+            let mut bad = bytes[..bytes.len() - 8].to_vec();
+            bad[place..place + 8].copy_from_slice(&u64::to_le_bytes(value));
+            seal(&mut bad);
+            let Ok(rows) = sweep.rows_from_bytes(&bad) else {
+                refused += 1;
+                continue;
+            };
+            for row in rows.iter() {
+                let _ = (row.error("q1"), row.is_sensitive(), row.strobes().count());
+                row.channel("q1").unwrap();
+                row.extremes("q1").unwrap();
+            }
+        }
+    }
+    // The head of 12 words at least, but for the values that stand there.
+    assert!(refused > 12 * 5 - 12, "{refused}");
+}
+
+/// Progress is that of the chunk, its checks and the points without a model included.
+#[test]
+fn progress_ends_at_the_end() {
+    let seen = |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Swing<'static>, &'static str> + Sync)| {
+        let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
+        let progress = |done: usize, total: usize| {
+            calls.fetch_add(1, Relaxed);
+            last.fetch_max(done, Relaxed);
+            totals.lock().unwrap().insert(total);
+        };
+        sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
+        (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
+    };
+    let swing = |p: &Point<'_>| Ok(Swing::of(p["w"]));
+    assert_eq!(seen(&along(100), 0, 4, &swing), (25, 25, vec![25]));
+    assert_eq!(seen(&along(100).check_every(1), 1, 4, &swing), (50, 50, vec![50]));
+    assert_eq!(seen(&along(100).check_every(10), 0, 4, &swing), (28, 28, vec![28]));
+    let asked = AtomicUsize::new(0);
+    let never = |_: &Point<'_>| {
+        asked.fetch_add(1, Relaxed);
+        Err("never")
+    };
+    assert_eq!(seen(&along(100), 3, 4, &never), (25, 25, vec![25]));
+    assert_eq!(asked.into_inner(), 100); // once each
+    let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { Ok(Swing::of(p["w"])) };
+    assert_eq!(seen(&along(100), 0, 4, &late), (25, 25, vec![25]));
+    assert_eq!(seen(&along(10).carry(Carry::Up), 0, 1, &late), (10, 10, vec![10]));
+}
+
+#[test]
+fn a_family_without_a_model_is_left_when_cancelled() {
+    let (asked, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let never = |_: &Point<'_>| {
+        stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
+        Err::<Swing<'_>, _>("never")
+    };
+    let rows = along(1000).run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Watch::new().cancel(&stop)).unwrap();
+    assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
+    let whole = along(1000).resume(rows, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
+    assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
+}
+
+/// What looks at rows may take its time and threads: it holds up no other thread, and it may start work of its own.
+#[test]
+fn two_threads_may_show_rows_at_once() {
+    let (inside, together) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let rows = |row: &Row<'_>| {
+        assert!(row.channel("q1").unwrap().max > 0.0 && row.point()["w"] >= 1.0 && row.strobes().count() == 1);
+        if inside.fetch_add(1, Relaxed) > 0 {
+            together.store(true, Relaxed);
+        }
+        // The first one waits for a second; the limit is for a lock that never lets it in.
+        let began = Instant::now();
+        while !together.load(Relaxed) && began.elapsed() < Duration::from_secs(60) {
+            std::thread::yield_now();
+        }
+        inside.fetch_sub(1, Relaxed);
+    };
+    let watch = Watch::new().rows(&rows);
+    let made = pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    assert!(together.into_inner() && made.iter().count() == 64);
+    let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
+    let watch = Watch::new().rows(&busy);
+    let made = pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    assert_eq!(made.iter().count(), 64);
+}
+
+/// Stopping takes at most 64 rows of a table, or 64 steps of four accelerations: with 16 ns for each of 16 lanes a tenth of a millisecond.
+#[test]
+fn a_cancel_is_seen_within_64_steps() {
+    fn asked<E: for<'c> SweepEngine<Swing<'c>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
+        let count = Count::new(last);
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Swing { count: Some(&count), ..Swing::of(p["w"]) });
+        let rows = pool(1).install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop))).unwrap();
+        assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
+        [count.drives.into_inner(), count.accelerations.into_inner()]
+    }
+    for last in [[100, 0], [5000, 0]] {
+        for [drives, accelerations] in [asked(&LaneRk4::<4>::new(5000), last), asked(&TableRk4::new(5000), last)] {
+            assert!(drives <= last[0] + 64 && accelerations == 0, "{drives} after {}", last[0]);
+        }
+    }
+    for [_, accelerations] in [asked(&LaneRk4::<4>::new(5000), [0, 1001]), asked(&TableRk4::new(5000), [0, 1001])] {
+        assert!(accelerations <= 1001 + 4 * 64, "{accelerations}");
+    }
+}
+
+/// A table that would not fit into memory is refused before anything runs, that of the checks as well.
+#[test]
+fn tables_have_a_size() {
+    let run = |steps: usize, every: usize| along(3).check_every(every).run(&LaneRk4::<4>::new(steps), swing, rest).map(|_| ());
+    for steps in [0, 500_000_000, usize::MAX] {
+        assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
+        let scalar = along(3).run(&TableRk4::new(steps), swing, rest);
+        assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 3 })));
+    }
+    assert_eq!(run(10_000_000, 1), Err(SweepError::Table(TableError::Size { steps: 40_000_000, drives: 1 })));
+    assert_eq!(run(usize::MAX / 2, 1), Err(SweepError::Table(TableError::Size { steps: usize::MAX / 2, drives: 1 })));
+}
+
+/// A model that jumps at every step, and more often than that, still has a table.
+#[test]
+fn jumps_without_number() {
+    struct Jumps(Swing<'static>, f64);
+    impl Model for Jumps {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            self.0.accel(u, q, v, a);
+        }
+        fn drives(&self) -> usize {
+            3
+        }
+        fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+            self.0.drive(t, side, u);
+        }
+        fn next_edge(&self, t: f64) -> Option<f64> {
+            let k = (t / self.1).floor();
+            [k + 1.0, k + 2.0].map(|k| k * self.1).into_iter().find(|edge| *edge > t)
+        }
+    }
+    impl Periodic for Jumps {
+        fn period(&self) -> f64 {
+            2.0
+        }
+    }
+    let run = |steps: usize, every: f64| {
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(Swing::of(p["w"]), every));
+        let points = Points::along(Axis::list("w", &[1.0]).unwrap());
+        let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
+        sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
+    };
+    // More of them than a hundred thousand.
+    let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
+    let [often, once] = [&often, &once].map(|rows| rows.row(0).unwrap().unwrap().channel("q1").unwrap());
+    // A jump is read 1e-6 of a step off.
+    assert!((often.max - once.max).abs() < 1e-9 * once.max, "{often:?} {once:?}");
+    assert!(matches!(run(16, 2.0 / 48.0).row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))));
+}
+
+/// What a cancelled run has not reached is run later: the rows are those of a run that was never stopped, and what is done is not run again.
+#[test]
+fn a_cancelled_run_is_resumed() {
+    let grid = Points::grid(vec![Axis::linear("w", 1.0, 3.0, 40).unwrap(), Axis::list("x", &[1.0, 2.0, 3.0]).unwrap()]).unwrap();
+    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Down);
+    let engine = LaneRk4::<4>::new(16);
+    for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
+        let count = sweep.points().len();
+        let whole = sweep.run(&engine, swing, rest).unwrap();
+        for share in [1, 50, 119] {
+            let stop = AtomicBool::new(false);
+            let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
+            let part = pool(1).install(|| {
+                let watch = Watch::new().progress(&progress).cancel(&stop);
+                let parts = [(0, Watch::new()), (1, watch)].map(|(i, watch)| sweep.run_chunk(i, 2, &engine, swing, rest, &watch).unwrap());
+                Rows::merge(parts.to_vec()).unwrap()
+            });
+            let (there, last) = (part.iter().count(), AtomicUsize::new(0));
+            assert!(there > count / 2 && (share == 119 || there < count) && part != whole || part.is_complete());
+            let progress = |done: usize, total: usize| {
+                assert!(done <= total && total <= 2 * (count - there) + count / 3 + 6, "{total}");
+                last.fetch_max(done, Relaxed);
+            };
+            let read = sweep.rows_from_bytes(&part.to_bytes()).unwrap();
+            let resumed = sweep.resume(read, &engine, swing, rest, &Watch::new().progress(&progress)).unwrap();
+            assert_eq!((&resumed, resumed.fingerprint(), resumed.to_bytes()), (&whole, whole.fingerprint(), whole.to_bytes()));
+        }
+    }
+    // Nothing is missing: nothing is run.
+    let whole = along(5).run(&engine, swing, rest).unwrap();
+    let never = |_: &Point<'_>, _: &Swing<'_>| Err::<State, _>("never");
+    assert_eq!(along(5).resume(whole.clone(), &engine, swing, never, &Watch::new()).unwrap(), whole);
+}
