@@ -17,7 +17,7 @@ done
 echo "the same bits"
 for ranks in 1 2 3; do
   status=0
-  timeout 60 mpirun --oversubscribe ${MPIRUN_FLAGS:-} -n "$ranks" "$program" --channel nonsense 2>/dev/null || status=$?
-  [ "$status" -ne 0 ] && [ "$status" -ne 124 ] || { echo "$ranks ranks: status $status of a sweep that fails"; exit 1; }
+  timeout -s KILL 60 mpirun --oversubscribe ${MPIRUN_FLAGS:-} -n "$ranks" "$program" --channel nonsense 2>/dev/null || status=$?
+  [ "$status" -ne 0 ] && [ "$status" -ne 137 ] || { echo "$ranks ranks: status $status of a sweep that fails"; exit 1; }
 done
 echo "a sweep that fails ends"
