@@ -237,3 +237,11 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
     }
     Ok(())
 }
+
+/// Factors kept while corrections shrink are made anew when they no longer serve: stiff outside, soft inside, as a dead zone is.
+#[test]
+fn kept_factors_are_made_anew() {
+    let dead_zone = |x: &[f64], r: &mut [f64]| r[0] = if x[0] < 1.0 { 0.1 * x[0] } else { x[0] - 0.9 };
+    let root = Newton::new().solve(&mut Equations::new(1, dead_zone), &[11.0]).unwrap();
+    assert!(root.x[0].abs() < 1e-9 && root.iterations <= 3, "{root:?}");
+}

@@ -2,6 +2,7 @@
 
 use super::couplings::even;
 use super::residual::Method;
+use super::size::AT_REST;
 use super::transform::unpack;
 use super::{BalanceEquations, BalanceError, BalanceNote, Orbit};
 use crate::model::Periodic;
@@ -36,12 +37,20 @@ pub(super) fn note<'m, M: Periodic + ?Sized>(
     let x = finer.unknowns(orbit);
     let mut r = vec![0.0; x.len()];
     finer.residual(&x, &mut r);
+    let sizes: Vec<f64> = finer.spectra.force.iter().map(|fine| largest(fine)).collect();
+    let sizes = against(&sizes, &equations.layout.scales);
     let mut share = 0.0f64;
-    for (coarse, fine) in equations.spectra.force.iter().zip(&finer.spectra.force) {
+    for ((coarse, fine), size) in equations.spectra.force.iter().zip(&finer.spectra.force).zip(sizes) {
         let apart = coarse.iter().zip(fine).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        share = share.max(if apart > 0.0 { apart / largest(fine) } else { 0.0 });
+        share = share.max(if apart > 0.0 { apart / size } else { 0.0 });
     }
     (share > COARSE).then_some(BalanceNote::Coarse { integrals: equations.integrals(), share })
+}
+
+/// What forces of these sizes are measured by: themselves, or a small share of the largest in units of the scales, below which one is rounding.
+fn against(forces: &[f64], scales: &[f64]) -> Vec<f64> {
+    let most = forces.iter().zip(scales).fold(0.0, |m: f64, (f, s)| m.max(f / s));
+    forces.iter().zip(scales).map(|(f, s)| f.max(AT_REST * most * s)).collect()
 }
 
 /// How far the accelerations along an orbit are, between samples, from the trigonometric polynomials through these, as a share of the
@@ -66,6 +75,7 @@ fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>
         }
     }
     let largest: Vec<f64> = z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
+    let largest = against(&largest, &equations.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
     let mut u = vec![0.0; grid.model.drives()];
     let mut worst = 0.0f64;

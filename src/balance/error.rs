@@ -57,7 +57,7 @@ pub enum BalanceError {
     },
     /// A model without a Jacobian, some motion of which is as good as free.
     #[error(
-        "some motion is held by {share:.1e} of the largest stiffness: differences cannot tell whether it is free; offer Model::jacobian,              which can"
+        "some motion is held by {share:.1e} of the largest stiffness: differences cannot tell whether it is free; offer Model::jacobian, which can"
     )]
     BarelyHeld {
         /// The stiffness found.
@@ -90,7 +90,7 @@ pub enum BalanceError {
         history: Vec<f64>,
     },
     /// An accuracy that was not reached.
-    #[error("the accuracy {wanted} was not reached with orders up to {highest}: {reached} was")]
+    #[error("the accuracy {wanted} was not reached with orders up to {highest}: {reached} was{}", cause.as_ref().map_or(String::new(), |c| format!("; beyond, {c}")))]
     Accuracy {
         /// As a share of the peak-to-peak.
         wanted: f64,
@@ -100,6 +100,8 @@ pub enum BalanceError {
         highest: usize,
         /// The best orbit, which converged but is not as good as wanted.
         best: Box<Orbit>,
+        /// Why it could not be proved on more orders, if it was that.
+        cause: Option<Box<BalanceError>>,
     },
     /// Settings of the root finder.
     #[error(transparent)]

@@ -46,7 +46,8 @@ impl Orbit {
         if jumps {
             return Some(multipliers.with_error(f64::INFINITY));
         }
-        let rough = fewer.monodromy(model, &fewer.breaks(model).0, 2.0 * STEP).and_then(|m| Multipliers::without(&m, &basis, 0.0));
+        let rough = fewer.and_then(|fewer| fewer.monodromy(model, &fewer.breaks(model).0, 2.0 * STEP));
+        let rough = rough.and_then(|m| Multipliers::without(&m, &basis, 0.0));
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
         Some(multipliers.with_error(error))
     }

@@ -129,9 +129,13 @@ impl Balance {
     pub fn harmonics(&self) -> &Harmonics {
         &self.harmonics
     }
-    /// The same balance on other harmonics.
+    /// The same balance on other harmonics. A given first Jacobian does not fit them: the equations' own takes its place.
     pub fn on(&self, harmonics: Harmonics) -> Self {
-        Balance { harmonics, ..self.clone() }
+        let roots = match self.roots.clone() {
+            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
+            roots => roots,
+        };
+        Balance { harmonics, roots, ..*self }
     }
 
     /// The equations, with unknowns scaled by the size of the coordinates of `near`.
@@ -142,7 +146,7 @@ impl Balance {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
 
-    /// The orbit with every contact held on one flank: where most searches start.
+    /// The orbit with every contact held on one flank: where most searches start. A start is not judged, and carries no notes of doubt.
     ///
     /// # Errors
     /// A linear system that is singular, as with contacts held in their gap.
@@ -232,6 +236,9 @@ impl Balance {
     }
 
     fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+        if model.contacts() > 0 && !residual::holds_pieces(model) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
         let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
         let x = equations.unknowns(near);

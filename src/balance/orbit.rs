@@ -126,13 +126,10 @@ impl Orbit {
         }
     }
 
-    /// The same orbit without the orders above `highest`.
-    pub(super) fn below(&self, highest: usize) -> Self {
+    /// The same orbit without the orders above `highest`, if some are left.
+    pub(super) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
-        match Harmonics::list(&orders).and_then(|h| h.over_periods(self.harmonics.periods())) {
-            Ok(harmonics) => self.on(&harmonics),
-            Err(_) => self.clone(),
-        }
+        Harmonics::list(&orders).and_then(|h| h.over_periods(self.harmonics.periods())).ok().map(|harmonics| self.on(&harmonics))
     }
 
     /// The harmonics.
@@ -230,6 +227,9 @@ impl Orbit {
     /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
     pub fn history(&self, samples: usize) -> Trajectory {
         let n = self.dof();
+        if samples == 0 {
+            return Trajectory::empty(n, 0.0);
+        }
         let fine = samples.max(2 * self.harmonics.highest() + 1).div_ceil(samples.max(1)) * samples;
         let mut z = vec![vec![Complex64::ZERO; fine]; n];
         let mut transform = Transform::new(fine);

@@ -1,6 +1,7 @@
 //! How good an orbit is.
 
 use super::coarseness::{self, correction};
+use super::couplings::even;
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
 use crate::model::{Generic, Periodic};
@@ -74,7 +75,8 @@ impl Balance {
     /// fall below `accuracy`, a share of the peak-to-peak, up to order `highest`.
     ///
     /// # Errors
-    /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders; [`BalanceError`] if a solution is lost.
+    /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders, or when no orbit is found on more; [`BalanceError`] if there is none
+    /// from the guess.
     pub fn solve_to<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit, accuracy: f64, highest: usize) -> Result<Proof, BalanceError> {
         crate::error::check::positive("accuracy", accuracy)?;
         let mut balance = self.clone();
@@ -83,9 +85,15 @@ impl Balance {
         loop {
             let further = balance.harmonics().extended();
             if further.highest() > highest {
-                return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit) });
+                return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit), cause: None });
             }
-            let proof = balance.prove(model, &orbit)?;
+            let proof = match balance.prove(model, &orbit) {
+                Ok(proof) => proof,
+                Err(error) => {
+                    let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
+                    return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit), cause });
+                }
+            };
             reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
             if reached <= accuracy {
                 return Ok(proof);
@@ -128,16 +136,23 @@ pub(super) fn notes<'m, M: Periodic + ?Sized>(
 
 /// √(largest local stiffness)/ω, every contact on a flank.
 fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) -> f64 {
-    let (n, m) = (equations.layout.dof, equations.grid.samples());
-    let pieces = vec![Piece::Lower; equations.grid.model.contacts()];
-    let held = (!pieces.is_empty()).then_some(&pieces[..]);
+    let (n, m, contacts) = (equations.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
+    let flanks = match contacts {
+        0 => vec![None],
+        _ => vec![Some(vec![Piece::Lower; contacts]), Some(vec![Piece::Upper; contacts])],
+    };
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut stiffest = 0.0f64;
-    for s in (0..m).step_by((m / if n == 1 { 256 } else { 64 }).max(1)) {
+    let looks = m.min(if n == 1 { 128 } else { 64 });
+    for look in 0..looks {
+        // Evenly spread, but in step with no drive.
+        let s = if looks == m { look } else { (even(look, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
-        equations.slopes.at(held, equations.grid.drives(s), &q, &v);
-        let slopes = &equations.slopes.jacobian.q;
-        stiffest = stiffest.max(if n == 1 { -slopes[(0, 0)] } else { largest_eigenvalue(&-slopes) });
+        for flank in &flanks {
+            equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);
+            let slopes = &equations.slopes.jacobian.q;
+            stiffest = stiffest.max(if n == 1 { -slopes[(0, 0)] } else { largest_eigenvalue(&-slopes) });
+        }
     }
     stiffest.sqrt() / equations.layout.omega
 }

@@ -143,6 +143,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     pub(super) fn held(mut self, pieces: &[Piece]) -> Self {
         let (n, varying, m) = (self.layout.dof, self.couplings.varying.len(), self.grid.samples());
         self.method = Method::Held(Samples::new(n, varying, m), pieces.to_vec());
+        self.seen.clear();
         self
     }
 
@@ -155,6 +156,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);
         self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
+        self.seen.clear();
         self.couplings = self.couplings.without_slopes();
         self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
         self.layout.make_dense();

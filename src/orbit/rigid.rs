@@ -13,7 +13,7 @@ pub(crate) struct Rigid {
     pub(crate) doubtful: Option<f64>,
 }
 
-/// The free motions, doubtful ones taken for free.
+/// The free motions; doubtful ones are taken for held.
 pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
     rigid_motions(model, span).modes
 }
@@ -93,13 +93,14 @@ fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
     let largest = svd.singular_values.max();
     if let Some(right) = svd.v_t {
         for (row, value) in right.row_iter().zip(svd.singular_values.iter().map(|value| value / largest)) {
-            if value < clear {
+            if value > zero {
+                rigid.doubtful = if value < clear { Some(value) } else { rigid.doubtful };
+            } else {
                 let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
                 rigid.modes.iter().for_each(|other| super::size::remove(other, &mut r));
                 let length = super::size::dot(&r, &r).sqrt();
                 r.iter_mut().for_each(|x| *x /= length);
                 rigid.modes.push(r);
-                rigid.doubtful = if value > zero { Some(value) } else { rigid.doubtful };
             }
         }
     }
@@ -175,6 +176,6 @@ mod tests {
         };
         assert_eq!(found(0.0), (1, false));
         assert_eq!(found(1e-3), (0, false));
-        assert_eq!(found(1e-7), (1, true));
+        assert_eq!(found(1e-7), (0, true));
     }
 }

@@ -63,6 +63,11 @@ impl Broyden {
     pub fn first(self, first: FirstJacobian) -> Self {
         Broyden { first, ..self }
     }
+    /// The same for equations of another size, which a given Jacobian does not fit: their own takes its place.
+    pub(crate) fn resized(self) -> Self {
+        let first = if let FirstJacobian::Given(_) = self.first { FirstJacobian::Own } else { self.first };
+        Broyden { first, ..self }
+    }
     /// Forget all updates after this many.
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }

@@ -58,12 +58,12 @@ impl Newton {
         let mut root = Root::start(equations, guess, &mut r)?;
         let mut matrix = equations.matrix();
         let first = largest(guess);
-        let (mut x, mut step, mut next) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
         while root.iterations < self.max_iterations {
-            let kept = match factors.take() {
+            let (kept, stale) = match factors.take() {
                 // The next correction is known already.
-                Some(kept) => kept,
+                Some(kept) => (kept, true),
                 None => {
                     jacobian_of(equations, &root.x, &mut matrix);
                     let fresh = match Factors::new(&matrix) {
@@ -72,7 +72,7 @@ impl Newton {
                     };
                     step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
                     fresh.solve(&mut step);
-                    fresh
+                    (fresh, false)
                 }
             };
             let size = largest(&step);
@@ -84,12 +84,11 @@ impl Newton {
             let scale = first.max(largest(&root.x));
             let contraction = loop {
                 x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
-                equations.residual(&x, &mut next);
+                equations.residual(&x, &mut trial);
                 root.evaluations += 1;
-                let residual = largest(&next);
+                let residual = largest(&trial);
                 if residual.is_finite() {
-                    r.copy_from_slice(&next);
-                    next.iter_mut().for_each(|r| *r = -*r);
+                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
                     kept.solve(&mut next);
                     // A correction within the tolerance needs no further test.
                     if damping == 1.0 && size <= self.tolerance * scale {
@@ -99,17 +98,26 @@ impl Newton {
                     let contraction = largest(&next) / size;
                     if contraction <= 1.0 - 0.25 * damping {
                         root.step_to(&x, residual);
-                        break contraction;
+                        std::mem::swap(&mut r, &mut trial);
+                        break Some(contraction);
                     }
                     let bent = next.iter().zip(&step).fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
                     damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
                 } else {
                     damping *= 0.5;
                 }
+                if stale {
+                    break None;
+                }
                 if damping.is_nan() || damping < self.least_damping {
-                    return Err(root.not_converged());
+                    return Err(match trial.iter().position(|r| !r.is_finite()) {
+                        Some(equation) => RootError::NotFinite { equation, last: Box::new(root) },
+                        None => root.not_converged(),
+                    });
                 }
             };
+            // Factors that no longer serve are made anew, at the same place.
+            let Some(contraction) = contraction else { continue };
             if damping == 1.0 {
                 // The simplified correction bounds the error that is left.
                 if contraction * size <= self.tolerance * scale {
