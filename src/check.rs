@@ -38,7 +38,7 @@ pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Finding
     findings
 }
 
-/// The same, and the drives against the period.
+/// The same, and accelerations and contacts against the period.
 pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
     let mut findings = check_model(model, typical);
     if findings.iter().any(|f| matches!(f, Finding::State { .. })) {
@@ -48,15 +48,26 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<F
         findings.push(Finding::BadPeriod { period: model.period() });
         return findings;
     }
-    let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
+    // Drives may well not repeat, as time itself; what comes of them has to.
+    let mut probe = Probe::new(model);
+    let mut seen = |t: f64| -> [Vec<f64>; 2] {
+        let mut a = vec![0.0; model.dof()];
+        let mut u = vec![0.0; model.drives()];
+        model.drive(t, Side::After, &mut u);
+        model.accel(&u, &typical.q, &typical.v, &mut a);
+        let contacts = probe.read_contacts(t, Side::After, &typical.q, &typical.v);
+        [a, contacts.iter().flat_map(|c| [c.deflection - c.lower, c.deflection - c.upper]).collect()]
+    };
     // The golden section visits the period evenly and avoids its edges.
     for i in 1..=16 {
         let t = typical.t + (f64::from(i) * 0.618_033_988_749_894_9).fract() * model.period();
-        model.drive(t, Side::After, &mut u);
-        model.drive(t + model.period(), Side::After, &mut w);
-        for drive in 0..u.len() {
-            if differ(u[drive], w[drive], 0.0, 1e-6) && (u[drive] - w[drive]).abs() > 1e-9 {
-                findings.push(Finding::Period { drive, t, first: u[drive], second: w[drive] });
+        let (first, second) = (seen(t), seen(t + model.period()));
+        for (what, (first, second)) in ["acceleration", "gap"].into_iter().zip(first.iter().zip(&second)) {
+            let size = first.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+            for (index, (&first, &second)) in first.iter().zip(second).enumerate() {
+                if first != second && differ(first, second, size, 1e-6) {
+                    findings.push(Finding::Period { what, index, t, first, second });
+                }
             }
         }
     }
@@ -89,12 +100,43 @@ pub fn check_generic<M: Generic + Periodic>(model: &M, typical: &State) -> Vec<F
             }
         }
     }
-    model.phase_drives(std::f64::consts::TAU * typical.t / model.period(), Side::After, &mut w);
-    model.constants(&mut w);
-    let size = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    for drive in 0..u.len() {
-        if differ(w[drive], u[drive], 1e-6 * size, FINE) {
-            findings.push(Finding::Split { drive, split: w[drive], plain: u[drive] });
+    if model.phases() > model.drives() {
+        findings.push(Finding::Phases { phases: model.phases(), drives: model.drives() });
+        return findings;
+    }
+    // Shapes of phase below `phases`, constants of the run above: each is held against the plain drives at several instants.
+    let mut constants = vec![f64::NAN; model.drives()];
+    model.constants(&mut constants);
+    for i in 0..4 {
+        let share = (f64::from(i) * 0.618_033_988_749_894_9).fract();
+        let t = typical.t + share * model.period();
+        model.drive(t, Side::After, &mut u);
+        w.fill(f64::NAN);
+        let phase = (t / model.period()).fract();
+        model.phase_drives(std::f64::consts::TAU * phase, Side::After, &mut w);
+        w[model.phases()..].copy_from_slice(&constants[model.phases()..]);
+        let size = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for drive in 0..u.len() {
+            if differ(w[drive], u[drive], 1e-6 * size, FINE)
+                && !findings.iter().any(|f| matches!(f, Finding::Split { drive: d, .. } if *d == drive))
+            {
+                findings.push(Finding::Split { drive, split: w[drive], plain: u[drive] });
+            }
+        }
+    }
+    // Contacts, where the generic form has them.
+    let contacts = model.contacts();
+    let (mut plain, mut generic) = (vec![Contact::default(); contacts], vec![Contact::default(); contacts]);
+    model.drive(typical.t, Side::After, &mut u);
+    model.contact(&u, &typical.q, &typical.v, &mut plain);
+    if model.contact_on(0..contacts, &u, &typical.q, &typical.v, &mut generic) {
+        for (contact, (a, b)) in generic.iter().zip(&plain).enumerate() {
+            let all = |c: &Contact| [c.deflection, c.rate, c.lower, c.upper, c.lower_rate, c.upper_rate, c.force];
+            for (generic, plain) in all(a).into_iter().zip(all(b)) {
+                if generic != plain && differ(generic, plain, 0.0, FINE) {
+                    findings.push(Finding::GenericContact { contact, generic, plain });
+                }
+            }
         }
     }
     findings
@@ -130,6 +172,15 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
             let bad = values.iter().enumerate().filter(|(_, x)| !x.is_finite());
             findings.extend(bad.map(|(index, _)| Finding::NotFinite { what, index, t: self.state.t }));
+        }
+        let mut probe = Probe::new(self.model);
+        let contacts = probe.read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v);
+        for (index, c) in contacts.iter().enumerate() {
+            if !(c.deflection + c.rate + c.force).is_finite() || c.lower.is_nan() || c.upper.is_nan() {
+                findings.push(Finding::NotFinite { what: "contact", index, t: self.state.t });
+            } else if c.lower > c.upper {
+                findings.push(Finding::NegativeGap { contact: index, lower: c.lower, upper: c.upper });
+            }
         }
     }
 

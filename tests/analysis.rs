@@ -225,3 +225,34 @@ fn sections_inside_a_step() {
     assert!(times.len() == 2 && times.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{times:?}");
     assert!(Section::new(&Throw, "q1", f64::NAN, Direction::Both).is_err());
 }
+
+/// x'' + 0.1 x' + x = cos 2t has one periodic motion, of the period of its drive: what winds into it comes back closer after two periods than
+/// after one, and is not taken for an orbit of two.
+#[test]
+fn winding_into_an_orbit_is_no_subharmonic() {
+    struct Swing;
+    impl Model for Swing {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = (2.0 * u[0]).cos() - 0.1 * v[0] - q[0];
+        }
+    }
+    impl Periodic for Swing {
+        fn period(&self) -> f64 {
+            std::f64::consts::PI
+        }
+    }
+    let solver = Dop853::new().rtol(1e-10).atol(1e-12);
+    let steady = Settle::new().run(&solver, &Swing, &State::at_rest(1)).unwrap();
+    assert_eq!(steady.period_multiple, 1);
+    let points = Points::along(Axis::list("settle", &[0.0]).unwrap());
+    for settle in [60, 90, 120, 150] {
+        let sweep = Sweep::over(points.clone()).settle(settle).measure(20).channels(&["q1"]);
+        let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };
+        let rows = sweep.run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start).unwrap();
+        let multiple = rows.row(0).unwrap().unwrap().period_multiple();
+        assert!(multiple.is_none() || multiple == Some(1), "{settle}: {multiple:?}");
+    }
+}

@@ -860,3 +860,30 @@ fn truncation_begins_anew() {
     assert_eq!(a, b);
     assert_eq!(flank.history(0).len(), 0);
 }
+
+/// Without order 0 nothing balances a load, and the orbit says so.
+#[test]
+fn a_load_without_mean_is_noted() {
+    struct Loaded;
+    impl Model for Loaded {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = 0.3 + (2.0 * u[0]).cos() - 0.1 * v[0] - q[0];
+        }
+    }
+    impl Periodic for Loaded {
+        fn period(&self) -> f64 {
+            0.5 * TAU
+        }
+    }
+    let noted = |orbit: &Orbit| orbit.notes().iter().any(|note| matches!(note, BalanceNote::MeanForce { share } if *share > 0.1));
+    let balance = Balance::new(Harmonics::list(&[1, 2]).unwrap());
+    let orbit = balance.solve(&Loaded, &balance.linearised_on(&Loaded, &[]).unwrap()).unwrap();
+    assert!(noted(&orbit) && orbit.is_doubtful(), "{:?}", orbit.notes());
+    let whole = Balance::new(Harmonics::up_to(2)).solve(&Loaded, &orbit).unwrap();
+    assert!(!noted(&whole) && (whole.mean(0) - 0.3).abs() < 1e-9);
+    let error = balance.solve_to(&Loaded, &orbit, 1e-3, 1).unwrap_err();
+    assert!(matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, least: 2, .. })), "{error}");
+}

@@ -9,6 +9,7 @@ mod waterfall;
 
 pub use rattle::{ContactStatistics, Rattle, RattleState};
 pub use section::{Direction, Section, strobe};
+pub(crate) use settle::is_own_multiple;
 pub use settle::{Settle, Steady, Unsettled};
 pub use spectrum::{Spectrum, Window};
 pub use statistics::{Statistics, Summary};

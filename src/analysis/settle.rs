@@ -62,6 +62,7 @@ impl Settle {
         let mut range = vec![[f64::INFINITY, f64::NEG_INFINITY]; components];
         // How many periods in a row each multiple has repeated.
         let mut repeated = vec![0; self.largest_multiple];
+        let mut changes = vec![f64::INFINITY; self.largest_multiple];
         let mut closest = f64::INFINITY;
         for k in 1..=self.most_periods {
             let last = &section[k - 1];
@@ -84,10 +85,11 @@ impl Settle {
             section.push(finish.state);
             for p in 1..=self.largest_multiple.min(k) {
                 let change = distance(&section[k], &section[k - p], &range, self.tolerance);
+                changes[p - 1] = change;
                 if p == 1 || change < closest {
                     closest = change;
                 }
-                repeated[p - 1] = if change <= self.tolerance { repeated[p - 1] + 1 } else { 0 };
+                repeated[p - 1] = if change <= self.tolerance && is_own_multiple(&changes[..p]) { repeated[p - 1] + 1 } else { 0 };
                 if repeated[p - 1] > p {
                     return Ok(Steady { state: section.swap_remove(k), period_multiple: p, periods: k, change });
                 }
@@ -96,6 +98,16 @@ impl Settle {
         let state = section.pop().unwrap_or_else(|| start.clone());
         Err(Unsettled::Aperiodic { state, periods: self.most_periods, closest, multiple: self.largest_multiple })
     }
+}
+
+/// A motion that winds into an orbit comes back closer after some multiples of its period than after one; it is p periods long only if it comes
+/// back this much closer than after any divisor of p.
+const CLOSER: f64 = 1e-3;
+
+/// Whether returns after 1, 2, ..., p periods, by their distances, tell of an orbit of p periods and none shorter.
+pub(crate) fn is_own_multiple(returns: &[f64]) -> bool {
+    let (p, last) = (returns.len(), returns[returns.len() - 1]);
+    (1..p).filter(|d| p.is_multiple_of(*d)).all(|d| last <= CLOSER * returns[d - 1])
 }
 
 /// The largest difference of two states in units of the range of each component; one that moves by rounding only counts as at rest.

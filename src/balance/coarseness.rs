@@ -12,7 +12,7 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Forces that finer integrals change by more than this share of the largest are noted.
-const COARSE: f64 = 1e-6;
+pub(super) const COARSE: f64 = 1e-6;
 /// Samples whose interpolation gives the forces between them this well need no finer ones.
 const SMOOTH: f64 = 1e-9;
 /// Instants looked at between samples.

@@ -40,7 +40,8 @@ pub enum BalanceError {
     /// A way to integrate that this model does not offer.
     #[error(
         "{integrals:?} integrals are not to be had: closed ones need accelerations linear on held pieces and drives of few harmonics, \
-             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled, linearised starts need held pieces; Exact chooses what fits"
+             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled, linearised starts need held pieces; pieces are held by \
+             Model::accel_on_pieces; Exact chooses what fits"
     )]
     NotOffered {
         /// What was asked for.
@@ -140,6 +141,11 @@ pub enum BalanceNote {
         /// How much twice as fine ones change the forces along the orbit, as a share of the largest coefficient.
         share: f64,
     },
+    /// Warning: order 0 is not kept, and the mean force is not zero: nothing balances it.
+    MeanForce {
+        /// The mean acceleration, as a share of the largest.
+        share: f64,
+    },
     /// The model offers no Jacobian: differences were used, and convergence is not quadratic to the end.
     Differences,
 }
@@ -162,6 +168,9 @@ impl std::fmt::Display for BalanceNote {
             }
             BalanceNote::Coarse { integrals, share } => {
                 write!(f, "{integrals:?} integrals twice as fine change the forces by {share:.1e} of the largest")
+            }
+            BalanceNote::MeanForce { share } => {
+                write!(f, "order 0 is not kept, and nothing balances the mean force, {share:.1e} of the largest")
             }
             BalanceNote::Differences => f.write_str("the model offers no Jacobian: differences were used"),
         }

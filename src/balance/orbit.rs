@@ -166,14 +166,23 @@ impl Orbit {
     }
 
     /// The mean of coordinate j, zero if order 0 is not kept.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
     pub fn mean(&self, j: usize) -> f64 {
         self.complex(j, 0).re
     }
     /// A in A cos(k ω t + φ); for order 0 the size of the mean.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
     pub fn amplitude(&self, j: usize, order: usize) -> f64 {
         if order == 0 { self.mean(j).abs() } else { 2.0 * self.complex(j, order).norm() }
     }
     /// φ in A cos(k ω t + φ) `[rad]`.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
     pub fn phase(&self, j: usize, order: usize) -> f64 {
         self.complex(j, order).arg()
     }
@@ -251,6 +260,9 @@ impl Orbit {
     }
 
     /// Highest less lowest value of coordinate j, extremes found between samples too.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
     pub fn peak_to_peak(&self, j: usize) -> f64 {
         let mut z = vec![Complex64::ZERO; samples_for(self.harmonics.highest())];
         spread(self.coefficients(j), &self.harmonics, self.frequency(), &mut z);
@@ -293,7 +305,8 @@ impl Orbit {
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
-    /// Largest residual of the balance in the scaled unknowns; NaN for an orbit that no solver has seen.
+    /// Largest residual of the balance, coefficients of q'' - a over the size of their coordinate `[1/time²]`: small against the square of the
+    /// highest kept frequency where it converged. NaN for an orbit that no solver has seen.
     pub fn residual(&self) -> f64 {
         self.residual
     }

@@ -1,9 +1,10 @@
 //! How good an orbit is.
 
-use super::coarseness::{self, correction};
+use super::coarseness::{self, COARSE, correction};
 use super::couplings::even;
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
+use crate::error::ParameterError;
 use crate::model::{Generic, Periodic};
 use crate::orbit::Cycle;
 use crate::piece::Piece;
@@ -79,6 +80,10 @@ impl Balance {
     /// from the guess.
     pub fn solve_to<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit, accuracy: f64, highest: usize) -> Result<Proof, BalanceError> {
         crate::error::check::positive("accuracy", accuracy)?;
+        let least = self.harmonics().highest();
+        if highest < least {
+            return Err(ParameterError::TooFew { name: "highest order".into(), value: highest, least }.into());
+        }
         let mut balance = self.clone();
         let mut orbit = balance.solve(model, guess)?;
         let mut reached = f64::INFINITY;
@@ -130,8 +135,26 @@ pub(super) fn notes<'m, M: Periodic + ?Sized>(
             notes.push(BalanceNote::Aliased { samples: equations.grid.samples(), error });
         }
     }
+    if !orbit.harmonics().has_mean() {
+        let share = mean_force(equations);
+        notes.extend((share > COARSE).then_some(BalanceNote::MeanForce { share }));
+    }
     notes.extend(coarseness::note(equations, orbit, finer));
     notes
+}
+
+/// The mean acceleration along an orbit, as a share of the largest of its coordinate.
+fn mean_force<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
+    let (grid, n) = (&equations.grid, equations.layout.dof);
+    let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut seen = vec![[0.0f64; 2]; n];
+    for s in 0..grid.samples() {
+        grid.state(s, &mut q, &mut v);
+        grid.model.accel(grid.drives(s), &q, &v, &mut a);
+        seen.iter_mut().zip(&a).for_each(|([sum, largest], a)| (*sum, *largest) = (*sum + a, largest.max(a.abs())));
+    }
+    let share = |[sum, largest]: [f64; 2]| if largest > 0.0 { (sum / grid.samples() as f64).abs() / largest } else { 0.0 };
+    seen.into_iter().map(share).fold(0.0, f64::max)
 }
 
 /// √(largest local stiffness)/ω, every contact on a flank.

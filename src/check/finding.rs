@@ -19,7 +19,7 @@
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// A drive or an acceleration that is not a number.
+    /// A drive, an acceleration or a contact that is not a number.
     NotFinite {
         /// What it is.
         what: &'static str,
@@ -73,6 +73,15 @@ pub enum Finding {
         /// The deflection at the edge that was looked at.
         edge: f64,
     },
+    /// A contact whose lower edge lies above its upper one.
+    NegativeGap {
+        /// Which contact.
+        contact: usize,
+        /// Its lower edge.
+        lower: f64,
+        /// Its upper edge.
+        upper: f64,
+    },
     /// An edge of the drives that does not lie ahead.
     EdgeBehind {
         /// Asked at.
@@ -99,10 +108,12 @@ pub enum Finding {
         /// What it was.
         period: f64,
     },
-    /// A drive does not repeat with the period.
+    /// An acceleration, or how far a contact is from an edge, does not repeat with the period.
     Period {
-        /// Which drive.
-        drive: usize,
+        /// What it is.
+        what: &'static str,
+        /// Its index.
+        index: usize,
         /// At this time.
         t: f64,
         /// Its value there.
@@ -119,7 +130,23 @@ pub enum Finding {
         /// Plain.
         plain: f64,
     },
-    /// The drives split for tables differ from the plain ones.
+    /// A contact of the generic form differs from the plain one.
+    GenericContact {
+        /// Which contact.
+        contact: usize,
+        /// On f64 through the generic form.
+        generic: f64,
+        /// Plain.
+        plain: f64,
+    },
+    /// More shapes of phase than drives.
+    Phases {
+        /// Shapes of phase.
+        phases: usize,
+        /// Drives.
+        drives: usize,
+    },
+    /// The drives split for tables differ from the plain ones, or one of them is given by neither half.
     Split {
         /// Which drive.
         drive: usize,

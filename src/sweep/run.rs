@@ -121,7 +121,7 @@ impl Sweep {
     pub fn rattle(self) -> Self {
         Sweep { rattle: true, ..self }
     }
-    /// The last `count` strobed states are wanted, with the extremes of the channels in each of their periods.
+    /// The last `count` strobed states are wanted, at most those of the measured periods, with the extremes of the channels in each of their periods.
     pub fn strobe(self, count: usize) -> Self {
         Sweep { strobes: count, ..self }
     }

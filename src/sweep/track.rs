@@ -1,6 +1,7 @@
 //! One run of a sweep, period by period: settling, measuring, the row that comes of it.
 
 use super::rows::Layout;
+use crate::analysis::is_own_multiple;
 use crate::lanes::{ChannelMeter, ContactMeter};
 
 /// What a sweep asks of each run.
@@ -140,7 +141,7 @@ impl Track {
         Next::Settle
     }
 
-    /// The least number of periods after which the section repeats, twice over, 0 if none; and how far the last return was off, in units of
+    /// The least number of periods after which the section repeats, twice over and clearly closer than after fewer, 0 if none; and how far the last return was off, in units of
     /// the largest coordinate and the largest velocity of the section.
     fn multiple(&self, tolerance: f64) -> (usize, f64) {
         let n = self.plan.layout.dof;
@@ -153,13 +154,15 @@ impl Track {
             a.iter().zip(b).enumerate().fold(0.0, |m: f64, (i, (a, b))| m.max((a - b).abs() / scale[usize::from(i >= n)]))
         };
         let mut closest = f64::INFINITY;
+        let mut returns = Vec::with_capacity(LONGEST);
         for p in 1..=LONGEST {
             if states.len() < 2 * p + 1 {
                 break;
             }
             let change = apart(states[0], states[p]);
             closest = closest.min(change);
-            if (0..=p).all(|k| apart(states[k], states[k + p]) <= tolerance) {
+            returns.push(change);
+            if is_own_multiple(&returns) && (0..=p).all(|k| apart(states[k], states[k + p]) <= tolerance) {
                 return (p, change);
             }
         }
