@@ -11,6 +11,7 @@ use serde_json::Value;
 fn balance_reaches_the_truth_and_knows_its_error() {
     let file = format!("{}/tests/data/nfg.json", env!("CARGO_MANIFEST_DIR"));
     let data: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    let mut warned = 0;
     for (speed, highest) in [(120.0, 600), (140.0, 800), (148.0, 1300), (180.0, 800), (220.0, 650)] {
         let case = data["cases"]
             .as_array()
@@ -51,8 +52,14 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         let fifteen = Balance::new(Harmonics::bands(63, 1, 2).unwrap())
             .integrals(Integrals::Sampled { samples: 1024 })
             .solve(&pair, &fifteen.unwrap());
-        assert!(fifteen.map_or(true, |orbit| orbit.is_doubtful()));
+        // Where they have an orbit at all.
+        if let Ok(orbit) = fifteen {
+            assert!(orbit.is_doubtful());
+            warned += 1;
+        }
     }
+    println!("15 unknowns: {warned} orbits, all with a warning");
+    assert!(warned > 0);
 }
 
 /// 180 rad/s, 252 switches, H = 500: closed in the angles, corrected samples and Gauss panels give one residual and one Jacobian.
