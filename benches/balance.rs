@@ -96,9 +96,9 @@ fn rings(c: &mut Criterion) {
     for gears in [8, 16, 64] {
         let params = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) }.params().expect("valid");
         let (ring, moving) = (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
-        // Along a run: held on one flank, half of the meshes would pull.
+        // Along a run, once every gear has been reached: held on one flank, half of the meshes would pull.
         let (solver, balance) = (Dop853::new(), Balance::new(Harmonics::up_to(20)));
-        let end = solver.end(&moving, &State::at_rest(ring.dof()), 20.0 * ring.period()).expect("runs");
+        let end = solver.end(&moving, &State::at_rest(ring.dof()), 400.0 * ring.period()).expect("runs");
         let guess = Orbit::project(&solver, &moving, &end, balance.harmonics()).expect("runs");
         let mut equations = balance.equations(&ring, &guess).expect("fits");
         let x = equations.unknowns(&guess);
