@@ -112,7 +112,7 @@ pub fn check_generic<M: Generic + Periodic>(model: &M, typical: &State) -> Vec<F
         let t = typical.t + share * model.period();
         model.drive(t, Side::After, &mut u);
         w.fill(f64::NAN);
-        let phase = (t / model.period()).fract();
+        let phase = (t / model.period()).rem_euclid(1.0);
         model.phase_drives(std::f64::consts::TAU * phase, Side::After, &mut w);
         w[model.phases()..].copy_from_slice(&constants[model.phases()..]);
         let size = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
