@@ -35,24 +35,25 @@ fn threads<T: Send>(count: usize, f: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads are to be had").install(f)
 }
 
-/// The least time of some: short ones and many, since other work on the machine only ever adds to it.
-fn least(rounds: usize, mut f: impl FnMut()) -> f64 {
-    let time = |f: &mut dyn FnMut()| {
-        let start = Instant::now();
-        f();
-        start.elapsed().as_secs_f64()
-    };
-    (0..rounds).map(|_| time(&mut f)).fold(f64::INFINITY, f64::min)
+/// The least times of two jobs made in turns: short ones and many, since other work on the machine only ever adds to them.
+fn least(rounds: usize, mut jobs: [&mut dyn FnMut(); 2]) -> [f64; 2] {
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..rounds {
+        for (job, least) in jobs.iter_mut().zip(&mut least) {
+            let start = Instant::now();
+            job();
+            *least = least.min(start.elapsed().as_secs_f64());
+        }
+    }
+    least
 }
 
 /// One batch of W runs: the time that more periods add, so that the table, which many runs share, is not counted; and that of the table.
 fn report<const W: usize>(set: InstructionSet) {
     let engine = LaneRk4::<W>::new(STEPS).instructions(set);
-    let seconds = |periods: usize| {
-        let sweep = ensemble_over(W, periods);
-        one_thread(|| least(100, || drop(black_box(run(&sweep, &engine)))))
-    };
-    let (short, long) = (seconds(5), seconds(20));
+    let sweeps = [5, 20].map(|periods| ensemble_over(W, periods));
+    let job = |sweep| drop(black_box(run(sweep, &engine)));
+    let [short, long] = one_thread(|| least(100, [&mut || job(&sweeps[0]), &mut || job(&sweeps[1])]));
     let each = (long - short) / (15 * W) as f64;
     let table = short - each * (5 * W) as f64;
     let (per_run, per_evaluation) = (1e3 * each * PERIODS as f64, 1e9 * each / (4 * STEPS) as f64);
@@ -84,8 +85,9 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
 fn report_ring<const W: usize>(gears: usize) {
     const STEPS: usize = 1000;
     let engine = LaneRk4::<W>::new(STEPS);
-    let seconds = |periods: usize| one_thread(|| least(60, || drop(black_box(ring_sweep(gears, W, periods, &engine)))));
-    let each = (seconds(4) - seconds(1)) / (3 * W * 4 * STEPS) as f64;
+    let job = |periods| drop(black_box(ring_sweep(gears, W, periods, &engine)));
+    let [short, long] = one_thread(|| least(100, [&mut || job(1), &mut || job(5)]));
+    let each = (long - short) / (4 * W * 4 * STEPS) as f64;
     println!("ring of {gears}, W = {W:2}: {:.2} ns per evaluation and trajectory", 1e9 * each);
 }
 
@@ -108,14 +110,22 @@ fn main() {
         report::<16>(set);
         report::<32>(set);
     }
+    report_ring::<8>(3);
+    report_ring::<16>(3);
     report_ring::<32>(3);
     report_ring::<8>(16);
     report_ring::<16>(16);
-    let sweep = ensemble(192);
+    let sweep = ensemble(512);
     let lanes = LaneRk4::<16>::new(STEPS);
     let baseline = lanes.instructions(InstructionSet::Baseline);
     let [median, least, most] = one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
     println!("best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors");
-    let [median, least, most] = ratio(9, || drop(threads(1, || run(&sweep, &lanes))), || drop(threads(2, || run(&sweep, &lanes))));
+    // What two threads gain, beside what two runs on threads of their own gain, which is what the machine has to give at that moment.
+    let alone = || one_thread(|| drop(run(&sweep, &lanes)));
+    let [median, least, most] = ratio(21, alone, || threads(2, || drop(run(&sweep, &lanes))));
     println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
+    let apart = || std::thread::scope(|s| [(); 2].map(|()| s.spawn(alone)).into_iter().for_each(|job| job.join().expect("runs")));
+    let both = || threads(2, || (0..2).for_each(|_| drop(run(&sweep, &lanes))));
+    let [median, least, most] = ratio(21, apart, both);
+    println!("two runs apart, one thread each / both over two threads: {median:.2} ({least:.2} .. {most:.2})");
 }

@@ -76,7 +76,7 @@ impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
 
 /// What every run of a batch has: its state, its step and the drives that are its own.
 #[derive(Clone, Debug)]
-pub(crate) struct Bundle<S> {
+pub(crate) struct Bundle<S: Number> {
     pub(crate) q: Vec<S>,
     pub(crate) v: Vec<S>,
     /// h.
@@ -114,7 +114,7 @@ impl<S: Number> Bundle<S> {
 }
 
 /// A stretch of steps to make.
-pub(crate) struct Kernel<'a, A, S> {
+pub(crate) struct Kernel<'a, A, S: Number> {
     pub(crate) algebra: &'a A,
     pub(crate) table: &'a Table,
     /// Which steps of the period.
@@ -294,6 +294,9 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             }
             // The next step begins with the drives at the end of this one, unless they jump.
             fresh = !shared;
+        }
+        if METERED {
+            self.bundle.meters.finish();
         }
     }
 }

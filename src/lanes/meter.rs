@@ -57,29 +57,41 @@ pub(crate) enum Reading {
     Contact(usize, ContactMeter),
 }
 
+/// Samples held back before they are looked at. Sums and extremes then go through memory once in a block, and so do not bound the step.
+const BLOCK: usize = 8;
+
 /// All meters of a batch.
 #[derive(Clone, Debug)]
-pub(crate) struct Meters<S> {
+pub(crate) struct Meters<S: Number> {
     kinds: Vec<Kind>,
-    channels: Vec<ChannelMeter<S>>,
-    contacts: Vec<Flanks<S>>,
-    /// Whether penetrations are watched.
-    margins: bool,
     /// The contacts that have to be evaluated.
     read: Range<usize>,
+    /// The samples of a block: a row for each channel, then for each contact one for the penetration of each flank.
+    held: Vec<[S; BLOCK]>,
+    filled: usize,
+    /// Of the first channel the parts of all lanes, then of the next.
+    channels: Vec<ChannelMeter<S::Part>>,
+    contacts: Vec<Flanks<S::Part>>,
 }
 
 impl<S: Number> Meters<S> {
-    pub(crate) fn new(kinds: &[Kind], contacts: usize, margins: bool) -> Self {
-        let zero = S::from(0.0);
+    pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
+        let zero = S::Part::from(0.0);
         let channel = ChannelMeter { sum: zero, square: zero, min: zero, max: zero };
-        let contact = Flanks { visits: [zero; 2], next: [S::from(1.0); 2], deepest: [zero; 2], loosest: zero };
+        let contact = Flanks { visits: [zero; 2], next: [S::Part::from(1.0); 2], deepest: [zero; 2], loosest: zero };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
             Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
             Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
             _ => read,
         });
-        Meters { kinds: kinds.to_vec(), channels: vec![channel; kinds.len()], contacts: vec![contact; contacts], margins, read }
+        Meters {
+            kinds: kinds.to_vec(),
+            read,
+            held: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
+            filled: 0,
+            channels: vec![channel; kinds.len() * S::PARTS],
+            contacts: vec![contact; contacts * S::PARTS],
+        }
     }
 
     /// The contacts that have to be evaluated.
@@ -90,39 +102,83 @@ impl<S: Number> Meters<S> {
     /// One sample of everything.
     #[inline(always)]
     pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
-        let (kinds, channels) = (&self.kinds[..], &mut self.channels[..self.kinds.len()]);
+        let at = self.filled % BLOCK;
+        let (kinds, held) = (&self.kinds[..], &mut self.held[..]);
+        let (channels, flanks) = held.split_at_mut(kinds.len());
         for c in 0..kinds.len() {
-            let x = match kinds[c] {
+            channels[c][at] = match kinds[c] {
                 Kind::Coordinate(i) => pick(q, i),
                 Kind::Velocity(i) => pick(v, i),
-                Kind::Deflection(i) => contacts[i].deflection,
-                Kind::Force(i) => contacts[i].force,
+                Kind::Deflection(i) => pick(contacts, i).deflection,
+                Kind::Force(i) => pick(contacts, i).force,
             };
-            channels[c].sample(x);
         }
-        for c in 0..self.contacts.len() {
-            self.contacts[c].sample(&contacts[c], self.margins);
+        if !flanks.is_empty() {
+            for c in 0..contacts.len() {
+                let Contact { deflection, lower, upper, .. } = contacts[c];
+                flanks[2 * c][at] = lower - deflection;
+                flanks[2 * c + 1][at] = deflection - upper;
+            }
         }
+        self.filled = at + 1;
+        if self.filled == BLOCK {
+            self.gather::<BLOCK>();
+        }
+    }
+
+    /// Looks at the samples that are still held.
+    #[inline(always)]
+    pub(crate) fn finish(&mut self) {
+        self.gather::<0>();
+    }
+
+    /// Adds the samples held to the sums, one part of the lanes after the other. With a number that the compiler knows, a part stays in
+    /// registers from one sample to the next; 0 stands for any.
+    #[inline(always)]
+    fn gather<const SAMPLES: usize>(&mut self) {
+        let count = if SAMPLES > 0 { SAMPLES } else { self.filled };
+        let (channels, flanks) = self.held.split_at(self.kinds.len());
+        for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
+            for part in 0..S::PARTS {
+                let mut meter = meters[part];
+                for sample in &row[..count] {
+                    meter.sample(sample.part(part));
+                }
+                meters[part] = meter;
+            }
+        }
+        for (meters, rows) in self.contacts.chunks_exact_mut(S::PARTS).zip(flanks.chunks_exact(2)) {
+            for part in 0..S::PARTS {
+                let mut meter = meters[part];
+                for k in 0..count {
+                    meter.sample(rows[0][k].part(part), rows[1][k].part(part));
+                }
+                meters[part] = meter;
+            }
+        }
+        self.filled = 0;
     }
 
     /// Forgets what a lane has seen.
     pub(crate) fn restart(&mut self, lane: usize) {
-        for contact in &mut self.contacts {
+        let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
             // As if on both flanks, so that the first sample is no impact.
-            contact.next.iter_mut().for_each(|x| x.set_lane(lane, 1.0));
+            contact.next.iter_mut().for_each(|x| x.set_lane(within, 1.0));
         }
         self.clear(lane);
     }
 
     /// Starts the sums and extremes of a lane anew.
     pub(crate) fn clear(&mut self, lane: usize) {
-        for channel in &mut self.channels {
+        let (part, lane) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for channel in self.channels.iter_mut().skip(part).step_by(S::PARTS) {
             channel.sum.set_lane(lane, 0.0);
             channel.square.set_lane(lane, 0.0);
             channel.min.set_lane(lane, f64::INFINITY);
             channel.max.set_lane(lane, f64::NEG_INFINITY);
         }
-        for contact in &mut self.contacts {
+        for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
             contact.visits.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
             contact.deepest.iter_mut().for_each(|x| x.set_lane(lane, f64::NEG_INFINITY));
             contact.loosest.set_lane(lane, f64::INFINITY);
@@ -131,11 +187,12 @@ impl<S: Number> Meters<S> {
 
     /// Shows what a lane has seen since it was last read, and clears it.
     pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
-        for (i, meter) in self.channels.iter().enumerate() {
-            show(Reading::Channel(i, meter.lane(lane)));
+        let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for (i, meter) in self.channels.iter().skip(part).step_by(S::PARTS).enumerate() {
+            show(Reading::Channel(i, meter.lane(within)));
         }
-        for (i, meter) in self.contacts.iter().enumerate() {
-            show(Reading::Contact(i, meter.lane(lane)));
+        for (i, meter) in self.contacts.iter().skip(part).step_by(S::PARTS).enumerate() {
+            show(Reading::Contact(i, meter.lane(within)));
         }
         self.clear(lane);
     }
@@ -175,13 +232,10 @@ impl ContactMeter {
 
 impl<S: Number> Flanks<S> {
     #[inline(always)]
-    fn sample(&mut self, contact: &Contact<S>, margins: bool) {
-        let (below, above) = (contact.lower - contact.deflection, contact.deflection - contact.upper);
-        if margins {
-            self.deepest[0] = self.deepest[0].max(below);
-            self.deepest[1] = self.deepest[1].max(above);
-            self.loosest = self.loosest.min(below.max(above));
-        }
+    fn sample(&mut self, below: S, above: S) {
+        self.deepest[0] = self.deepest[0].max(below);
+        self.deepest[1] = self.deepest[1].max(above);
+        self.loosest = self.loosest.min(below.max(above));
         self.visit::<0>(below);
         self.visit::<1>(above);
     }

@@ -132,6 +132,12 @@ impl<const W: usize> Scalar for Lanes<W> {
 pub(crate) trait Number: Scalar {
     /// How many lanes.
     const WIDTH: usize;
+    /// A few lanes, that many numbers of which fit into registers at once.
+    type Part: Number;
+    /// How many parts hold all lanes.
+    const PARTS: usize;
+    /// Lanes of a part, zero where there are none left.
+    fn part(&self, part: usize) -> Self::Part;
     fn lane(&self, lane: usize) -> f64;
     fn set_lane(&mut self, lane: usize, value: f64);
     /// `yes` where a > b, `no` elsewhere.
@@ -140,6 +146,12 @@ pub(crate) trait Number: Scalar {
 
 impl Number for f64 {
     const WIDTH: usize = 1;
+    type Part = f64;
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn part(&self, _: usize) -> f64 {
+        *self
+    }
     #[inline(always)]
     fn lane(&self, _: usize) -> f64 {
         *self
@@ -156,6 +168,18 @@ impl Number for f64 {
 
 impl<const W: usize> Number for Lanes<W> {
     const WIDTH: usize = W;
+    type Part = Lanes<8>;
+    const PARTS: usize = W.div_ceil(8);
+    #[inline(always)]
+    fn part(&self, part: usize) -> Lanes<8> {
+        let mut out = [0.0; 8];
+        if W.is_multiple_of(8) {
+            out.copy_from_slice(&self.0[8 * part..][..8]);
+        } else {
+            out.iter_mut().zip(&self.0[8 * part..]).for_each(|(x, lane)| *x = *lane);
+        }
+        Lanes(out)
+    }
     #[inline(always)]
     fn lane(&self, lane: usize) -> f64 {
         self.0[lane]

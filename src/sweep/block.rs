@@ -42,9 +42,10 @@ impl<F: Sync, G: Sync> Work<'_, F, G> {
         F: Fn(&Point<'_>) -> Result<M, PointError>,
         G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
     {
-        let share = lines.len() / (4 * rayon::current_num_threads());
-        let block = share.clamp(engine.batch(), 16 * engine.batch());
-        lines.par_chunks(block.max(1)).for_each(|lines| {
+        // Whole batches, so that no lanes stay empty before the end.
+        let (batch, share) = (engine.batch().max(1), lines.len() / (4 * rayon::current_num_threads()));
+        let block = batch * (share / batch).clamp(1, 16);
+        lines.par_chunks(block).for_each(|lines| {
             let mut source = Block { work: self, lines, taken: 0, checking };
             engine.work(self.plan, self.channels, &mut source);
         });

@@ -238,7 +238,7 @@ struct Batch<'a, M> {
 
 impl<M: Periodic> Batch<'_, M> {
     fn bundle<S: Number, A: Algebra<S>>(&self, algebra: &A) -> Bundle<S> {
-        Bundle::new(algebra, self.table, Meters::new(self.kinds, self.plan.layout.contacts, true))
+        Bundle::new(algebra, self.table, Meters::new(self.kinds, self.plan.layout.contacts))
     }
 
     /// One run of any model.

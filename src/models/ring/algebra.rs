@@ -45,6 +45,16 @@ impl Columns {
     }
 }
 
+/// A gear on its way round the ring: R, θ, θ', R θ and R θ'. It is handed on, so that a gear is read once.
+#[derive(Clone, Copy)]
+struct Turning<S> {
+    radius: f64,
+    q: S,
+    v: S,
+    path: S,
+    speed: S,
+}
+
 /// Everything that is known at one instant, by name and cut once to known lengths.
 struct Instant<'a, S> {
     radius: &'a [f64],
@@ -82,17 +92,17 @@ impl<'a, S: Scalar> Instant<'a, S> {
         }
     }
 
-    /// R_i θ_i and R_i θ_i'.
     #[inline(always)]
-    fn path(&self, i: usize) -> (S, S) {
-        (self.q[i][0] * self.radius[i], self.v[i][0] * self.radius[i])
+    fn gear(&self, i: usize) -> Turning<S> {
+        let (radius, q, v) = (self.radius[i], self.q[i][0], self.v[i][0]);
+        Turning { radius, q, v, path: q * radius, speed: v * radius }
     }
 
-    /// d_i and d_i', from the paths of gear i and of the next one.
+    /// d_i and d_i', from gear i and the next one.
     #[inline(always)]
-    fn deflection(&self, i: usize, (q, v): (S, S), (next_q, next_v): (S, S)) -> (S, S) {
+    fn deflection(&self, i: usize, omega: S, gear: &Turning<S>, next: &Turning<S>) -> (S, S) {
         let mesh = &self.meshes[i];
-        (q - next_q - mesh[ERROR], v - next_v - *self.omega * mesh[ERROR_RATE])
+        (gear.path - next.path - mesh[ERROR], gear.speed - next.speed - omega * mesh[ERROR_RATE])
     }
 
     /// W_i.
@@ -105,9 +115,8 @@ impl<'a, S: Scalar> Instant<'a, S> {
 
     /// θ_i'' and θ_Li'', from what else turns the gear.
     #[inline(always)]
-    fn turn(&self, i: usize, torque: S, turns: &mut [[S; 2]]) {
-        let ([q, load_q], [v, load_v]) = (self.q[i], self.v[i]);
-        let shaft = (q - load_q) * self.stiffness[i] + (v - load_v) * self.shaft_damping[i];
+    fn turn(&self, i: usize, gear: &Turning<S>, torque: S, turns: &mut [[S; 2]]) {
+        let shaft = (gear.q - self.q[i][1]) * self.stiffness[i] + (gear.v - self.v[i][1]) * self.shaft_damping[i];
         turns[i][0] = (torque - shaft) * self.per_gear[i];
         turns[i][1] = (shaft - self.load_torque[i]) * self.per_load[i];
     }
@@ -131,17 +140,20 @@ impl<N: Nonlinearity> Ring<N> {
         a[0] = (*at.motor_torque - shaft) * (1.0 / motor.inertia);
         // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
-        let mut next = at.path(after(0, n));
-        let first = at.force(law, meshes, 0, at.deflection(0, at.path(0), next));
+        let omega = *at.omega;
+        let driver = at.gear(0);
+        let mut next = at.gear(after(0, n));
+        let first = at.force(law, meshes, 0, at.deflection(0, omega, &driver, &next));
         let mut w = first;
         for i in 1..n {
             let i = one_by_one(i);
-            let (path, before) = (next, w);
-            next = at.path(after(i, n));
-            w = at.force(law, meshes, i, at.deflection(i, path, next));
-            at.turn(i, before * at.radius[i] - w * at.radius[i], turns);
+            let (gear, before) = (next, w);
+            next = at.gear(after(i, n));
+            w = at.force(law, meshes, i, at.deflection(i, omega, &gear, &next));
+            at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
-        at.turn(0, shaft - first * at.radius[0] + w * at.radius[0], turns);
+        let driver = at.gear(0);
+        at.turn(0, &driver, shaft - first * driver.radius + w * driver.radius, turns);
         if self.frame == Frame::Rigid {
             let mut torque = *at.motor_torque;
             for i in 0..n {
@@ -164,7 +176,7 @@ impl<N: Nonlinearity> Ring<N> {
         let (meshes, out) = (&self.params.meshes[..n], &mut out[..n]);
         for i in which {
             let i = one_by_one(i);
-            let (d, rate) = at.deflection(i, at.path(i), at.path(after(i, n)));
+            let (d, rate) = at.deflection(i, *at.omega, &at.gear(i), &at.gear(after(i, n)));
             let mesh = &at.meshes[i];
             out[i] = Contact {
                 deflection: d,
