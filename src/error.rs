@@ -138,36 +138,38 @@ pub(crate) mod check {
     }
 
     pub(crate) fn positive(name: impl Into<String>, value: f64) -> Checked {
-        let name = name.into();
-        let value = finite(name.clone(), value)?;
-        if value > 0.0 { Ok(value) } else { Err(E::NotPositive { name, value }) }
+        if value > 0.0 { finite(name, value) } else { wrong(name, value, |name| E::NotPositive { name, value }) }
     }
 
     pub(crate) fn not_negative(name: impl Into<String>, value: f64) -> Checked {
-        let name = name.into();
-        let value = finite(name.clone(), value)?;
-        if value >= 0.0 { Ok(value) } else { Err(E::Negative { name, value }) }
+        if value >= 0.0 { finite(name, value) } else { wrong(name, value, |name| E::Negative { name, value }) }
     }
 
     /// A period or a frequency: positive, and far from where its inverse overflows.
     pub(crate) fn scale(name: impl Into<String>, value: f64) -> Checked {
-        let name = name.into();
-        let value = positive(name.clone(), value)?;
-        if (1e-100..=1e100).contains(&value) { Ok(value) } else { Err(E::OutOfRange { name, value, allowed: "[1e-100, 1e100]" }) }
+        match value {
+            1e-100..=1e100 => Ok(value),
+            _ if value <= 0.0 => positive(name, value),
+            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[1e-100, 1e100]" }),
+        }
     }
 
     /// 0 <= value < 1, for ratios such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
+        if (0.0..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1)" }) }
+    }
+
+    /// What is wrong with a value that is not allowed.
+    fn wrong(name: impl Into<String>, value: f64, how: impl FnOnce(String) -> E) -> Checked {
         let name = name.into();
-        let value = finite(name.clone(), value)?;
-        if (0.0..1.0).contains(&value) { Ok(value) } else { Err(E::OutOfRange { name, value, allowed: "[0, 1)" }) }
+        Err(if value.is_finite() { how(name) } else { E::NotFinite { name, value } })
     }
 
     pub(crate) fn all_finite(name: &str, values: &[f64]) -> Result<(), E> {
-        for (i, &value) in values.iter().enumerate() {
-            finite(format!("{name}[{i}]"), value)?;
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(i) => finite(format!("{name}[{i}]"), values[i]).map(|_| ()),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {

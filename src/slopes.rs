@@ -26,7 +26,8 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         let (mut u, rest, mut jacobian) = (vec![0.0; model.drives()], vec![0.0; n], Jacobian::new(n));
         model.drive(0.0, Side::After, &mut u);
         let differenced = !model.jacobian(None, &u, &rest, &rest, &mut jacobian);
-        Slopes { model, scale, jacobian, differenced, y: vec![0.0; 2 * n], a: [vec![0.0; n], vec![0.0; n]], step }
+        let room = if differenced { n } else { 0 };
+        Slopes { model, scale, jacobian, differenced, y: vec![0.0; 2 * room], a: [vec![0.0; room], vec![0.0; room]], step }
     }
 
     /// The model.
@@ -43,6 +44,9 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
 
     fn differences(&mut self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
         let n = q.len();
+        // There is no room yet if the model gives some of its slopes.
+        self.y.resize(2 * n, 0.0);
+        self.a.iter_mut().for_each(|a| a.resize(n, 0.0));
         self.y[..n].copy_from_slice(q);
         self.y[n..].copy_from_slice(v);
         for (k, size) in self.scale.iter().enumerate() {

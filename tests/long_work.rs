@@ -261,7 +261,7 @@ fn a_check_that_fails_is_told() {
 /// Rows are the same however many threads share them; how many ran alone is another matter.
 #[test]
 fn rows_are_equal_whatever_ran_alone() {
-    let sweep = along(101);
+    let sweep = along(145);
     let run = |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::<16>::new(16), swing, rest)).unwrap();
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());

@@ -77,18 +77,27 @@ fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>
     let largest: Vec<f64> = z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
     let largest = against(&largest, &equations.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
+    let shares: [f64; LOOKS] = std::array::from_fn(|look| even(look, 1));
+    let times = shares.map(|share| span * share);
+    let (mut there, mut rates) = (vec![[0.0; LOOKS]; n], vec![[0.0; LOOKS]; n]);
+    orbit.motions(times, orbit.turned(times), &mut there, &mut rates);
     let mut u = vec![0.0; grid.model.drives()];
-    let mut worst = 0.0f64;
     for look in 0..LOOKS {
-        let share = even(look, 1);
-        orbit.motion(span * share, &mut q, &mut v);
-        grid.model.drive(span * share, Side::After, &mut u);
+        q.iter_mut().zip(&there).chain(v.iter_mut().zip(&rates)).for_each(|(x, looks)| *x = looks[look]);
+        grid.model.drive(times[look], Side::After, &mut u);
         grid.model.accel(&u, &q, &v, &mut a);
-        let (sin, cos) = libm::sincos(TAU * share);
-        let turn = Complex64::new(cos, sin);
-        for ((z, a), largest) in z.iter().zip(&a).zip(&largest) {
-            // Horner's rule from the highest order down.
-            let sum = (1..m.div_ceil(2)).rev().fold(Complex64::ZERO, |sum, k| (sum + unpack(z, k).0) * turn);
+        there.iter_mut().zip(&a).for_each(|(looks, a)| looks[look] = *a);
+    }
+    let turns = shares.map(|share| Complex64::cis(TAU * share));
+    let mut worst = 0.0f64;
+    for ((z, there), largest) in z.iter().zip(&there).zip(&largest) {
+        // Horner's rule from the highest order down.
+        let mut sums = [Complex64::ZERO; LOOKS];
+        for k in (1..m.div_ceil(2)).rev() {
+            let term = unpack(z, k).0;
+            sums.iter_mut().zip(&turns).for_each(|(sum, turn)| *sum = (*sum + term) * turn);
+        }
+        for (sum, a) in sums.iter().zip(there) {
             let apart = (z[0].re / m as f64 + 2.0 * sum.re - a).abs();
             worst = worst.max(if apart > 0.0 { apart / largest } else { 0.0 });
         }

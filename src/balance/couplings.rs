@@ -42,17 +42,19 @@ impl Couplings {
         // 0 never, 1 constant, 2 varying; a model that hides its pieces may hide couplings too.
         let hidden = !holds && (slopes.differenced || n <= 4);
         let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
-        let mut u = vec![0.0; model.drives()];
+        let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
         let mut stiffest = 0.0f64;
         let held: Vec<Vec<Piece>> = [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> = if holds { held.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for look in 0..LOOKS {
             model.drive(model.period() * even(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
-            let random = |half: usize, j: usize| size * slopes.scale[half * n + j] * (2.0 * even(look, 1 + 2 * j + half) - 1.0);
-            let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|j| (random(0, j), random(1, j))).unzip();
+            for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
+                *x = size * scale * (2.0 * even(look, 1 + 2 * (i % n) + i / n) - 1.0);
+            }
+            let (q, v) = state.split_at(n);
             for &pieces in &ways {
-                slopes.at(pieces, &u, &q, &v);
+                slopes.at(pieces, &u, q, v);
                 let reference = first.get_or_insert_with(|| slopes.jacobian.clone());
                 for (kind, (now, then)) in kind.iter_mut().zip([(&slopes.jacobian.q, &reference.q), (&slopes.jacobian.v, &reference.v)]) {
                     for ((kind, now), then) in kind.iter_mut().zip(now).zip(then) {

@@ -42,11 +42,12 @@ impl Orbit {
         let highest = self.harmonics().highest();
         let fewer = self.below(highest - highest.div_ceil(4));
         let (breaks, jumps) = self.breaks(model);
-        let multipliers = Multipliers::without(&self.monodromy(model, &breaks, STEP)?, &basis, 0.0)?;
+        let mut flow = Flow::new(self, model);
+        let multipliers = Multipliers::without(&flow.monodromy(self, &breaks, STEP)?, &basis, 0.0)?;
         if jumps {
             return Some(multipliers.with_error(f64::INFINITY));
         }
-        let rough = fewer.and_then(|fewer| fewer.monodromy(model, &fewer.breaks(model).0, 2.0 * STEP));
+        let rough = fewer.and_then(|fewer| flow.monodromy(&fewer, &fewer.breaks(model).0, 2.0 * STEP));
         let rough = rough.and_then(|m| Multipliers::without(&m, &basis, 0.0));
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
         Some(multipliers.with_error(error))
@@ -71,16 +72,6 @@ impl Orbit {
         breaks.sort_by(f64::total_cmp);
         (breaks, jumps)
     }
-
-    /// ∂x(span)/∂x(0) along the series.
-    fn monodromy<M: Periodic + ?Sized>(&self, model: &M, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
-        let n = self.dof();
-        let mut flow = Flow::new(self, model);
-        for stretch in breaks.windows(2) {
-            flow.advance(stretch[0], stretch[1], step)?;
-        }
-        Some(DMatrix::from_column_slice(2 * n, 2 * n, &flow.y))
-    }
 }
 
 /// Stages of the collocation.
@@ -104,38 +95,73 @@ const WEIGHTS: [f64; STAGES] = [
 ];
 
 /// a_ij = ∫_0^{c_i} of the j-th Lagrange polynomial of the nodes.
-fn coefficients() -> [[f64; STAGES]; STAGES] {
+const A: [[f64; STAGES]; STAGES] = {
     let mut a = [[0.0; STAGES]; STAGES];
-    for j in 0..STAGES {
+    let mut j = 0;
+    while j < STAGES {
         // The polynomial by its coefficients, then its integral.
         let mut p = [0.0; STAGES];
         p[0] = 1.0;
-        for (degree, k) in (0..STAGES).filter(|&k| k != j).enumerate() {
-            let scale = 1.0 / (NODES[j] - NODES[k]);
-            for m in (0..=degree + 1).rev() {
-                p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - NODES[k] * p[m]);
+        let mut k = 0;
+        while k < STAGES {
+            if k != j {
+                let scale = 1.0 / (NODES[j] - NODES[k]);
+                let mut m = STAGES;
+                while m > 0 {
+                    m -= 1;
+                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - NODES[k] * p[m]);
+                }
             }
+            k += 1;
         }
-        for (i, c) in NODES.iter().enumerate() {
-            a[i][j] = c * p.iter().enumerate().rev().fold(0.0, |sum, (m, p)| sum * c + p / (m + 1) as f64);
+        let mut i = 0;
+        while i < STAGES {
+            let (mut m, mut sum) = (STAGES, 0.0);
+            while m > 0 {
+                sum = sum * NODES[i] + p[m - 1] / m as f64;
+                m -= 1;
+            }
+            a[i][j] = NODES[i] * sum;
+            i += 1;
         }
+        j += 1;
     }
     a
-}
+};
+/// a² and bᵀa.
+const SQUARE: [[f64; STAGES]; STAGES] = {
+    let mut square = [[0.0; STAGES]; STAGES];
+    let mut entry = 0;
+    while entry < STAGES * STAGES * STAGES {
+        let (i, j, k) = (entry / STAGES / STAGES, entry / STAGES % STAGES, entry % STAGES);
+        square[i][j] += A[i][k] * A[k][j];
+        entry += 1;
+    }
+    square
+};
+const TWICE: [f64; STAGES] = {
+    let mut twice = [0.0; STAGES];
+    let mut entry = 0;
+    while entry < STAGES * STAGES {
+        let (i, j) = (entry / STAGES, entry % STAGES);
+        twice[j] += WEIGHTS[i] * A[i][j];
+        entry += 1;
+    }
+    twice
+};
 
 /// Y carried along a series.
 struct Flow<'m, M: ?Sized> {
-    orbit: &'m Orbit,
     model: &'m M,
     slopes: Slopes<'m, M>,
     /// 2n x 2n by columns.
     y: Vec<f64>,
-    /// a, a², and bᵀa.
-    a: [[f64; STAGES]; STAGES],
-    square: [[f64; STAGES]; STAGES],
-    weights: [f64; STAGES],
     q: Vec<f64>,
     v: Vec<f64>,
+    /// The same at every stage.
+    stages: [Vec<[f64; STAGES]>; 2],
+    /// A step, and sin and cos of the phase from its start to every stage.
+    turned: (f64, [[f64; STAGES]; 2]),
     u: Vec<f64>,
     contacts: Vec<Contact>,
     pieces: Vec<Piece>,
@@ -148,20 +174,17 @@ struct Flow<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
-    fn new(orbit: &'m Orbit, model: &'m M) -> Self {
+    fn new(orbit: &Orbit, model: &'m M) -> Self {
         let n = orbit.dof();
-        let mut y = vec![0.0; 4 * n * n];
-        (0..2 * n).for_each(|i| y[i * (2 * n + 1)] = 1.0);
-        let (a, size) = (coefficients(), sizes(orbit));
+        let size = sizes(orbit);
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
         let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
-        let product = |i: usize, j: usize| (0..STAGES).map(|k| a[i][k] * a[k][j]).sum();
         Flow {
             slopes: Slopes::new(model, scale, 0.0),
-            square: std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))),
-            weights: std::array::from_fn(|j| (0..STAGES).map(|i| WEIGHTS[i] * a[i][j]).sum()),
             q: vec![0.0; n],
             v: vec![0.0; n],
+            stages: [vec![[0.0; STAGES]; n], vec![[0.0; STAGES]; n]],
+            turned: (0.0, [[0.0; STAGES]; 2]),
             u: vec![0.0; model.drives()],
             contacts: vec![Contact::default(); model.contacts()],
             pieces: vec![Piece::Gap; model.contacts()],
@@ -169,41 +192,49 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             of_v: vec![0.0; STAGES * n * n],
             system: Matrix::dense(if n == 1 { 0 } else { STAGES * n }),
             k: vec![0.0; STAGES * n * 2 * n],
-            orbit,
             model,
-            y,
-            a,
+            y: vec![0.0; 4 * n * n],
         }
     }
 
+    /// ∂x(span)/∂x(0) along a series.
+    fn monodromy(&mut self, orbit: &Orbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
+        let m = 2 * orbit.dof();
+        self.turned.0 = 0.0;
+        self.y.fill(0.0);
+        (0..m).for_each(|i| self.y[i * (m + 1)] = 1.0);
+        for stretch in breaks.windows(2) {
+            self.advance(orbit, stretch[0], stretch[1], step)?;
+        }
+        Some(DMatrix::from_column_slice(m, m, &self.y))
+    }
+
     /// Over a smooth stretch.
-    fn advance(&mut self, start: f64, end: f64, step: f64) -> Option<()> {
+    fn advance(&mut self, orbit: &Orbit, start: f64, end: f64, step: f64) -> Option<()> {
         let mut t = start;
         if end <= start {
             return Some(());
         }
-        self.orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
+        orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
         self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
         self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
-        let mut fastest = self.read(0.5 * (start + end));
+        let mut fastest = self.read();
         while t < end {
             if !fastest.is_finite() {
                 return None;
             }
             // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
-            let longest = step / fastest.max(TAU / self.orbit.span());
+            let longest = step / fastest.max(TAU / orbit.span());
             let h = (end - t) / ((end - t) / longest).ceil().max(1.0);
-            fastest = fastest.max(self.step(t, h)?);
+            fastest = fastest.max(self.step(orbit, t, h)?);
             t = if (end - t) <= 1.5 * h { end } else { t + h };
         }
         Some(())
     }
 
-    /// Slopes at an instant; √ of their largest row sum.
-    fn read(&mut self, t: f64) -> f64 {
-        self.orbit.motion(t, &mut self.q, &mut self.v);
-        self.model.drive(t, Side::After, &mut self.u);
+    /// Slopes with these drives and this motion; √ of their largest row sum.
+    fn read(&mut self) -> f64 {
         let held = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
         self.slopes.at(held, &self.u, &self.q, &self.v);
         let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
@@ -213,13 +244,33 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     }
 
     /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).
-    fn step(&mut self, t: f64, h: f64) -> Option<f64> {
-        let n = self.orbit.dof();
+    fn step(&mut self, orbit: &Orbit, t: f64, h: f64) -> Option<f64> {
+        let n = self.q.len();
         let mut fastest = 0.0f64;
-        for (stage, c) in NODES.iter().enumerate() {
-            fastest = fastest.max(self.read(t + c * h));
-            self.of_q[stage * n * n..][..n * n].copy_from_slice(self.slopes.jacobian.q.as_slice());
-            self.of_v[stage * n * n..][..n * n].copy_from_slice(self.slopes.jacobian.v.as_slice());
+        let times = NODES.map(|c| t + c * h);
+        if self.turned.0 != h {
+            self.turned = (h, orbit.turned(NODES.map(|c| c * h)));
+        }
+        let ([[sin], [cos]], further) = (orbit.turned([t]), &self.turned.1);
+        let by = |stage: usize| (further[0][stage], further[1][stage]);
+        let turned = [
+            std::array::from_fn(|stage| sin * by(stage).1 + cos * by(stage).0),
+            std::array::from_fn(|stage| cos * by(stage).1 - sin * by(stage).0),
+        ];
+        let [q, v] = &mut self.stages;
+        orbit.motions(times, turned, q, v);
+        for (stage, &t) in times.iter().enumerate() {
+            self.model.drive(t, Side::After, &mut self.u);
+            let [q, v] = &self.stages;
+            self.q.iter_mut().zip(q).chain(self.v.iter_mut().zip(v)).for_each(|(x, stages)| *x = stages[stage]);
+            fastest = fastest.max(self.read());
+            let read = &self.slopes.jacobian;
+            for (kept, read) in [(&mut self.of_q, &read.q), (&mut self.of_v, &read.v)] {
+                match read.as_slice() {
+                    [one] => kept[stage] = *one,
+                    all => kept[stage * n * n..][..n * n].copy_from_slice(all),
+                }
+            }
         }
         if n == 1 {
             self.single(h)?
@@ -229,7 +280,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.k.chunks_exact(STAGES * n)) {
             for i in 0..n {
                 let sum = |weights: &[f64; STAGES]| weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>();
-                y[i] += h * y[n + i] + h * h * sum(&self.weights);
+                y[i] += h * y[n + i] + h * h * sum(&TWICE);
                 y[n + i] += h * sum(&WEIGHTS);
             }
         }
@@ -241,7 +292,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
         let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
-            unit - h * h * self.square[i][j] * of_q[i] - h * self.a[i][j] * of_v[i]
+            unit - h * h * SQUARE[i][j] * of_q[i] - h * A[i][j] * of_v[i]
         });
         let mut k = SMatrix::<f64, STAGES, 2>::from_fn(|i, column| {
             let (q, v) = (y[2 * column], y[2 * column + 1]);
@@ -256,11 +307,12 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
 
     /// k of any number of coordinates.
     fn several(&mut self, h: f64) -> Option<()> {
-        let (n, rows) = (self.orbit.dof(), STAGES * self.orbit.dof());
+        let n = self.q.len();
+        let rows = STAGES * n;
         for (stage, c) in NODES.iter().enumerate() {
             let (of_q, of_v) = (&self.of_q[stage * n * n..][..n * n], &self.of_v[stage * n * n..][..n * n]);
             for other in 0..STAGES {
-                let (by_q, by_v) = (-h * h * self.square[stage][other], -h * self.a[stage][other]);
+                let (by_q, by_v) = (-h * h * SQUARE[stage][other], -h * A[stage][other]);
                 for j in 0..n {
                     let column = &mut self.system.column_mut(other * n + j)[stage * n..(stage + 1) * n];
                     for (i, entry) in column.iter_mut().enumerate() {

@@ -27,6 +27,7 @@ pub(super) struct Kinks {
 
 impl Kinks {
     pub(super) fn new(dof: usize, contacts: usize) -> Self {
+        let dof = if contacts > 0 { dof } else { 0 };
         Kinks {
             pieces: [vec![Piece::Gap; contacts], vec![Piece::Gap; contacts]],
             q: vec![0.0; dof],

@@ -107,11 +107,11 @@ pub(super) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Opt
     let samples = buffer.len();
     transform.analyse(buffer);
     let mut series: Series = (0..samples / 2).map(|k| unpack(buffer, k).0).collect();
-    let largest = series.iter().fold(0.0, |m: f64, c| m.max(c.norm()));
-    if series[3 * samples / 8..].iter().any(|c| c.norm() > SETTLED * largest) {
+    let largest = series.iter().fold(0.0, |m: f64, c| m.max(c.norm_sqr()));
+    if series[3 * samples / 8..].iter().any(|c| c.norm_sqr() > SETTLED * SETTLED * largest) {
         return None;
     }
-    let length = series.iter().rposition(|c| c.norm() > ROUNDING * largest).map_or(0, |last| last + 1);
+    let length = series.iter().rposition(|c| c.norm_sqr() > ROUNDING * ROUNDING * largest).map_or(0, |last| last + 1);
     series.truncate(length);
     Some(series)
 }

@@ -196,25 +196,43 @@ impl Orbit {
 
     /// Coordinates and velocities at t.
     pub(super) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
+        self.motions([t], self.turned([t]), q.as_chunks_mut().0, v.as_chunks_mut().0);
+    }
+
+    /// sin ωt and cos ωt at several instants.
+    pub(super) fn turned<const K: usize>(&self, t: [f64; K]) -> [[f64; K]; 2] {
+        let turned = t.map(|t| libm::sincos(TAU * (t / self.span).fract()));
+        [turned.map(|(sin, _)| sin), turned.map(|(_, cos)| cos)]
+    }
+
+    /// Coordinates and velocities at several instants, side by side, from sin ωt and cos ωt there.
+    pub(super) fn motions<const K: usize>(&self, t: [f64; K], turn: [[f64; K]; 2], q: &mut [[f64; K]], v: &mut [[f64; K]]) {
         let (omega, means) = (self.frequency(), usize::from(self.harmonics.has_mean()));
         let orders = &self.harmonics.orders()[means..];
-        let turned = |order: usize| libm::sincos(TAU * (order as f64 * (t / self.span).fract()).fract());
-        let (turn_sin, turn_cos) = turned(1);
         let first = orders.first().copied().unwrap_or(0);
-        let at_first = if first == 1 { (turn_sin, turn_cos) } else { turned(first) };
+        let at_first = match first {
+            1 => turn,
+            _ => self.turned(t.map(|t| first as f64 * (t / self.span).fract() * self.span)),
+        };
         for (j, rigid) in self.mean_acceleration.iter().enumerate() {
             let (mean, pairs) = self.coefficients(j).split_at(means);
-            let (mut sum, mut rate) = (mean.iter().sum::<f64>(), 0.0);
-            let ((mut sin, mut cos), mut here) = (at_first, first);
-            for (&order, pair) in orders.iter().zip(pairs.chunks_exact(2)) {
+            let (mut sum, mut rate) = ([mean.iter().sum::<f64>(); K], [0.0; K]);
+            let ([mut sin, mut cos], mut here) = (at_first, first);
+            for (&order, pair) in orders.iter().zip(pairs.as_chunks::<2>().0) {
                 while here < order {
                     here += 1;
-                    (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+                    for k in 0..K {
+                        (sin[k], cos[k]) = (sin[k] * turn[1][k] + cos[k] * turn[0][k], cos[k] * turn[1][k] - sin[k] * turn[0][k]);
+                    }
                 }
-                sum += pair[0] * cos + pair[1] * sin;
-                rate += order as f64 * (pair[1] * cos - pair[0] * sin);
+                for k in 0..K {
+                    sum[k] += pair[0] * cos[k] + pair[1] * sin[k];
+                    rate[k] += order as f64 * (pair[1] * cos[k] - pair[0] * sin[k]);
+                }
             }
-            (q[j], v[j]) = (sum + 0.5 * rigid * t * t, omega * rate + rigid * t);
+            for k in 0..K {
+                (q[j][k], v[j][k]) = (sum[k] + 0.5 * rigid * t[k] * t[k], omega * rate[k] + rigid * t[k]);
+            }
         }
     }
 

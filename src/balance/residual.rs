@@ -48,7 +48,6 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(super) switching: Switching,
     kinks: Kinks,
     pub(super) method: Method<'m, M>,
-    empty: Matrix,
     coefficients: Vec<f64>,
     /// What `spectra` and `switching` belong to.
     seen: Vec<f64>,
@@ -123,7 +122,6 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         Ok(BalanceEquations {
-            empty: layout.matrix(&couplings),
             spectra: Spectra::new(n, varying, harmonics),
             stencil: Stencil::get(),
             switching: Switching::new(contacts, samples),
@@ -160,7 +158,6 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         self.couplings = self.couplings.without_slopes();
         self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
         self.layout.make_dense();
-        self.empty = Matrix::dense(self.layout.size());
         self
     }
 
@@ -372,7 +369,7 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     }
 
     fn matrix(&self) -> Matrix {
-        self.empty.clone()
+        self.layout.matrix(&self.couplings)
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {

@@ -39,9 +39,10 @@ pub(super) struct Switching {
 
 impl Switching {
     pub(super) fn new(contacts: usize, samples: usize) -> Self {
+        let margins = || (0..contacts).map(|_| vec![[0.0; 2]; samples]).collect();
         Switching {
-            lower: vec![vec![[0.0; 2]; samples]; contacts],
-            upper: vec![vec![[0.0; 2]; samples]; contacts],
+            lower: margins(),
+            upper: margins(),
             contacts: vec![Contact::default(); contacts],
             events: Vec::new(),
             q: Vec::new(),

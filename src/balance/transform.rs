@@ -34,12 +34,19 @@ impl Transform {
     }
 }
 
+/// Where orders k and -k stand among m: most are below m, and a division would cost more than all else.
+#[inline]
+fn places(k: usize, m: usize) -> (usize, usize) {
+    let here = if k < m { k } else { k % m };
+    (here, if here == 0 { 0 } else { m - here })
+}
+
 /// The complex coefficients X_k and Y_k of the two real signals x and y whose x + i y was analysed.
 #[inline]
 pub(super) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
-    let m = buffer.len();
-    let (z, mirror) = (buffer[k % m], buffer[(m - k % m) % m].conj());
-    let per = 0.5 / m as f64;
+    let (here, mirror) = places(k, buffer.len());
+    let (z, mirror) = (buffer[here], buffer[mirror].conj());
+    let per = 0.5 / buffer.len() as f64;
     let y = (z - mirror) * per;
     ((z + mirror) * per, Complex64::new(y.im, -y.re))
 }
@@ -70,7 +77,6 @@ pub(super) fn write(out: &mut [f64], order: usize, x: Complex64) {
 
 /// The spectrum of q + i q' of one coordinate.
 pub(super) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
-    let m = z.len();
     z.fill(Complex64::ZERO);
     for (i, &order) in harmonics.orders().iter().enumerate() {
         let at = harmonics.place(i);
@@ -79,8 +85,9 @@ pub(super) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [C
         } else {
             // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
             let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
-            z[order % m] += q * (1.0 - rate);
-            z[(m - order % m) % m] += q.conj() * (1.0 + rate);
+            let (here, mirror) = places(order, z.len());
+            z[here] += q * (1.0 - rate);
+            z[mirror] += q.conj() * (1.0 + rate);
         }
     }
 }

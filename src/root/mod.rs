@@ -99,9 +99,10 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
     }
 }
 
-/// max |x_i|.
+/// max |x_i|; none if one of them is no number.
 pub(crate) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
+    let none = x.iter().any(|x| x.is_nan());
+    if none { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
 }
 
 /// A root, with what it took.
@@ -222,4 +223,17 @@ impl Root {
 
 fn check_setting(name: &'static str, value: f64) -> Result<(), RootError> {
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RootError::Setting { name, value, allowed: "positive and finite" }) }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_number_that_is_none_is_the_largest_wherever_it_stands() {
+        for at in 0..3 {
+            let mut x = [1.0, -2.0, 0.5];
+            assert_eq!(super::largest(&x), 2.0);
+            x[at] = f64::NAN;
+            assert!(super::largest(&x).is_nan());
+        }
+    }
 }

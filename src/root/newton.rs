@@ -3,8 +3,9 @@
 use super::{Factors, Residual, Root, RootError, check_setting, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
-/// equations can mislead. While corrections shrink fourfold the factors are kept.
-/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2 and 3.3.
+/// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
+/// updates of rank one, so that such corrections converge faster than linearly.
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2, 2.1.4 and 3.3.
 ///
 /// ```
 /// use gear_dynamics::{Equations, Newton};
@@ -26,7 +27,7 @@ impl Default for Newton {
 }
 
 /// A correction this many times smaller than the one before keeps the factors.
-const FAST: f64 = 0.25;
+const FAST: f64 = 0.5;
 
 impl Newton {
     /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.
@@ -60,6 +61,7 @@ impl Newton {
         let first = largest(guess);
         let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
+        let mut taken = Taken::default();
         while root.iterations < self.max_iterations {
             let (kept, stale) = match factors.take() {
                 // The next correction is known already.
@@ -72,6 +74,7 @@ impl Newton {
                     };
                     step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
                     fresh.solve(&mut step);
+                    taken.clear();
                     (fresh, false)
                 }
             };
@@ -124,11 +127,52 @@ impl Newton {
                     return Ok(root);
                 }
                 if contraction <= FAST {
+                    taken.push(&step);
                     step.copy_from_slice(&next);
-                    factors = Some(kept);
+                    factors = taken.update(&mut step).then_some(kept);
                 }
             }
         }
         Err(root.not_converged())
     }
+}
+
+/// The steps made with the same factors.
+#[derive(Default)]
+struct Taken {
+    /// One after the other.
+    steps: Vec<f64>,
+    /// Their squared lengths.
+    squares: Vec<f64>,
+}
+
+impl Taken {
+    fn clear(&mut self) {
+        self.steps.clear();
+        self.squares.clear();
+    }
+
+    fn push(&mut self, step: &[f64]) {
+        self.steps.extend(step);
+        self.squares.push(dot(step, step));
+    }
+
+    /// Turns a correction by the factors into that of Broyden's good updates of them; `false` if they no longer serve.
+    /// Source: Deuflhard, Algorithm QNERR, Sec. 2.1.4.
+    fn update(&self, correction: &mut [f64]) -> bool {
+        let mut share = 0.0;
+        let mut steps = self.steps.chunks_exact(correction.len()).zip(&self.squares).peekable();
+        while let Some((step, square)) = steps.next() {
+            share = dot(correction, step) / square;
+            if let Some((after, _)) = steps.peek() {
+                correction.iter_mut().zip(*after).for_each(|(c, s)| *c += share * s);
+            }
+        }
+        correction.iter_mut().for_each(|c| *c /= 1.0 - share);
+        share <= 0.5
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
