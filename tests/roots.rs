@@ -245,3 +245,34 @@ fn kept_factors_are_made_anew() {
     let root = Newton::new().solve(&mut Equations::new(1, dead_zone), &[11.0]).unwrap();
     assert!(root.x[0].abs() < 1e-9 && root.iterations <= 3, "{root:?}");
 }
+
+/// A linear map whose Jacobian is given a quarter wrong, and how often it was asked for.
+struct Misjudged {
+    asked: usize,
+}
+
+impl Residual for Misjudged {
+    fn size(&self) -> usize {
+        2
+    }
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+        (r[0], r[1]) = (2.0 * x[0] + x[1] - 3.0, x[0] - 3.0 * x[1] + 2.0);
+    }
+    fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool {
+        self.asked += 1;
+        out.column_mut(0).copy_from_slice(&[2.0 * 1.3, 1.3]);
+        out.column_mut(1).copy_from_slice(&[0.8, -3.0 * 0.8]);
+        true
+    }
+}
+
+/// Good updates of the factors end on a linear problem in 2 n steps (Gay 1979); without them a quarter is left after each, and 1e-10 takes 16.
+#[test]
+fn steps_teach_the_factors() -> Result<(), RootError> {
+    let mut equations = Misjudged { asked: 0 };
+    let root = Newton::new().solve(&mut equations, &[0.0, 0.0])?;
+    assert_eq!(equations.asked, 1);
+    assert!(root.iterations <= 5, "{}", root.iterations);
+    assert!((root.x[0] - 1.0).abs() < 1e-10 && (root.x[1] - 1.0).abs() < 1e-10, "{:?}", root.x);
+    Ok(())
+}
