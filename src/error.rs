@@ -167,7 +167,7 @@ pub(crate) mod check {
 
     pub(crate) fn all_finite(name: &str, values: &[f64]) -> Result<(), E> {
         match values.iter().position(|value| !value.is_finite()) {
-            Some(i) => finite(format!("{name}[{i}]"), values[i]).map(|_| ()),
+            Some(i) => Err(E::NotFinite { name: format!("{name}[{i}]"), value: values[i] }),
             None => Ok(()),
         }
     }

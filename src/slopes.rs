@@ -3,7 +3,7 @@
 use crate::model::{Jacobian, Model};
 use crate::piece::{Piece, Side};
 
-/// Reads Jacobians, its arrays made once.
+/// Reads Jacobians; arrays for differences are made when the first are taken.
 pub(crate) struct Slopes<'m, M: ?Sized> {
     model: &'m M,
     /// Sizes of coordinates, then of velocities, for differences.

@@ -246,7 +246,7 @@ fn kept_factors_are_made_anew() {
     assert!(root.x[0].abs() < 1e-9 && root.iterations <= 3, "{root:?}");
 }
 
-/// A linear map whose Jacobian is given a quarter wrong, and how often it was asked for.
+/// A linear map whose Jacobian is given with one column 30 % too large and the other 20 % too small, and how often it was asked for.
 struct Misjudged {
     asked: usize,
 }
@@ -266,13 +266,13 @@ impl Residual for Misjudged {
     }
 }
 
-/// Good updates of the factors end on a linear problem in 2 n steps (Gay 1979); without them a quarter is left after each, and 1e-10 takes 16.
+/// Good updates of the factors end on a linear problem in 2 n steps (Gay 1979); without them a quarter is left after each, and 1e-10 takes 17.
 #[test]
 fn steps_teach_the_factors() -> Result<(), RootError> {
     let mut equations = Misjudged { asked: 0 };
     let root = Newton::new().solve(&mut equations, &[0.0, 0.0])?;
     assert_eq!(equations.asked, 1);
-    assert!(root.iterations <= 5, "{}", root.iterations);
+    assert!(root.iterations <= 4, "{}", root.iterations);
     assert!((root.x[0] - 1.0).abs() < 1e-10 && (root.x[1] - 1.0).abs() < 1e-10, "{:?}", root.x);
     Ok(())
 }

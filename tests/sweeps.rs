@@ -33,6 +33,7 @@ fn the_same_bits_however_it_is_run() {
     let expected = hash(&sweep, &LaneRk4::<16>::new(STEPS));
     assert_eq!(expected, hash(&sweep, &LaneRk4::<4>::new(STEPS)));
     assert_eq!(expected, hash(&sweep, &LaneRk4::<8>::new(STEPS)));
+    assert_eq!(expected, hash(&sweep, &LaneRk4::<12>::new(STEPS)));
     assert_eq!(expected, hash(&sweep, &LaneRk4::<24>::new(STEPS)));
     assert_eq!(expected, hash(&sweep, &LaneRk4::<32>::new(STEPS)));
     for set in InstructionSet::available() {

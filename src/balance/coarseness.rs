@@ -1,6 +1,7 @@
 //! Whether integrals are too coarse for the forces along an orbit.
 
 use super::couplings::even;
+use super::orbit::turned;
 use super::residual::Method;
 use super::size::AT_REST;
 use super::transform::unpack;
@@ -9,7 +10,6 @@ use crate::model::Periodic;
 use crate::piece::Side;
 use crate::root::{Factors, Residual, largest};
 use num_complex::Complex64;
-use std::f64::consts::TAU;
 
 /// Forces that finer integrals change by more than this share of the largest are noted.
 pub(super) const COARSE: f64 = 1e-6;
@@ -79,16 +79,20 @@ fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
     let shares: [f64; LOOKS] = std::array::from_fn(|look| even(look, 1));
     let times = shares.map(|share| span * share);
-    let (mut there, mut rates) = (vec![[0.0; LOOKS]; n], vec![[0.0; LOOKS]; n]);
-    orbit.motions(times, orbit.turned(times), &mut there, &mut rates);
+    let [sin, cos] = turned(shares);
+    let mut motion = [vec![[0.0; LOOKS]; n], vec![[0.0; LOOKS]; n]];
+    let [positions, rates] = &mut motion;
+    orbit.motions(times, [sin, cos], positions, rates);
+    let mut there = vec![[0.0; LOOKS]; n];
     let mut u = vec![0.0; grid.model.drives()];
     for look in 0..LOOKS {
-        q.iter_mut().zip(&there).chain(v.iter_mut().zip(&rates)).for_each(|(x, looks)| *x = looks[look]);
+        let [positions, rates] = &motion;
+        q.iter_mut().zip(positions).chain(v.iter_mut().zip(rates)).for_each(|(x, looks)| *x = looks[look]);
         grid.model.drive(times[look], Side::After, &mut u);
         grid.model.accel(&u, &q, &v, &mut a);
         there.iter_mut().zip(&a).for_each(|(looks, a)| looks[look] = *a);
     }
-    let turns = shares.map(|share| Complex64::cis(TAU * share));
+    let turns: [Complex64; LOOKS] = std::array::from_fn(|look| Complex64::new(cos[look], sin[look]));
     let mut worst = 0.0f64;
     for ((z, there), largest) in z.iter().zip(&there).zip(&largest) {
         // Horner's rule from the highest order down.

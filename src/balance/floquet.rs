@@ -2,6 +2,7 @@
 
 use super::Orbit;
 use super::gauss::drive_edges;
+use super::orbit::turned;
 use super::size::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
@@ -160,8 +161,8 @@ struct Flow<'m, M: ?Sized> {
     v: Vec<f64>,
     /// The same at every stage.
     stages: [Vec<[f64; STAGES]>; 2],
-    /// A step, and sin and cos of the phase from its start to every stage.
-    turned: (f64, [[f64; STAGES]; 2]),
+    /// sin and cos of the phase from the start of a step of this length to every stage.
+    ahead: (f64, [[f64; STAGES]; 2]),
     u: Vec<f64>,
     contacts: Vec<Contact>,
     pieces: Vec<Piece>,
@@ -184,7 +185,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             q: vec![0.0; n],
             v: vec![0.0; n],
             stages: [vec![[0.0; STAGES]; n], vec![[0.0; STAGES]; n]],
-            turned: (0.0, [[0.0; STAGES]; 2]),
+            ahead: (0.0, [[0.0; STAGES]; 2]),
             u: vec![0.0; model.drives()],
             contacts: vec![Contact::default(); model.contacts()],
             pieces: vec![Piece::Gap; model.contacts()],
@@ -200,7 +201,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     /// ∂x(span)/∂x(0) along a series.
     fn monodromy(&mut self, orbit: &Orbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
         let m = 2 * orbit.dof();
-        self.turned.0 = 0.0;
+        self.ahead.0 = 0.0;
         self.y.fill(0.0);
         (0..m).for_each(|i| self.y[i * (m + 1)] = 1.0);
         for stretch in breaks.windows(2) {
@@ -220,13 +221,16 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
         let mut fastest = self.read();
+        let mut h = f64::INFINITY;
         while t < end {
             if !fastest.is_finite() {
                 return None;
             }
             // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
             let longest = step / fastest.max(TAU / orbit.span());
-            let h = (end - t) / ((end - t) / longest).ceil().max(1.0);
+            if h > longest {
+                h = (end - t) / ((end - t) / longest).ceil().max(1.0);
+            }
             fastest = fastest.max(self.step(orbit, t, h)?);
             t = if (end - t) <= 1.5 * h { end } else { t + h };
         }
@@ -248,17 +252,16 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         let n = self.q.len();
         let mut fastest = 0.0f64;
         let times = NODES.map(|c| t + c * h);
-        if self.turned.0 != h {
-            self.turned = (h, orbit.turned(NODES.map(|c| c * h)));
+        if self.ahead.0 != h {
+            self.ahead = (h, turned(NODES.map(|c| c * h / orbit.span())));
         }
-        let ([[sin], [cos]], further) = (orbit.turned([t]), &self.turned.1);
-        let by = |stage: usize| (further[0][stage], further[1][stage]);
-        let turned = [
-            std::array::from_fn(|stage| sin * by(stage).1 + cos * by(stage).0),
-            std::array::from_fn(|stage| cos * by(stage).1 - sin * by(stage).0),
+        let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.span()]), &self.ahead.1);
+        let phases = [
+            std::array::from_fn(|stage| sin * ahead_cos[stage] + cos * ahead_sin[stage]),
+            std::array::from_fn(|stage| cos * ahead_cos[stage] - sin * ahead_sin[stage]),
         ];
         let [q, v] = &mut self.stages;
-        orbit.motions(times, turned, q, v);
+        orbit.motions(times, phases, q, v);
         for (stage, &t) in times.iter().enumerate() {
             self.model.drive(t, Side::After, &mut self.u);
             let [q, v] = &self.stages;

@@ -27,6 +27,7 @@ pub(super) struct Kinks {
 
 impl Kinks {
     pub(super) fn new(dof: usize, contacts: usize) -> Self {
+        // Without contacts there is no kink, and nothing to hold.
         let dof = if contacts > 0 { dof } else { 0 };
         Kinks {
             pieces: [vec![Piece::Gap; contacts], vec![Piece::Gap; contacts]],

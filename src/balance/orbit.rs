@@ -196,13 +196,7 @@ impl Orbit {
 
     /// Coordinates and velocities at t.
     pub(super) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
-        self.motions([t], self.turned([t]), q.as_chunks_mut().0, v.as_chunks_mut().0);
-    }
-
-    /// sin ωt and cos ωt at several instants.
-    pub(super) fn turned<const K: usize>(&self, t: [f64; K]) -> [[f64; K]; 2] {
-        let turned = t.map(|t| libm::sincos(TAU * (t / self.span).fract()));
-        [turned.map(|(sin, _)| sin), turned.map(|(_, cos)| cos)]
+        self.motions([t], turned([t / self.span]), q.as_chunks_mut().0, v.as_chunks_mut().0);
     }
 
     /// Coordinates and velocities at several instants, side by side, from sin ωt and cos ωt there.
@@ -211,8 +205,8 @@ impl Orbit {
         let orders = &self.harmonics.orders()[means..];
         let first = orders.first().copied().unwrap_or(0);
         let at_first = match first {
-            1 => turn,
-            _ => self.turned(t.map(|t| first as f64 * (t / self.span).fract() * self.span)),
+            0 | 1 => turn,
+            _ => turned(t.map(|t| first as f64 * (t / self.span).fract())),
         };
         for (j, rigid) in self.mean_acceleration.iter().enumerate() {
             let (mean, pairs) = self.coefficients(j).split_at(means);
@@ -354,12 +348,21 @@ impl Orbit {
             a.iter_mut().zip(&b).for_each(|(a, b)| *a -= b);
             transform.synthesise(&mut a);
             let apart = a.iter().fold(0.0, |m: f64, a| if a.re.is_finite() { m.max(a.re.abs()) } else { f64::INFINITY });
+            if apart.is_infinite() {
+                return f64::INFINITY;
+            }
             if apart > 0.0 {
                 worst = worst.max(apart / if *range > AT_REST * most { *range } else { most });
             }
         }
         worst
     }
+}
+
+/// sin 2πx and cos 2πx at several x.
+pub(super) fn turned<const K: usize>(x: [f64; K]) -> [[f64; K]; 2] {
+    let turned = x.map(|x| libm::sincos(TAU * x.fract()));
+    [turned.map(|(sin, _)| sin), turned.map(|(_, cos)| cos)]
 }
 
 /// Extreme of the cubic through two samples q + i v.

@@ -82,7 +82,7 @@ impl Samples {
     /// The acceleration at every sample, all contacts held on one piece or as they are.
     pub(super) fn forces<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, held: Option<&[Piece]>) {
         if let [force] = &mut self.force[..] {
-            // One coordinate is read and written where it stands, which is faster by a fifth of the whole residual.
+            // One coordinate is read and written where it stands: a fifth of the whole residual of a Duffing oscillator at 64 samples.
             for (s, a) in force.chunks_exact_mut(1).enumerate() {
                 let z = grid.z[0][s];
                 accelerate(grid.model, held, grid.drives(s), &[z.re], &[z.im], a);

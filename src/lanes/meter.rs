@@ -66,7 +66,8 @@ pub(crate) struct Meters<S: Number> {
     kinds: Vec<Kind>,
     /// The contacts that have to be evaluated.
     read: Range<usize>,
-    /// The samples of a block: a row for each channel, then for each contact one for the penetration of each flank.
+    /// The samples of a block, none between two stretches of steps: a row for each channel, then for each contact one for the penetration of
+    /// each flank.
     held: Vec<[S; BLOCK]>,
     filled: usize,
     /// Of the first channel the parts of all lanes, then of the next.
@@ -122,21 +123,20 @@ impl<S: Number> Meters<S> {
         }
         self.filled = at + 1;
         if self.filled == BLOCK {
-            self.gather::<BLOCK>();
+            self.gather(BLOCK);
         }
     }
 
     /// Looks at the samples that are still held.
     #[inline(always)]
     pub(crate) fn finish(&mut self) {
-        self.gather::<0>();
+        self.gather(self.filled);
     }
 
-    /// Adds the samples held to the sums, one part of the lanes after the other. With a number that the compiler knows, a part stays in
-    /// registers from one sample to the next; 0 stands for any.
+    /// Adds the samples held to the sums, one part of the lanes after the other. With a count that the compiler knows, a part stays in
+    /// registers from one sample to the next.
     #[inline(always)]
-    fn gather<const SAMPLES: usize>(&mut self) {
-        let count = if SAMPLES > 0 { SAMPLES } else { self.filled };
+    fn gather(&mut self, count: usize) {
         let (channels, flanks) = self.held.split_at(self.kinds.len());
         for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
             for part in 0..S::PARTS {
@@ -171,6 +171,7 @@ impl<S: Number> Meters<S> {
 
     /// Starts the sums and extremes of a lane anew.
     pub(crate) fn clear(&mut self, lane: usize) {
+        debug_assert_eq!(self.filled, 0, "samples are held");
         let (part, lane) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for channel in self.channels.iter_mut().skip(part).step_by(S::PARTS) {
             channel.sum.set_lane(lane, 0.0);
@@ -187,6 +188,7 @@ impl<S: Number> Meters<S> {
 
     /// Shows what a lane has seen since it was last read, and clears it.
     pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
+        debug_assert_eq!(self.filled, 0, "samples are held");
         let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for (i, meter) in self.channels.iter().skip(part).step_by(S::PARTS).enumerate() {
             show(Reading::Channel(i, meter.lane(within)));
@@ -256,5 +258,62 @@ impl<S: Number> Flanks<S> {
             deepest: self.deepest.map(|x| x.lane(lane)),
             loosest: self.loosest.lane(lane),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::number::{Lanes, Number};
+    use super::{Kind, Meters, Reading};
+    use crate::model::Contact;
+
+    /// A deflection that visits both flanks, lanes apart.
+    fn value(sample: usize, lane: usize) -> f64 {
+        2.0 * (1.7 * sample as f64 + 0.4 * lane as f64).sin()
+    }
+
+    /// In stretches of every length, blocks cut short or not, a lane has the figures of plain loops, to the bit.
+    fn gathers_as_a_loop_does<S: Number>() {
+        const SAMPLES: usize = 41;
+        for stretch in 1..20 {
+            let mut meters = Meters::<S>::new(&[Kind::Deflection(0)], 1);
+            (0..S::WIDTH).for_each(|lane| meters.restart(lane));
+            for sample in 0..SAMPLES {
+                let mut contact = Contact { lower: S::from(-1.0), upper: S::from(1.0), ..Contact::default() };
+                (0..S::WIDTH).for_each(|lane| contact.deflection.set_lane(lane, value(sample, lane)));
+                meters.sample(&[], &[], &[contact]);
+                if sample % stretch == 0 {
+                    meters.finish();
+                }
+            }
+            meters.finish();
+            for lane in 0..S::WIDTH {
+                let x: Vec<f64> = (0..SAMPLES).map(|sample| value(sample, lane)).collect();
+                let above: Vec<bool> = x.iter().map(|x| *x > 1.0).collect();
+                let entries = above.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+                meters.read(lane, |reading| match reading {
+                    Reading::Channel(_, meter) => {
+                        assert_eq!(meter.sum, x.iter().fold(0.0, |sum, x| sum + x));
+                        assert_eq!(meter.square, x.iter().fold(0.0, |sum, x| sum + x * x));
+                        assert_eq!(meter.min, x.iter().copied().fold(f64::INFINITY, f64::min));
+                        assert_eq!(meter.max, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+                    }
+                    Reading::Contact(_, meter) => {
+                        assert_eq!(meter.samples[1], above.iter().filter(|above| **above).count() as f64);
+                        assert_eq!(meter.impacts[1], entries as f64, "{stretch} {lane}");
+                        assert_eq!(meter.deepest[1], x.iter().map(|x| x - 1.0).fold(f64::NEG_INFINITY, f64::max));
+                        assert_eq!(meter.loosest, x.iter().map(|x| (-1.0 - x).max(x - 1.0)).fold(f64::INFINITY, f64::min));
+                    }
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_and_parts_change_no_bit() {
+        gathers_as_a_loop_does::<f64>();
+        gathers_as_a_loop_does::<Lanes<4>>();
+        gathers_as_a_loop_does::<Lanes<12>>();
+        gathers_as_a_loop_does::<Lanes<16>>();
     }
 }

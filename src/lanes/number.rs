@@ -132,7 +132,7 @@ impl<const W: usize> Scalar for Lanes<W> {
 pub(crate) trait Number: Scalar {
     /// How many lanes.
     const WIDTH: usize;
-    /// A few lanes, that many numbers of which fit into registers at once.
+    /// So few lanes that several numbers of them fit into registers at once.
     type Part: Number;
     /// How many parts hold all lanes.
     const PARTS: usize;

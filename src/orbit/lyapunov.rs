@@ -1,12 +1,13 @@
 //! Lyapunov exponents: the mean growth of small differences along a motion.
 
 use super::rigid::rigid_modes;
-use super::size::{Sizes, dot};
+use super::size::Sizes;
 use super::tangent::Tangent;
 use super::variation::coarse;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
 use crate::ode::{IntegrateError, Integrator};
+use crate::root::dot;
 use thiserror::Error;
 
 /// λ_i = lim 1/t ln(growth of the i-th direction), by QR: small differences follow the variational equations, tooth edges handled, and are

@@ -47,7 +47,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
                 let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
                 accelerate(model, Some(flank), &u, q, v, &mut a);
-                let rounding = f64::EPSILON * super::size::dot(&a, &a).sqrt() / (STEP * size);
+                let rounding = f64::EPSILON * crate::root::dot(&a, &a).sqrt() / (STEP * size);
                 if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
                     let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
                     seen = compressed(seen, &scaled);
@@ -98,7 +98,7 @@ fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
             } else {
                 let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
                 rigid.modes.iter().for_each(|other| super::size::remove(other, &mut r));
-                let length = super::size::dot(&r, &r).sqrt();
+                let length = crate::root::dot(&r, &r).sqrt();
                 r.iter_mut().for_each(|x| *x /= length);
                 rigid.modes.push(r);
             }

@@ -1,6 +1,7 @@
 //! How far each coordinate and velocity moves: the unit in which corrections, columns and errors are measured.
 
 use crate::ode::{Observer, Step};
+use crate::root::dot;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -71,11 +72,6 @@ impl Sizes {
 pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
     let along = dot(r, x);
     x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
-}
-
-/// aᵀ b.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Observer for Sizes {

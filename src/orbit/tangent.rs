@@ -240,7 +240,7 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
         let (of_q, of_v) = self.scale.split_at(n);
         let jump = largest(&self.jump, of_v);
         for (dq, dv) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)) {
-            let share = super::size::dot(&self.gradient, dq) / rate;
+            let share = crate::root::dot(&self.gradient, dq) / rate;
             changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
             dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);
         }

@@ -1,6 +1,6 @@
 //! Broyden's methods.
 
-use super::{Factors, Matrix, Residual, Root, RootError, check_setting, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, jacobian_of, largest};
 
 /// The Jacobian that Broyden's method starts from.
 ///
@@ -165,8 +165,4 @@ impl Inverse {
         let a = s.iter().zip(&by).map(|(s, b)| (s - b) / denominator).collect();
         self.updates.push((a, if self.bad { y.to_vec() } else { s }));
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -99,10 +99,15 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
     }
 }
 
-/// max |x_i|; none if one of them is no number.
+/// aᵀ b.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// max |x_i|; NaN if one of them is.
 pub(crate) fn largest(x: &[f64]) -> f64 {
-    let none = x.iter().any(|x| x.is_nan());
-    if none { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
+    let any_nan = x.iter().any(|x| x.is_nan());
+    if any_nan { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
 }
 
 /// A root, with what it took.

@@ -1,6 +1,6 @@
 //! Newton's method, damped by the natural monotonicity test.
 
-use super::{Factors, Residual, Root, RootError, check_setting, jacobian_of, largest};
+use super::{Factors, Residual, Root, RootError, check_setting, dot, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
 /// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
@@ -26,7 +26,7 @@ impl Default for Newton {
     }
 }
 
-/// A correction this many times smaller than the one before keeps the factors.
+/// A correction of at most this share of the one before keeps the factors.
 const FAST: f64 = 0.5;
 
 impl Newton {
@@ -122,15 +122,14 @@ impl Newton {
             // Factors that no longer serve are made anew, at the same place.
             let Some(contraction) = contraction else { continue };
             if damping == 1.0 {
-                // The simplified correction bounds the error that is left.
-                if contraction * size <= self.tolerance * scale {
+                taken.push(&step);
+                step.copy_from_slice(&next);
+                let serves = contraction <= FAST && taken.update(&mut step);
+                // The next correction estimates the error that is left.
+                if largest(&step) <= self.tolerance * scale {
                     return Ok(root);
                 }
-                if contraction <= FAST {
-                    taken.push(&step);
-                    step.copy_from_slice(&next);
-                    factors = taken.update(&mut step).then_some(kept);
-                }
+                factors = serves.then_some(kept);
             }
         }
         Err(root.not_converged())
@@ -157,22 +156,22 @@ impl Taken {
         self.squares.push(dot(step, step));
     }
 
-    /// Turns a correction by the factors into that of Broyden's good updates of them; `false` if they no longer serve.
+    /// Turns a correction by the factors into that of Broyden's good updates of them; `false` if it does not shrink, and they no longer serve.
     /// Source: Deuflhard, Algorithm QNERR, Sec. 2.1.4.
     fn update(&self, correction: &mut [f64]) -> bool {
-        let mut share = 0.0;
         let mut steps = self.steps.chunks_exact(correction.len()).zip(&self.squares).peekable();
         while let Some((step, square)) = steps.next() {
-            share = dot(correction, step) / square;
-            if let Some((after, _)) = steps.peek() {
-                correction.iter_mut().zip(*after).for_each(|(c, s)| *c += share * s);
+            let share = dot(correction, step) / square;
+            match steps.peek() {
+                Some((after, _)) => correction.iter_mut().zip(*after).for_each(|(c, s)| *c += share * s),
+                None => {
+                    // Θ <= 1/2 before the last update, so that share is at most 1/2 too.
+                    let serves = dot(correction, correction) <= FAST * FAST * square;
+                    correction.iter_mut().for_each(|c| *c /= 1.0 - share);
+                    return serves;
+                }
             }
         }
-        correction.iter_mut().for_each(|c| *c /= 1.0 - share);
-        share <= 0.5
+        true
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -45,7 +45,7 @@ impl Columns {
     }
 }
 
-/// A gear on its way round the ring: R, θ, θ', R θ and R θ'. It is handed on, so that a gear is read once.
+/// A gear on its way round the ring: R, θ, θ', R θ and R θ', handed on from mesh to mesh.
 #[derive(Clone, Copy)]
 struct Turning<S> {
     radius: f64,
@@ -152,6 +152,7 @@ impl<N: Nonlinearity> Ring<N> {
             w = at.force(law, meshes, i, at.deflection(i, omega, &gear, &next));
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
+        // Read again: five numbers held all the way round are more than registers are.
         let driver = at.gear(0);
         at.turn(0, &driver, shaft - first * driver.radius + w * driver.radius, turns);
         if self.frame == Frame::Rigid {
