@@ -25,12 +25,16 @@ impl Table {
     /// At least 3 samples and the period `[s]` that they fill.
     ///
     /// # Errors
-    /// Fewer than 3 samples; one that is not finite; a period outside 1e-100 .. 1e100.
+    /// Fewer than 3 samples; one that is not finite or beyond ±1e100; a period outside 1e-100 .. 1e100.
     pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
         }
         check::all_finite("samples", samples)?;
+        // Far from where differences of samples overflow.
+        if let Some(i) = samples.iter().position(|x| x.abs() > 1e100) {
+            return Err(ParameterError::OutOfRange { name: format!("samples[{i}]"), value: samples[i], allowed: "[-1e100, 1e100]" });
+        }
         let period = check::scale("period", period)?;
         Ok(Table { moments: periodic_moments(samples), samples: samples.to_vec(), period })
     }
