@@ -103,7 +103,7 @@ pub struct RingParams<N = Backlash> {
 
 impl<N: Nonlinearity> RingParams<N> {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        check::positive("motor.inertia", self.motor.inertia)?;
+        check::scale("motor.inertia", self.motor.inertia)?;
         check::finite("motor.torque", self.motor.torque)?;
         self.motor.shaft.check("motor.shaft")?;
         if self.gears.len() < 3 {
@@ -111,9 +111,9 @@ impl<N: Nonlinearity> RingParams<N> {
         }
         check::length("meshes", self.meshes.len(), self.gears.len())?;
         for (i, gear) in self.gears.iter().enumerate() {
-            check::positive(format!("gears[{i}].inertia"), gear.inertia)?;
+            check::scale(format!("gears[{i}].inertia"), gear.inertia)?;
             check::positive(format!("gears[{i}].base_radius"), gear.base_radius)?;
-            check::positive(format!("gears[{i}].load.inertia"), gear.load.inertia)?;
+            check::scale(format!("gears[{i}].load.inertia"), gear.load.inertia)?;
             check::finite(format!("gears[{i}].load.torque"), gear.load.torque)?;
             gear.load.shaft.check(&format!("gears[{i}].load.shaft"))?;
         }
