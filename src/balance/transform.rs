@@ -34,7 +34,7 @@ impl Transform {
     }
 }
 
-/// Where orders k and -k stand among m: most are below m, and a division would cost more than all else.
+/// Where orders k and -k stand among m: most are below m, and need no division.
 #[inline]
 fn places(k: usize, m: usize) -> (usize, usize) {
     let here = if k < m { k } else { k % m };

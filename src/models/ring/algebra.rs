@@ -152,7 +152,7 @@ impl<N: Nonlinearity> Ring<N> {
             w = at.force(law, meshes, i, at.deflection(i, omega, &gear, &next));
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
-        // Read again: five numbers held all the way round are more than registers are.
+        // Read again, not held all the way round.
         let driver = at.gear(0);
         at.turn(0, &driver, shaft - first * driver.radius + w * driver.radius, turns);
         if self.frame == Frame::Rigid {
