@@ -1,15 +1,9 @@
 //! Harmonic balance: three ways to integrate, the second paper's coefficients, published orbits, rings, bad input.
 
-mod common;
-
-use common::oscillators::{CubicChain, DeadZone, Duffing};
+use crate::common::oscillators::{CubicChain, DeadZone, Duffing};
+use crate::data::read;
 use gear_dynamics::*;
-use serde_json::Value;
 use std::f64::consts::TAU;
-
-fn json(name: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()).unwrap()
-}
 
 fn reading_a() -> NfgReading {
     NfgReading { radius: Radius::Base, ..NfgReading::published() }
@@ -177,7 +171,7 @@ fn jumping_forces_have_an_exact_jacobian() {
 /// `hbm_R1`: the 15 unknowns of the second paper, force truncated before it meets the stiffness, M = 1024.
 #[test]
 fn reading_p_has_the_papers_coefficients() {
-    let data = json("nfg.json");
+    let data = read("nfg.json");
     let harmonics = Harmonics::bands(63, 1, 2).unwrap();
     for case in data["hbm_R1"].as_array().unwrap() {
         let option = |name: &str, value: &str| case["options"][name] == value;
@@ -243,7 +237,7 @@ fn broyden_takes_the_known_counts() {
 /// that was fitted to them; those of the 15 unknowns follow the paper within 0.15 % with a constant of their own.
 #[test]
 fn table_2_with_one_constant() {
-    let data = json("nfg.json");
+    let data = read("nfg.json");
     let column = |name: &str| -> Vec<f64> { data["table2"][name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
     let (recomputed, paper) = (column("xi_ours"), column("xi_paper"));
     let ratios = |harmonics: Harmonics, truncating: bool| -> Vec<f64> {
@@ -291,7 +285,7 @@ fn duffing_or_dead_zone(name: &str, omega: f64) -> Box<dyn Periodic> {
 /// of the series itself are as good as they say.
 #[test]
 fn coexisting_orbits_and_their_multipliers() {
-    let data = json("periodic_orbits.json");
+    let data = read("periodic_orbits.json");
     for name in ["duffing_nlvib01", "deadzone_KS90", "deadzone_Fm25_Fp25", "nlvib02_2dof_cubic"] {
         for point in data["time_domain"][name]["points"].as_array().unwrap() {
             let model = duffing_or_dead_zone(name, point["Omega"].as_f64().unwrap());
@@ -332,7 +326,7 @@ fn coexisting_orbits_and_their_multipliers() {
 /// Reference folds of truncated balances are points of the same residual: at them it vanishes.
 #[test]
 fn truncated_balances_agree_with_reference() {
-    let data = json("periodic_orbits.json");
+    let data = read("periodic_orbits.json");
     for (name, system, harmonics, integrals, bound) in [
         ("duffing_H10_N128", "duffing_nlvib01", 10, Integrals::Sampled { samples: 128 }, 1e-12),
         ("duffing_H7_N29", "duffing_nlvib01", 7, Integrals::Sampled { samples: 29 }, 1e-12),

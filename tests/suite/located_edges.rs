@@ -1,8 +1,6 @@
 //! Contacts: grazing, several at once, in-contact damping, edges without pieces, stalls.
 
-mod common;
-
-use common::{FreeDeadZone, Impact};
+use crate::common::{FreeDeadZone, Impact};
 use gear_dynamics::*;
 use std::ops::ControlFlow;
 

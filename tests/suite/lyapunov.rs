@@ -1,9 +1,7 @@
 //! Lyapunov exponents against closed forms, multipliers, the divergence and independent figures. The long ones:
-//! `cargo test --release --test lyapunov -- --ignored`.
+//! `cargo test --release --test suite lyapunov -- --ignored`.
 
-mod common;
-
-use common::oscillators::{DeadZone, Duffing};
+use crate::common::oscillators::{DeadZone, Duffing};
 use gear_dynamics::*;
 
 /// x'' + 3 x' + 2 x = 0: exponents -1 and -2.
@@ -55,7 +53,7 @@ fn reading_a(speed: f64) -> NfgPair {
 
 /// Reading A per turn of the face gear, by speed.
 fn published() -> Vec<(f64, f64)> {
-    let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string("tests/data/nfg.json").unwrap()).unwrap();
+    let file = crate::data::read("nfg.json");
     let all = file["bifurcation_modelA"]["lyapunov_per_carrier_period"].as_object().unwrap();
     all.iter().map(|(speed, theirs)| (speed.parse().unwrap(), theirs.as_f64().unwrap())).collect()
 }
@@ -90,7 +88,7 @@ fn of_the_rattling_pair() {
 /// Over 1000 turns all chaotic ones are within 15 %, but the one at 160 rad/s: there bursts make samples scatter, ours of 100 turns about
 /// 4.6 ± 0.2, and theirs has to be one of them.
 #[test]
-#[ignore = "minutes: cargo test --release --test lyapunov -- --ignored"]
+#[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored"]
 fn of_the_rattling_pair_over_a_thousand_turns() {
     for (speed, theirs) in published().into_iter().filter(|(_, theirs)| *theirs > 0.0) {
         let pair = reading_a(speed);
@@ -135,7 +133,7 @@ fn the_chaotic_window_ends_at_163() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release --test lyapunov -- --ignored"]
+#[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored"]
 fn the_chaotic_window_every_half_step() {
     window(&(0..=80).map(|i| 150.0 + 0.5 * f64::from(i)).collect::<Vec<_>>());
 }

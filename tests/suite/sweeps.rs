@@ -1,10 +1,7 @@
 //! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
-//! `cargo test --release --test sweeps -- --ignored`.
+//! `cargo test --release --test suite sweeps -- --ignored`.
 
-#[path = "../benches/common/mod.rs"]
-mod common;
-
-use common::Pair;
+use crate::benchmarks::Pair;
 use gear_dynamics::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -215,7 +212,7 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
 /// lanes of any width as each one alone. Copies of one ring share lanes, since their excitations are the same ones.
 #[test]
 fn rings_in_lanes_are_each_ring_alone() {
-    let base = common::ring(3, 2.0).params().clone();
+    let base = crate::benchmarks::ring(3, 2.0).params().clone();
     let smooth = shared(Fourier::new(1e8, &[[2e7, 0.0]], base.omega).unwrap());
     let jumping = shared(RectangularWave::new(0.8e8, 1.2e8, 0.6, std::f64::consts::TAU / base.omega).unwrap());
     let error = shared(Fourier::new(0.0, &[[0.0, 1e-5]], base.omega).unwrap());
@@ -464,11 +461,11 @@ fn up_and_down_agree_with_located_edges() {
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1), Some(1), Some(1)]);
     }
-    assert_eq!(diagram.hysteresis(1e-3).unwrap(), []);
+    assert!(diagram.hysteresis(1e-3).unwrap().is_empty());
 }
 
 #[test]
-#[ignore = "minutes without optimisation: cargo test --release --test sweeps -- --ignored"]
+#[ignore = "minutes without optimisation: cargo test --release --test suite sweeps -- --ignored"]
 fn up_and_down_agree_every_half_step() {
     up_and_down(&(0..=300).map(|i| 100.0 + 0.5 * f64::from(i)).collect::<Vec<_>>());
 }

@@ -1,8 +1,6 @@
 //! The derivative of the flow against differences of the flow, and closed forms.
 
-mod common;
-
-use common::{FreeDeadZone, Impact};
+use crate::common::{FreeDeadZone, Impact};
 use gear_dynamics::*;
 use std::f64::consts::PI;
 

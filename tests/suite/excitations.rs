@@ -2,7 +2,6 @@
 
 use approx::assert_relative_eq;
 use gear_dynamics::*;
-use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
 fn all() -> Vec<(&'static str, Shared)> {
@@ -84,7 +83,7 @@ fn the_forcing_of_the_centre() {
 
 #[test]
 fn rectangular_wave_and_its_series() {
-    let data: Value = serde_json::from_str(&std::fs::read_to_string("tests/data/classics.json").unwrap()).unwrap();
+    let data = crate::data::read("classics.json");
     let example = &data["rect_fourier"]["example"];
     let number = |key: &str| example[key].as_f64().unwrap();
     let wave = RectangularWave::from_contact_ratio(number("eps"), number("kmin"), number("kmax"), 1.0).unwrap();

@@ -1,15 +1,10 @@
 //! Periodic orbits by multiple shooting against independently computed ones.
 
-mod common;
-
-use common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
+use crate::common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
+use crate::data::read;
 use gear_dynamics::*;
 use num_complex::Complex64;
 use serde_json::Value;
-
-fn data(file: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(format!("tests/data/{file}")).unwrap()).unwrap()
-}
 
 fn number(v: &Value) -> f64 {
     v.as_f64().unwrap()
@@ -52,7 +47,7 @@ fn off(cycle: &Cycle, y: &[f64]) -> f64 {
 
 /// Shoots every point from near it, and reads the multipliers of every bifurcation at the state given.
 fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
-    let all = &data("periodic_orbits.json")["time_domain"][system];
+    let all = &read("periodic_orbits.json")["time_domain"][system];
     for point in all["points"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
         let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
@@ -108,7 +103,7 @@ fn cubic_chain() {
 #[test]
 fn spur_pairs_of_the_classics() {
     let mut count = 0;
-    for (_, case) in data("classic_orbits.json")["sdof_spur_pair"].as_object().unwrap() {
+    for (_, case) in read("classic_orbits.json")["sdof_spur_pair"].as_object().unwrap() {
         let equation = &case["equation"];
         for solutions in case["solutions_at_W"].as_object().unwrap().values() {
             for solution in solutions.as_array().unwrap() {
@@ -148,7 +143,7 @@ fn spur_pairs_of_the_classics() {
 fn idlers_of_the_classics() {
     let (name, phase) = ("idler_inphase", 0.0);
     {
-        let case = &data("classic_orbits.json")["multi_dof"][name];
+        let case = &read("classic_orbits.json")["multi_dof"][name];
         for point in case["points"].as_array().unwrap() {
             let (model, y) = (Idler { omega: number(&point["W"]), phase }, numbers(&point["state"]));
             let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
@@ -163,7 +158,7 @@ fn idlers_of_the_classics() {
 #[test]
 fn face_gear_pair() {
     let wanted = [120.0, 140.0, 148.0, 180.0, 220.0];
-    let file = data("nfg.json");
+    let file = read("nfg.json");
     let cases = file["cases"].as_array().unwrap();
     for speed in wanted {
         let case = cases

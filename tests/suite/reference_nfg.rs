@@ -1,11 +1,8 @@
 //! The face gear pair against independently computed orbits (tests/data/nfg.json, nfg_exact.json).
 
+use crate::data::read;
 use gear_dynamics::*;
 use serde_json::Value;
-
-fn data(file: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(format!("tests/data/{file}")).unwrap()).unwrap()
-}
 
 fn number(v: &Value) -> f64 {
     v.as_f64().unwrap()
@@ -77,7 +74,7 @@ fn orbit(pair: &NfgPair) -> Orbit {
 #[test]
 fn every_periodic_case() {
     let mut count = 0;
-    for case in data("nfg.json")["cases"].as_array().unwrap() {
+    for case in read("nfg.json")["cases"].as_array().unwrap() {
         if !case["converged"].as_bool().unwrap() {
             continue;
         }
@@ -115,7 +112,7 @@ fn every_periodic_case() {
 
 #[test]
 fn the_exact_reading() {
-    for case in data("nfg_exact.json")["cases"].as_array().unwrap() {
+    for case in read("nfg_exact.json")["cases"].as_array().unwrap() {
         let speed = number(&case["w1"]);
         let pair = NfgPair::new(&NfgParams { speed, ..NfgParams::table1() }).unwrap();
         let orbit = orbit(&pair);

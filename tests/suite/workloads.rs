@@ -1,9 +1,6 @@
 //! What located edges save, on the benchmark problems: evaluations and error of DOP853 at rtol 1e-8, atol 1e-12.
 
-#[path = "../benches/common/mod.rs"]
-mod common;
-
-use common::{Pair, RING_END, Unheld, ring};
+use crate::benchmarks::{Pair, RING_END, Unheld, ring};
 use gear_dynamics::*;
 use std::ops::ControlFlow;
 

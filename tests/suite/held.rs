@@ -2,7 +2,6 @@
 
 use gear_dynamics::*;
 use rand_distr::{Normal, Uniform};
-use serde_json::Value;
 use std::ops::ControlFlow;
 
 /// x'' + c x' + x = 0 with the damping c in its drive: a random one is filled in.
@@ -35,7 +34,7 @@ fn member(hold: f64, member: u64) -> Held<Damped> {
 /// E[energy](40) from the exact second moments, within three standard errors.
 #[test]
 fn ensemble_energies() {
-    let data: Value = serde_json::from_str(&std::fs::read_to_string("tests/data/classics.json").unwrap()).unwrap();
+    let data = crate::data::read("classics.json");
     let exact = data["exact_and_closed_form"]["held_random_damping"]["values"].as_array().unwrap();
     let solver = Dop853::new().rtol(1e-9).atol(1e-12);
     for hold in [0.5, 5.0, 40.0] {

@@ -1,13 +1,9 @@
 //! Spectra, rattle, settling: against closed forms and known orbits.
 
+use crate::data::read;
 use gear_dynamics::*;
 use proptest::prelude::*;
-use serde_json::Value;
 use std::f64::consts::TAU;
-
-fn classics() -> Value {
-    serde_json::from_str(&std::fs::read_to_string("tests/data/classics.json").unwrap()).unwrap()
-}
 
 const WINDOWS: [Window; 5] = [Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop];
 
@@ -87,7 +83,7 @@ impl Periodic for Spur {
 /// Both stable orbits that coexist at W = 0.75 and 0.8: extremes, mean, share of lost contact, crossings.
 #[test]
 fn coexisting_orbits_of_a_spur_pair() {
-    let data = classics();
+    let data = read("classics.json");
     let mut orbits = 0;
     for (w, list) in data["sdof_A"]["solutions_at_W"].as_object().unwrap() {
         for known in list.as_array().unwrap().iter().filter(|k| k["stable"] == true) {
@@ -153,7 +149,7 @@ fn contact_loss_backbone() {
             out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
         }
     }
-    for value in classics()["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"].as_array().unwrap() {
+    for value in read("classics.json")["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"].as_array().unwrap() {
         let number = |key: &str| value[key].as_f64().unwrap();
         if value["valid"] != true {
             continue;

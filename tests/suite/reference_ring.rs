@@ -1,11 +1,8 @@
 //! The ring against independently integrated trajectories and frequencies (tests/data/ring.json).
 
+use crate::data::read;
 use gear_dynamics::*;
 use serde_json::Value;
-
-fn data() -> Value {
-    serde_json::from_str(&std::fs::read_to_string("tests/data/ring.json").unwrap()).unwrap()
-}
 
 fn number(v: &Value) -> f64 {
     v.as_f64().unwrap()
@@ -72,7 +69,7 @@ fn compare<M: Model>(model: &M, case: &Value, name: &str) {
 
 #[test]
 fn every_trajectory() {
-    let data = data();
+    let data = read("ring.json");
     for (name, case) in data["trajectories"].as_object().unwrap() {
         let ring = ring(&case["params"]);
         assert!((ring.rigid_acceleration() - number(&case["alpha"])).abs() < 1e-9, "{name}");
@@ -90,7 +87,7 @@ fn every_trajectory() {
 
 #[test]
 fn the_presets_are_the_reference_parameters() {
-    let data = data();
+    let data = read("ring.json");
     let cases = &data["trajectories"];
     for (name, set) in [
         ("n3_b2.65e-5_e1um_1000rpm", RingSet::a(3, 1000.0)),
@@ -117,7 +114,7 @@ fn the_presets_are_the_reference_parameters() {
 
 #[test]
 fn natural_frequencies() {
-    for (n, linear) in data()["linear"].as_object().unwrap() {
+    for (n, linear) in read("ring.json")["linear"].as_object().unwrap() {
         let set = RingSet::a(n.parse().unwrap(), 1000.0);
         let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
         let modes = ring.modes(&ring.mean_mesh_stiffness()).unwrap();

@@ -1,15 +1,13 @@
 //! Floquet multipliers against closed forms.
 
-mod common;
-
-use common::oscillators::Mathieu;
+use crate::common::oscillators::Mathieu;
 use gear_dynamics::*;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
 #[test]
 fn damped_mathieu() {
-    let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string("tests/data/periodic_orbits.json").unwrap()).unwrap();
+    let file = crate::data::read("periodic_orbits.json");
     let theirs = &file["extra"]["mathieu_z0.05_k0.2_Om2.0"];
     let model = Mathieu { omega: 2.0, zeta: 0.05, depth: 0.2 };
     let cycle = Shooting::new().run(&model, &[State::at_rest(1)]).unwrap();

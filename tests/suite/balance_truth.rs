@@ -1,16 +1,15 @@
 //! Balance of the rattling pair against the truth, with its own estimates. Long:
-//! `cargo test --release --test balance_truth -- --ignored`.
+//! `cargo test --release --test suite balance_truth -- --ignored`.
 
+use crate::data::read;
 use gear_dynamics::*;
-use serde_json::Value;
 
 /// Reading A at five speeds: balance to 1e-3 of ppv, |z_H - z_1.3H| within a factor of two of the true error, the shooting correction within
 /// six, and polished to 1e-9 of the reference.
 #[test]
-#[ignore = "minutes without optimisation: cargo test --release --test balance_truth -- --ignored"]
+#[ignore = "minutes without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
 fn balance_reaches_the_truth_and_knows_its_error() {
-    let file = format!("{}/tests/data/nfg.json", env!("CARGO_MANIFEST_DIR"));
-    let data: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    let data = read("nfg.json");
     let mut warned = 0;
     for (speed, highest) in [(120.0, 600), (140.0, 800), (148.0, 1300), (180.0, 800), (220.0, 650)] {
         let case = data["cases"]
@@ -64,7 +63,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
 
 /// 180 rad/s, 252 switches, H = 500: closed in the angles, corrected samples and Gauss panels give one residual and one Jacobian.
 #[test]
-#[ignore = "a minute without optimisation: cargo test --release --test balance_truth -- --ignored"]
+#[ignore = "a minute without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
 fn three_ways_agree_on_five_hundred_orders() {
     let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap();
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);

@@ -1,8 +1,6 @@
 //! Order, dense output, times and limits of the solvers.
 
-mod common;
-
-use common::{Forced, Impact, fixed_error, observed_order};
+use crate::common::{Forced, Impact, fixed_error, observed_order};
 use gear_dynamics::*;
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -167,7 +165,7 @@ proptest! {
     /// Undamped free motion in a dead zone keeps its energy and its closed-form period T = 2 pi + 4 b/(A - b).
     #[test]
     fn free_dead_zone_motion(b in 0.01..2.0f64, over in 0.01..5.0f64) {
-        let model = common::FreeDeadZone { b };
+        let model = crate::common::FreeDeadZone { b };
         let a = b + over;
         let period = std::f64::consts::TAU + 4.0 * b / over;
         let energy = |s: &State| 0.5 * s.v[0] * s.v[0] + 0.5 * (s.q[0].abs() - b).max(0.0).powi(2);

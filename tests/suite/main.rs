@@ -1,0 +1,33 @@
+//! Everything the crate promises, in one binary: `cargo test --test suite NAME` runs the tests whose path holds NAME, as in
+//! `cargo test --test suite located_edges`.
+
+mod analysis;
+mod bad_input;
+mod balance;
+mod balance_resolution;
+mod balance_truth;
+mod bifurcation;
+mod consistency;
+mod ensembles;
+mod excitations;
+mod floquet;
+mod held;
+mod lane_sharing;
+mod located_edges;
+mod long_work;
+mod lyapunov;
+mod phase_laws;
+mod reference_nfg;
+mod reference_ring;
+mod ring_relative;
+mod roots;
+mod shooting;
+mod solvers;
+mod sweeps;
+mod variation;
+mod workloads;
+
+#[path = "../../benches/common/mod.rs"]
+mod benchmarks;
+mod common;
+mod data;
