@@ -31,11 +31,13 @@
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
 //! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`Uncertain`] |
+//! | limits on work | [`Budget`]: steps, time, a flag |
 //! | changing speed | [`PhaseLaw`], [`Varying`], [`Waterfall`] |
 //! | background | [`guide`] |
 
 mod analysis;
 mod balance;
+mod budget;
 mod channel;
 mod check;
 mod dual;
@@ -62,6 +64,7 @@ pub use analysis::{
     WaterfallError, WaterfallLine, Window, strobe,
 };
 pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
+pub use budget::{Budget, Exhausted};
 pub use channel::Probe;
 pub use check::{Finding, check_generic, check_model, check_periodic};
 pub use dual::Dual;

@@ -258,6 +258,14 @@ pub enum IntegrateError {
         /// Its upper edge.
         upper: f64,
     },
+    /// The budget of the call is spent, or it was cancelled.
+    #[error("stopped at t = {t}: {exhausted}")]
+    Budget {
+        /// How far it came.
+        t: f64,
+        /// Which limit.
+        exhausted: crate::budget::Exhausted,
+    },
     /// A contact that changes its piece again and again without time moving.
     #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without time moving")]
     EdgeStall {
