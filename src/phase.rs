@@ -156,8 +156,10 @@ pub struct Varying<M> {
     edges: bool,
 }
 
-/// How far from an edge its sides are looked at `[rad]`.
-const ASIDE: f64 = 1e-9;
+/// How far from an edge its sides are looked at `[rad]`: 1e-9, or what rounding leaves of a large phase.
+fn aside(phase: f64) -> f64 {
+    (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
+}
 
 impl<M: Generic + Periodic> Varying<M> {
     /// The same model at another speed.
@@ -187,18 +189,19 @@ impl<M: Generic + Periodic> Model for Varying<M> {
         self.model.drives()
     }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let aside = match side {
-            _ if !self.edges => 0.0,
-            Side::Before => -ASIDE,
-            Side::After => ASIDE,
+        let phase = self.law.phase(t);
+        let phase = match side {
+            _ if !self.edges => phase,
+            Side::Before => phase - aside(phase),
+            Side::After => phase + aside(phase),
         };
-        let phase = self.law.phase(t) + aside;
         self.model.phase_drives(phase - TAU * (phase / TAU).floor(), side, u);
         self.model.constants(u);
         self.model.at_speed(self.law.speed(t), u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
-        let phase = self.law.phase(t) + 2.0 * ASIDE;
+        let phase = self.law.phase(t);
+        let phase = phase + 2.0 * aside(phase);
         let edge = self.model.next_edge(phase / self.nominal).map(|edge| self.law.time(edge * self.nominal));
         earlier(edge.filter(|edge| *edge > t), self.law.next_knot(t))
     }

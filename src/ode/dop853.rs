@@ -37,6 +37,7 @@ impl Tableau for Order8 {
     const EXPONENT: f64 = 1.0 / 8.0;
     const FACTORS: [f64; 2] = [0.333, 6.0];
     const BETA: f64 = 0.03;
+    const PROBE: f64 = table::C[9];
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
@@ -57,7 +58,7 @@ impl Tableau for Order8 {
         e.stage::<HELD, _>(7, &A8);
         e.drive(C[8]);
         e.stage::<HELD, _>(8, &A9);
-        e.drive(C[9]);
+        e.drive_probe::<Order8>();
         e.stage::<HELD, _>(9, &A10);
         e.drive(C[10]);
         e.stage::<HELD, _>(10, &A11);

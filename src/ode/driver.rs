@@ -29,8 +29,6 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
     }
 }
 
-/// An edge located by re-stepping is met within this share of the gap when the pieces cannot be held.
-const MET: f64 = 1e-10;
 /// Re-steps to one edge before it counts as a stall.
 const RESTEPS: usize = 40;
 /// Steps without numbers in a row before the model is blamed.
@@ -73,7 +71,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE
             run.pace.arrive::<T>();
             run.e.accept::<T, LOCATE>();
             if LOCATE {
-                run.locator.accept(&run.e);
+                run.locator.accept(&mut run.e);
             }
             continue;
         }
@@ -111,6 +109,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         let mut e = Engine::<M, V>::new::<T>(model, start);
         let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 });
         if LOCATE {
+            locator.measure_noise(&mut e);
             locator.classify(&mut e, true);
             check_gaps(&e, e.t)?;
             e.frozen = can_freeze(&e);
@@ -171,11 +170,16 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     fn meet_edges<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
         self.crossings.clear();
         let e = &mut self.e;
+        let made = e.h();
         e.contacts_at_end();
         check_gaps(e, e.t1)?;
         let stall = |t: f64, exit: Exit| Err(IntegrateError::EdgeStall { t, contact: exit.contact });
         match self.locator.find::<T, M, V>(e) {
             Found::Nothing => {}
+            Found::TooLong(share) => {
+                self.pace.h = share * made;
+                return Ok(false);
+            }
             Found::At(theta, exit) if e.t + theta * e.h() > e.t + RESOLUTION * e.t.abs() => {
                 if theta < 1.0 && !step_to_edge::<T, M, V>(e, &self.locator, theta, exit) {
                     return stall(e.t, exit);
@@ -194,6 +198,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 return Ok(false);
             }
         }
+        if T::ADAPTIVE {
+            self.pace.next = self.pace.next.min(self.locator.growth * made);
+        }
         Ok(true)
     }
 
@@ -209,8 +216,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         }
         if LOCATE {
             self.locator.accept(e);
-        }
-        if LOCATE {
             for crossing in &self.crossings {
                 e.pieces[crossing.contact] = crossing.to;
             }
@@ -287,9 +292,9 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
     // Newton on the end of the step, kept between the start and the end of the full step.
     let (mut lo, mut hi) = ((e.t, None), (far, None));
     for _ in 0..RESTEPS {
-        let (value, rate, scale) = locator.miss(&e.pieces, &e.contacts, exit);
+        let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
         // A clock far from zero may be too coarse to meet it any closer.
-        if value.abs() <= (MET * scale).max(rate.abs() * f64::EPSILON * e.t1.abs()) {
+        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs()) {
             return true;
         }
         let here = (e.t1, Some(value));

@@ -27,6 +27,8 @@ pub trait Tableau {
     const FACTORS: [f64; 2];
     /// β of the PI controller.
     const BETA: f64;
+    /// The node, near the middle, whose drives [`attempt`](Tableau::attempt) keeps for a look at the gaps inside the step.
+    const PROBE: f64;
 
     /// Stages and y1 of a step from `e.t` to `e.t1`; slot 0 is there already.
     ///
@@ -59,6 +61,8 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Drives at a stage and at the end.
     u_stage: Vec<f64>,
     u1: Vec<f64>,
+    /// Drives at node `PROBE` of the step.
+    u_probe: Vec<f64>,
     /// The pieces on which the contacts are held, if they are.
     pub(crate) pieces: Vec<Piece>,
     pub(crate) frozen: bool,
@@ -70,6 +74,7 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Scratch for looking inside a step.
     pub(crate) look: V,
     pub(crate) contacts: Vec<Contact>,
+    shaken: Vec<Contact>,
     pub(crate) evaluations: u64,
 }
 
@@ -99,6 +104,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
             u_stage: vec![0.0; drives],
             u1: vec![0.0; drives],
+            u_probe: vec![0.0; if contacts > 0 { drives } else { 0 }],
             pieces: vec![Piece::Gap; contacts],
             frozen: false,
             rtol: 0.0,
@@ -107,6 +113,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             ready: Ready { end: false, dense: false },
             look: V::zeros(m),
             contacts: vec![Contact::default(); contacts],
+            shaken: vec![Contact::default(); contacts],
             evaluations: 0,
             y,
         }
@@ -130,6 +137,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn drive(&mut self, c: f64) {
         let t = self.t + c * self.h();
         self.model.drive(t, Side::After, &mut self.u_stage);
+    }
+
+    /// The drives at node `PROBE`, kept.
+    #[inline(always)]
+    pub(crate) fn drive_probe<T: Tableau>(&mut self) {
+        self.drive(T::PROBE);
+        if !self.u_probe.is_empty() {
+            self.u_probe.copy_from_slice(&self.u_stage);
+        }
     }
 
     /// The drives at its end, seen from before.
@@ -304,6 +320,46 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.drive(theta);
         let (q, v) = halves(&self.look);
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// The contacts at θ of the step with coordinates on the cubic through its ends and their velocities: no evaluation of the
+    /// acceleration, and exact in whatever moves with the drives alone. At node `PROBE` the drives are at hand.
+    #[inline]
+    pub(crate) fn contacts_on_cubic<T: Tableau>(&mut self, theta: f64) {
+        if theta != T::PROBE {
+            self.drive(theta);
+        }
+        let (h, n) = (self.h, self.model.dof());
+        let (rest, wave) = (1.0 - theta, 6.0 * theta * (1.0 - theta) / h);
+        let [a, b, c] = [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
+        let [d, e] = [rest * (1.0 - 3.0 * theta), theta * (3.0 * theta - 2.0)];
+        let (y0, y1, out) = (self.y.slice(), &self.y1.slice()[..2 * n], &mut self.look.slice_mut()[..2 * n]);
+        for j in 0..n {
+            let (rise, v0, v1) = (y1[j] - y0[j], y0[n + j], y1[n + j]);
+            out[j] = y0[j] + a * rise + b * v0 - c * v1;
+            out[n + j] = wave * rise + d * v0 + e * v1;
+        }
+        let (q, v) = halves(&self.look);
+        let u = if theta == T::PROBE { &self.u_probe } else { &self.u_stage };
+        self.model.contact(u, q, v, &mut self.contacts);
+    }
+
+    /// By how much rounding of the coordinates and velocities moves each deflection: the largest change seen when every one of them moves
+    /// by its last bit, up or down.
+    pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
+        noise.fill(0.0);
+        self.contacts_at_start();
+        for pattern in 1..=4_u64 {
+            for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
+                let up = ((j as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (7 * pattern)) & 1 == 0;
+                *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
+            }
+            let (q, v) = halves(&self.look);
+            self.model.contact(&self.u_stage, q, v, &mut self.shaken);
+            for (noise, (a, b)) in noise.iter_mut().zip(self.contacts.iter().zip(&self.shaken)) {
+                *noise = noise.max((a.deflection - b.deflection).abs());
+            }
+        }
     }
 
     /// The contacts at the end of the step.

@@ -1,6 +1,8 @@
 //! Tooth edges: which contact leaves its piece first, and when.
 
 use super::engine::{Engine, Tableau};
+use super::gaps::{Gaps, Resolved};
+use super::hermite::{Distance, Hermite};
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
@@ -10,19 +12,20 @@ use crate::piece::Piece;
 const SLACK: f64 = 1e-10;
 /// How closely an edge is met: this share of the gap.
 const CLOSE: f64 = 1e-13;
+/// Slack, in units of what rounding of the coordinates moves the deflection by.
+const NOISE: f64 = 4.0;
+/// Accepted steps between two looks at the size of the coordinates.
+const LOOKS: u8 = 31;
 /// Contacts this close to their edges, in shares of the gap, may cross together with the one located.
 const WITH: f64 = 1e-6;
-/// An extremum this close to an edge, measured by its own rise, is looked at closely.
-const NEAR: f64 = 0.25;
+/// A distance may miss its cubic by this many times what it was seen to miss it by.
+const DOUBT: f64 = 4.0;
+/// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
+const RESOLVED: f64 = 0.05;
+/// Halvings of a step in search of a first root.
+const HALVINGS: usize = 10;
 /// Refinements of one root; bisection alone would need about 50.
 const MOST: usize = 60;
-
-/// The distance of a contact from one edge of its piece, positive inside, with its rate per unit of θ.
-#[derive(Clone, Copy, Debug, Default)]
-struct Distance {
-    value: f64,
-    rate: f64,
-}
 
 /// One way for a contact to leave its piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +36,8 @@ pub(crate) struct Exit {
 
 impl Exit {
     /// The ways out of a piece.
-    fn of(contact: usize, piece: Piece) -> [Option<Exit>; 2] {
+    #[inline]
+    pub(super) fn of(contact: usize, piece: Piece) -> [Option<Exit>; 2] {
         let exit = |to| Some(Exit { contact, to });
         match piece {
             Piece::Lower | Piece::Upper => [exit(Piece::Gap), None],
@@ -43,7 +47,7 @@ impl Exit {
 
     /// Its distance, when standing on `from`.
     #[inline]
-    fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
+    pub(super) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
         let lower = |sign: f64| Distance { value: sign * (c.deflection - c.lower), rate: h * sign * (c.rate - c.lower_rate) };
         let upper = |sign: f64| Distance { value: sign * (c.upper - c.deflection), rate: h * sign * (c.upper_rate - c.rate) };
         match (from, self.to) {
@@ -57,7 +61,7 @@ impl Exit {
 
 /// The length that slack is measured by: the gap, or the deflection where there is none.
 #[inline]
-fn scale(c: &Contact) -> f64 {
+pub(super) fn scale(c: &Contact) -> f64 {
     let gap = c.upper - c.lower;
     if gap > 0.0 && gap.is_finite() { gap } else { c.deflection.abs().max(f64::MIN_POSITIVE / SLACK) }
 }
@@ -70,6 +74,14 @@ pub(crate) struct Locator {
     pub(crate) jumps: Vec<Option<bool>>,
     /// Changes of piece since time last moved.
     still: Vec<u8>,
+    gaps: Gaps,
+    /// What rounding of large coordinates moves each deflection by, and how large they were when it was looked at.
+    noise: Vec<f64>,
+    size: f64,
+    /// Steps until the next look at their size.
+    countdown: u8,
+    /// How many times as long as this step the next may be.
+    pub(crate) growth: f64,
 }
 
 /// What was found in a step.
@@ -80,6 +92,8 @@ pub(crate) enum Found {
     At(f64, Exit),
     /// This one left already when the step began.
     AtOnce(Exit),
+    /// The gaps move too fast for the step: it is to be made again, this many times as long.
+    TooLong(f64),
 }
 
 impl Locator {
@@ -92,6 +106,11 @@ impl Locator {
             end: vec![Contact::default(); contacts],
             jumps: vec![None; contacts],
             still: vec![0; contacts],
+            gaps: Gaps::new(contacts),
+            noise: vec![0.0; contacts],
+            size: 0.0,
+            countdown: 0,
+            growth: f64::INFINITY,
         }
     }
 
@@ -100,8 +119,8 @@ impl Locator {
     pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
-        for (piece, c) in e.pieces.iter_mut().zip(&self.start) {
-            let slack = SLACK * scale(c);
+        for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
+            let slack = self.slack(i, c);
             let (above, below) = (c.deflection - c.upper, c.lower - c.deflection);
             let inside = match *piece {
                 Piece::Lower => below >= -slack,
@@ -123,9 +142,31 @@ impl Locator {
 
     /// The end of the step becomes the start of the next.
     #[inline(always)]
-    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>) {
+    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
         self.start.copy_from_slice(&e.contacts);
         self.still.fill(0);
+        if self.countdown == 0 {
+            self.measure_noise(e);
+        } else {
+            self.countdown -= 1;
+        }
+    }
+
+    /// Looks at the rounding of the deflections, when the coordinates have doubled since the last look.
+    #[cold]
+    pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
+        self.countdown = LOOKS;
+        let size = e.y.slice().iter().fold(0.0, |m: f64, y| m.max(y.abs()));
+        if size > 2.0 * self.size {
+            self.size = size;
+            e.rounding_of_contacts(&mut self.noise);
+        }
+    }
+
+    /// How far contact `i` may lie past its edge before it counts.
+    #[inline]
+    fn slack(&self, i: usize, c: &Contact) -> f64 {
+        (SLACK * scale(c)).max(NOISE * self.noise[i])
     }
 
     /// Moves a contact to another piece; `false` when it has done so too often at this instant.
@@ -145,7 +186,7 @@ impl Locator {
             Exit::of(i, pieces[i]).into_iter().flatten().filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
                 let length = scale(&contacts[i]);
-                d.rate < 0.0 && d.value <= (SLACK * length).max((time * d.rate.abs()).min(WITH * length))
+                d.rate < 0.0 && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
             })
         })
     }
@@ -156,15 +197,23 @@ impl Locator {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         self.end.copy_from_slice(&e.contacts);
+        match self.gaps.look::<T, M, V>(e, &self.start, &self.end) {
+            Resolved::Yes(growth) => self.growth = growth,
+            Resolved::No(share) => return Found::TooLong(share),
+        }
         for (i, (start, end)) in self.start.iter().zip(&self.end).enumerate() {
-            for exit in Exit::of(i, e.pieces[i]).into_iter().flatten() {
+            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
+                let Some(exit) = exit else { continue };
                 let (d0, d1) = (exit.distance(e.pieces[i], start, h), exit.distance(e.pieces[i], end, h));
-                let slack = SLACK * scale(end);
+                let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
-                if d1.value == f64::INFINITY || (d1.value >= -slack && !hermite.may_dip(d0, d1)) {
+                let doubt = DOUBT * self.gaps.off(i, way);
+                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.least() > doubt);
+                if d1.value == f64::INFINITY || clear {
                     continue;
                 }
-                match first_root::<T, M, V>(e, exit, d0, d1, &hermite, limit, slack) {
+                let close = (CLOSE * scale(end)).max(self.noise[i]);
+                match first_root::<T, M, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
                     Some(0.0) => return Found::AtOnce(exit),
                     Some(theta) => {
                         limit = theta;
@@ -179,11 +228,11 @@ impl Locator {
         first
     }
 
-    /// Distance of an exit's contact from its edge, its rate in time, and the length to measure it by.
+    /// Distance of an exit's contact from its edge, its rate in time, and the distance that counts as none.
     pub(crate) fn miss(&self, pieces: &[Piece], contacts: &[Contact], exit: Exit) -> (f64, f64, f64) {
         let c = &contacts[exit.contact];
         let d = exit.distance(pieces[exit.contact], c, 1.0);
-        (d.value, d.rate, scale(c))
+        (d.value, d.rate, self.slack(exit.contact, c))
     }
 }
 
@@ -191,11 +240,10 @@ impl Locator {
 fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     exit: Exit,
-    d0: Distance,
-    d1: Distance,
+    [d0, d1]: [Distance; 2],
     hermite: &Hermite,
     limit: f64,
-    slack: f64,
+    [slack, close]: [f64; 2],
 ) -> Option<f64> {
     e.prepare_dense::<T>();
     let from = e.pieces[exit.contact];
@@ -207,27 +255,62 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     let (mut a, mut da) = (0.0, d0);
     // Just past the edge, or on it: it may have come in from there, or be on its way out.
     let on_edge = d0.value <= slack;
-    if on_edge && d0.rate <= 0.0 {
-        return if d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack { Some(0.0) } else { None };
+    if on_edge && d0.rate <= 0.0 && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack) {
+        return Some(0.0);
     }
     // One that came in a little past its edge, because the edge was met no closer, may be as far out for as long.
-    let close = slack / SLACK * CLOSE;
     let slack = if on_edge { slack.max(-d0.value) } else { slack };
-    // Walk over the extrema that the cubic through both ends suggests.
-    let mut stops = [None; 3];
-    for (stop, theta) in stops.iter_mut().zip(hermite.extrema().into_iter().flatten()) {
-        *stop = Some(theta);
+    // Halve the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
+    let right = if limit == 1.0 { d1 } else { look(limit) };
+    let mut ends = [(limit, right); HALVINGS + 1];
+    let mut open = 1;
+    while open > 0 {
+        let (b, db) = ends[open - 1];
+        let cubic = Hermite::over(b - a, da, db);
+        let m = 0.5 * (a + b);
+        let dm = look(m);
+        let off = (dm.value - cubic.at(0.5)).abs();
+        let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
+        let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
+        if dm.value < -slack && db.value >= -slack && m > a {
+            ends[open - 1] = (m, dm); // the first root lies before
+            continue;
+        }
+        if !clear && off > slack.max(RESOLVED * (most - least)) && open <= HALVINGS {
+            ends[open] = (m, dm);
+            open += 1;
+            continue;
+        }
+        if !clear && let Some(theta) = walk(&mut look, (a, da), (b, db), &cubic, (a == 0.0 && on_edge).then_some(d0.value), slack, close) {
+            return Some(theta);
+        }
+        (a, da) = (b, db);
+        open -= 1;
     }
-    stops[2] = Some(1.0);
-    for theta in stops.into_iter().flatten() {
-        let b = theta.min(limit);
+    None
+}
+
+/// The first root on a stretch that follows its cubic: walks over the extrema that the cubic suggests. `entered`: the distance at the
+/// start, when the contact came in over this edge there.
+fn walk(
+    look: &mut impl FnMut(f64) -> Distance,
+    (mut a, mut da): (f64, Distance),
+    (end, d_end): (f64, Distance),
+    cubic: &Hermite,
+    entered: Option<f64>,
+    slack: f64,
+    close: f64,
+) -> Option<f64> {
+    let (start, width) = (a, end - a);
+    let [first, second] = cubic.extrema().map(|sigma| sigma.map(|sigma| start + sigma * width));
+    for b in [first, second, Some(end)].into_iter().flatten() {
         if b <= a {
             continue;
         }
-        let db = if b == 1.0 { d1 } else { look(b) };
-        if on_edge && a == 0.0 && db.value < -slack {
+        let db = if b == end { d_end } else { look(b) };
+        if let Some(d0) = entered.filter(|_| a == start && db.value < -slack) {
             // Came in over this edge: divide its root at zero out.
-            let f = |theta: f64, d: Distance| (d.value - d0.value) / theta;
+            let f = |theta: f64, d: Distance| (d.value - d0) / theta;
             let (mut lo, mut hi) = (0.0, b);
             for _ in 0..MOST {
                 let mid = 0.5 * (lo + hi);
@@ -243,7 +326,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
             return Some(if lo == 0.0 { 0.0 } else { hi });
         }
         if db.value < -slack {
-            return Some(root(&mut look, (a, da), (b, db), close));
+            return Some(root(look, (a, da), (b, db), close));
         }
         // A dip between two safe ends: find its bottom.
         if da.rate < 0.0 && db.rate > 0.0 {
@@ -252,7 +335,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
                 let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
                 let dm = look(m);
                 if dm.value < -slack {
-                    return Some(root(&mut look, (a, da), (m, dm), close));
+                    return Some(root(look, (a, da), (m, dm), close));
                 }
                 if dm.rate < 0.0 {
                     lo = (m, dm)
@@ -268,6 +351,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     }
     None
 }
+
 /// A sign change between `a` (inside) and `b` (outside): Newton, kept inside its bracket.
 fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
     let (mut lo, mut hi) = (a, b);
@@ -289,58 +373,4 @@ fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Dis
         theta = if newton > lo.0 && newton < hi.0 { newton } else { 0.5 * (lo.0 + hi.0) };
     }
     theta
-}
-
-/// The cubic through values and rates at both ends of a step: cheap, and good enough to say where to look.
-struct Hermite {
-    value: f64,
-    /// θ, θ², θ³.
-    powers: [f64; 3],
-}
-
-impl Hermite {
-    #[inline]
-    fn new(d0: Distance, d1: Distance) -> Self {
-        let rise = d1.value - d0.value;
-        Hermite { value: d0.value, powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise] }
-    }
-
-    fn at(&self, theta: f64) -> f64 {
-        let [a, b, c] = self.powers;
-        self.value + theta * (a + theta * (b + theta * c))
-    }
-
-    /// Its extrema inside the step, in order.
-    fn extrema(&self) -> [Option<f64>; 2] {
-        let [a, b, c] = self.powers;
-        let disc = b * b - 3.0 * a * c;
-        if disc <= 0.0 {
-            return [None; 2];
-        }
-        // a + 2 b θ + 3 c θ² = 0 without cancellation.
-        let s = -(b + disc.sqrt().copysign(b));
-        let (r1, r2) = (s / (3.0 * c), a / s);
-        let inside = |r: f64| (r > 0.0 && r < 1.0).then_some(r);
-        let (first, second) = if r1 < r2 { (r1, r2) } else { (r2, r1) };
-        [inside(first), inside(second)]
-    }
-
-    /// Where it is lowest inside the step.
-    fn lowest(&self) -> Option<f64> {
-        self.extrema().into_iter().flatten().min_by(|x, y| self.at(*x).total_cmp(&self.at(*y)))
-    }
-
-    /// Whether it comes so close to zero inside the step that the dense output has to be asked.
-    #[inline]
-    fn may_dip(&self, d0: Distance, d1: Distance) -> bool {
-        // With both ends moving away from a dip there is none, and a cubic dips at most 4/27 of its end rates.
-        let ends = d0.value.min(d1.value);
-        if (d0.rate >= 0.0 && d1.rate <= 0.0) || ends > 0.2 * (d0.rate.abs() + d1.rate.abs()) {
-            return false;
-        }
-        self.lowest().is_some_and(|theta| {
-            let bottom = self.at(theta);
-            bottom < NEAR * (ends - bottom)
-        })
-    }
 }

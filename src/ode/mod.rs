@@ -5,6 +5,8 @@ mod control;
 mod dop853;
 mod driver;
 mod engine;
+mod gaps;
+mod hermite;
 mod locate;
 mod rk4;
 mod rk45;

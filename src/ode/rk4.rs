@@ -75,11 +75,12 @@ impl Tableau for Classical {
     const EXPONENT: f64 = 1.0 / 4.0;
     const FACTORS: [f64; 2] = [1.0, 1.0];
     const BETA: f64 = 0.0;
+    const PROBE: f64 = 0.5;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         // Drives first: the stages then follow each other without a call between them.
-        e.drive(0.5);
+        e.drive_probe::<Classical>();
         e.drive_end();
         e.stage::<HELD, _>(1, &A2);
         e.stage::<HELD, _>(2, &A3);

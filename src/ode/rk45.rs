@@ -51,12 +51,13 @@ impl Tableau for DormandPrince {
     const EXPONENT: f64 = 1.0 / 5.0;
     const FACTORS: [f64; 2] = [0.2, 10.0];
     const BETA: f64 = 0.04;
+    const PROBE: f64 = 3.0 / 10.0;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.drive(1.0 / 5.0);
         e.stage::<HELD, _>(1, &table::A2);
-        e.drive(3.0 / 10.0);
+        e.drive_probe::<DormandPrince>();
         e.stage::<HELD, _>(2, &table::A3);
         e.drive(4.0 / 5.0);
         e.stage::<HELD, _>(3, &table::A4);

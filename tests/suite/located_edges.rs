@@ -271,3 +271,67 @@ fn edges_are_met_far_from_time_zero() {
         assert!(off < 1e-6, "{k}: {off}");
     }
 }
+
+fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
+    let mut set = RingSet { error: 5e-6, motor_torque: 8.0, phases: vec![0.0, 1.0, 2.0, 3.0], ..RingSet::a(4, 12_000.0) };
+    change(&mut set);
+    let mut params = set.params().unwrap();
+    params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(ContactDamping::InContact)).collect();
+    Ring::new(&params).unwrap().in_frame(Frame::Rigid)
+}
+
+/// In free flight no force depends on the error excitation: steps grow over many of its periods unless the gap itself limits them. With
+/// default settings every edge is met that is met with forty steps to each period of the mesh.
+#[test]
+fn edges_that_move_faster_than_the_error_estimate_sees() {
+    let ring = loose_ring_of_four(|set| set.mesh_damping = 1000.0);
+    let mut start = State::at_rest(9);
+    start.q[1] = 4e-4;
+    let end = 30.0 * ring.period();
+    let quiet = || |_: &mut Step<'_>| ControlFlow::Continue(());
+    let fine = Dop853::new().rtol(1e-12).atol(1e-15).max_step(ring.period() / 40.0).run(&ring, &start, end, &mut quiet()).unwrap();
+    assert_eq!(fine.stats.crossings, 24);
+    for (name, run) in [
+        ("dop853", Dop853::new().run(&ring, &start, end, &mut quiet()).unwrap()),
+        ("rk45", Rk45::new().run(&ring, &start, end, &mut quiet()).unwrap()),
+        ("rk4", Rk4::new(ring.period() / 100.0).run(&ring, &start, end, &mut quiet()).unwrap()),
+    ] {
+        let off = (run.state.v[1] - fine.state.v[1]).abs();
+        println!("{name}: {} crossings, {} evaluations, v[1] off by {off:.1e}", run.stats.crossings, run.stats.evaluations);
+        assert_eq!(run.stats.crossings, 24, "{name}");
+        assert!(off < 1e-5 * fine.state.v[1].abs(), "{name}: {off}");
+    }
+}
+
+/// A mesh that floats in its gap reads the error excitation: RMS 5 µm/√2, peak-to-peak 10 µm.
+#[test]
+fn a_floating_mesh_reads_its_error_excitation() {
+    let ring = loose_ring_of_four(|set| (set.motor_torque, set.load_torque) = (0.0, 0.0));
+    let mut statistics = Statistics::new(&ring, &["deflection 2"]).unwrap();
+    Dop853::new().run(&ring, &State::at_rest(9), 40.0 * ring.period(), &mut statistics).unwrap();
+    let seen = statistics.summary("deflection 2").unwrap();
+    println!("{seen:?}");
+    assert!((seen.rms - 5e-6 / 2f64.sqrt()).abs() < 1e-9 && (seen.peak_to_peak() - 1e-5).abs() < 1e-9);
+}
+
+/// Angles of many radians round the deflections to more than the slack of an edge: motions are the same to that rounding, and no contact
+/// stalls.
+#[test]
+fn rings_that_have_turned_far_do_not_stall() {
+    let ring = loose_ring_of_four(|_| ());
+    let solver = Dop853::new().rtol(1e-9).atol(1e-10);
+    let run = |turned: f64| {
+        let mut start = State::new(0.0, &[turned; 9], &[0.0; 9]);
+        start.q[1] += 4e-4;
+        solver.run(&ring, &start, 20.0 * ring.period(), &mut |_: &mut Step<'_>| ControlFlow::Continue(())).unwrap()
+    };
+    let near = run(0.0);
+    assert!(near.stats.crossings > 3);
+    for turned in [1e4, 1e6] {
+        let far = run(turned);
+        let off = (far.state.q[1] - far.state.q[3] - (near.state.q[1] - near.state.q[3])).abs();
+        println!("turned {turned}: {:?}, off by {off:.1e}", far.stats);
+        assert_eq!(far.stats.crossings, near.stats.crossings);
+        assert!(off < 1e4 * f64::EPSILON * turned, "{off}");
+    }
+}

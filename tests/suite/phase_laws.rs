@@ -1,6 +1,7 @@
 //! Phase laws: at constant speed the bare model, edges at the right phase, orders that stay sharp.
 
 use gear_dynamics::*;
+use std::f64::consts::TAU;
 
 fn pair() -> NfgPair {
     NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() }).unwrap()
@@ -112,4 +113,31 @@ fn bad_phase_laws() {
     assert!(matches!(PhaseLaw::table(&[1.0], &[1.0]), Err(ParameterError::OutOfRange { .. })));
     assert!(matches!(PhaseLaw::table(&[0.0], &[1.0, 2.0]), Err(ParameterError::Length { .. })));
     assert!(Waterfall::new(0, 8).is_err() && Waterfall::new(1, 2).is_err());
+}
+
+/// A phase of millions of radians is rounded to more than a fixed distance from an edge: both sides of every jump are still told apart.
+#[test]
+fn jumping_drives_far_along_the_phase() {
+    let set = RingSet { motor_torque: 8.0, ..RingSet::a(4, 3_000.0) };
+    let mut params = set.params().unwrap();
+    let wave = RectangularWave::new(1e8, 2e8, 0.5, TAU / set.omega()).unwrap();
+    params.meshes = (0..4)
+        .map(|_| Mesh::new(shared(wave), shared(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(2.65e-5).unwrap()).unwrap())
+        .collect();
+    let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
+    let (speed, solver) = (TAU / ring.period(), Dop853::new());
+    let run = |phase: f64| {
+        let model = Varying::new(ring.clone(), PhaseLaw::constant(speed).unwrap());
+        let start = State { t: phase / speed, ..State::at_rest(9) };
+        let end = start.t + 5.1 * ring.period();
+        solver.run(&model, &start, end, &mut |_: &mut Step<'_>| std::ops::ControlFlow::Continue(())).unwrap()
+    };
+    let near = run(0.0);
+    for turns in [1e3, 1e6, 1e8] {
+        let far = run(TAU * turns);
+        let off = (far.state.v[0] - near.state.v[0]).abs() / near.state.v[0].abs();
+        println!("{turns} turns: {:?}, off by {off:.1e}", far.stats);
+        assert_eq!(far.stats.drive_edges, near.stats.drive_edges);
+        assert!(off < 1e-6 + 1e3 * f64::EPSILON * turns, "{off}");
+    }
 }

@@ -1,0 +1,184 @@
+//! Whether a step resolves its gaps.
+//!
+//! In free flight no force depends on the deflection: the error estimate sees neither the error excitation nor a moving edge, and steps
+//! grow over many of their periods. So the distance of every contact from its edges is compared, inside each step, with the cubic
+//! through the ends of the step. The coordinates are taken on their own cubic, so that only what moves with the drives is left of the
+//! difference.
+
+use super::engine::{Engine, Tableau};
+use super::hermite::Hermite;
+use super::locate::{Exit, scale};
+use super::vector::Vector;
+use crate::model::{Contact, Model};
+use crate::piece::Piece;
+
+/// The cubic may miss the distance by this share of its range over the step ...
+const SHARE: f64 = 0.02;
+/// ... or by this share of the gap.
+const FLOOR: f64 = 1e-6;
+/// A step this much longer than any found resolved is looked at in many places, others at one node.
+const GROWTH: f64 = 1.25;
+/// Those places: multiples of the golden ratio, modulo 1, in step with no period.
+const PLACES: [f64; 8] = [
+    0.618_033_988_749_895,
+    0.236_067_977_499_79,
+    0.854_101_966_249_684,
+    0.472_135_954_999_579,
+    0.090_169_943_749_474,
+    0.708_203_932_499_369,
+    0.326_237_921_249_264,
+    0.944_271_909_999_159,
+];
+/// Two of them, through which a cubic is laid that needs no rates.
+const INNER: [usize; 2] = [1, 5];
+/// Steps made again in a row before a jump that no drive announced is taken as it is.
+const RETRIES: u8 = 8;
+
+/// Both ways out of a gap, or the one out of a flank.
+type Distances = [f64; 2];
+
+/// The gaps of one run, seen inside its steps.
+pub(super) struct Gaps {
+    /// The contacts at the node `PROBE`.
+    inside: Vec<Contact>,
+    /// Distances at `PLACES`.
+    places: Vec<[Distances; PLACES.len()]>,
+    /// By how much the cubic of each exit was missed in the step.
+    off: Vec<Distances>,
+    /// The longest step found resolved.
+    longest: f64,
+    /// A fixed step is too long for its edges: every step is looked at in many places.
+    coarse: bool,
+    retries: u8,
+}
+
+/// What a look into a step said.
+pub(super) enum Resolved {
+    /// The next step may be this many times as long.
+    Yes(f64),
+    /// The step is to be made again, this many times as long.
+    No(f64),
+}
+
+impl Gaps {
+    pub(super) fn new(contacts: usize) -> Self {
+        Gaps {
+            inside: vec![Contact::default(); contacts],
+            places: vec![[[0.0; 2]; PLACES.len()]; contacts],
+            off: vec![[0.0; 2]; contacts],
+            longest: 0.0,
+            coarse: false,
+            retries: 0,
+        }
+    }
+
+    /// By how much the cubic of an exit was missed.
+    #[inline]
+    pub(super) fn off(&self, contact: usize, way: usize) -> f64 {
+        self.off[contact][way]
+    }
+
+    /// Looks into the step just made, from `start` to `end`.
+    #[inline]
+    pub(super) fn look<T: Tableau, M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Engine<'_, M, V>,
+        start: &[Contact],
+        end: &[Contact],
+    ) -> Resolved {
+        let h = e.h();
+        e.contacts_on_cubic::<T>(T::PROBE);
+        self.inside.copy_from_slice(&e.contacts);
+        let mut ratio = 0.0f64;
+        for i in 0..start.len() {
+            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
+                let Some(exit) = exit else { continue };
+                let [d0, d, d1] = [&start[i], &self.inside[i], &end[i]].map(|c| exit.distance(e.pieces[i], c, h));
+                if !d.value.is_finite() {
+                    self.off[i][way] = 0.0;
+                    continue;
+                }
+                let off = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
+                self.off[i][way] = off;
+                if e.pieces[i] == Piece::Gap {
+                    ratio = ratio.max(off / allowed(&end[i], [d0.value, d.value, d1.value]));
+                }
+            }
+        }
+        if (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest {
+            ratio = self.look_closely::<T, M, V>(e, start, end, ratio);
+        }
+        if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
+            self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
+            self.longest = self.longest.max(h);
+            self.retries = 0;
+            return Resolved::Yes(0.9 / ratio.sqrt().sqrt());
+        }
+        self.retries += 1;
+        self.longest = self.longest.min(0.5 * h);
+        Resolved::No((0.9 / ratio.sqrt().sqrt()).clamp(0.2, 0.7))
+    }
+
+    /// The same at many places, by the cubic through the ends with their rates and by one through values alone, should the model not
+    /// give its rates: the better of the two counts.
+    #[cold]
+    fn look_closely<T: Tableau, M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Engine<'_, M, V>,
+        start: &[Contact],
+        end: &[Contact],
+        ratio: f64,
+    ) -> f64 {
+        let h = e.h();
+        for (p, &theta) in PLACES.iter().enumerate() {
+            e.contacts_on_cubic::<T>(theta);
+            for (i, places) in self.places.iter_mut().enumerate() {
+                for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
+                    places[p][way] = exit.map_or(f64::INFINITY, |exit| exit.distance(e.pieces[i], &e.contacts[i], h).value);
+                }
+            }
+        }
+        let mut by_values = 0.0f64;
+        let mut by_rates = ratio;
+        for i in 0..start.len() {
+            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
+                let Some(exit) = exit else { continue };
+                let [d0, d1] = [&start[i], &end[i]].map(|c| exit.distance(e.pieces[i], c, h));
+                let value = |p: usize| self.places[i][p][way];
+                if !(0..PLACES.len()).all(|p| value(p).is_finite()) {
+                    continue;
+                }
+                let hermite = Hermite::new(d0, d1);
+                let nodes = [0.0, PLACES[INNER[0]], PLACES[INNER[1]], 1.0];
+                let values = [d0.value, value(INNER[0]), value(INNER[1]), d1.value];
+                let mut range = [d0.value.min(d1.value), d0.value, d0.value.max(d1.value)];
+                let (mut off, mut off_values) = (self.off[i][way], 0.0f64);
+                for (p, &theta) in PLACES.iter().enumerate() {
+                    range = [range[0].min(value(p)), range[1], range[2].max(value(p))];
+                    off = off.max((value(p) - hermite.at(theta)).abs());
+                    off_values = off_values.max((value(p) - lagrange(nodes, values, theta)).abs());
+                }
+                self.off[i][way] = off;
+                if e.pieces[i] == Piece::Gap {
+                    let allowed = allowed(&end[i], range);
+                    by_rates = by_rates.max(off / allowed);
+                    by_values = by_values.max(off_values / allowed);
+                }
+            }
+        }
+        by_rates.min(by_values)
+    }
+}
+
+/// How far the cubic may miss a distance with these values in the step.
+#[inline]
+fn allowed(c: &Contact, values: [f64; 3]) -> f64 {
+    let [a, b, c_] = values;
+    let range = a.max(b).max(c_) - a.min(b).min(c_);
+    (SHARE * range + FLOOR * scale(c)).max(f64::MIN_POSITIVE)
+}
+
+/// The cubic through four points.
+fn lagrange(x: [f64; 4], f: [f64; 4], at: f64) -> f64 {
+    (0..4).map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>()).sum()
+}
