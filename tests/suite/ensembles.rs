@@ -34,17 +34,27 @@ fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), Parame
 }
 
 /// E[energy](40) of x'' + 0.2 U x' + x = 0, U uniform on (0, 1) and held: the exact values, of the mean damping as h -> 0.
-#[test]
-fn random_damping_has_its_exact_energies() {
+fn energies(members: u64) {
     for (hold, exact) in [(0.5, 0.009_330), (5.0, 0.012_403), (40.0, 0.061_732)] {
-        let ensemble = Ensemble::new(100_000, 40.0, 1).unwrap().channels(&["energy"]);
+        let ensemble = Ensemble::new(members, 40.0, 1).unwrap().channels(&["energy"]);
         let bands = ensemble.run(&Rk4::new(0.25), member(hold)).unwrap();
         let energy = bands.at("energy", 1).unwrap();
         println!("{hold}: {} +- {} against {exact}", energy.mean(), energy.standard_error());
         let rounding = 5e-7; // of the exact values
         assert!((energy.mean() - exact).abs() < 3.0 * energy.standard_error() + rounding, "{hold}: {}", energy.mean());
-        assert_eq!(energy.count(), 100_000);
+        assert_eq!(energy.count(), members);
     }
+}
+
+#[test]
+fn random_damping_has_its_exact_energies() {
+    energies(3000);
+}
+
+#[test]
+#[ignore = "a minute: cargo test --release --test suite exact_energies -- --ignored"]
+fn random_damping_of_many_members_has_its_exact_energies() {
+    energies(100_000);
 }
 
 /// The same members at half the step: the ensemble does not hang on the integration.

@@ -39,7 +39,7 @@ fn ensemble_energies() {
     let solver = Dop853::new().rtol(1e-9).atol(1e-12);
     for hold in [0.5, 5.0, 40.0] {
         let expected = exact.iter().find(|v| v["hold"] == hold).unwrap()["E_energy"].as_f64().unwrap();
-        let count = 6000;
+        let count = 1000;
         let energies: Vec<f64> =
             (0..count).map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap())).collect();
         let s = Summary::of(&energies).unwrap();

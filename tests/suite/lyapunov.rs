@@ -60,9 +60,8 @@ fn published() -> Vec<(f64, f64)> {
 
 /// The pair, reading A: Lyapunov exponents per turn of the face gear against tests/data/nfg.json where it is chaotic, against the multipliers
 /// of the orbit where it is not, and their sum against -2 ζ.
-#[test]
-fn of_the_rattling_pair() {
-    for (speed, theirs) in published() {
+fn rattling_pair(speeds: impl Fn(f64) -> bool) {
+    for (speed, theirs) in published().into_iter().filter(|(speed, _)| speeds(*speed)) {
         let pair = reading_a(speed);
         let exponents = Lyapunov::new().settle(40).align(5).periods(150).run(&pair, &pair.static_start().unwrap()).unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
@@ -83,6 +82,17 @@ fn of_the_rattling_pair() {
         let sum: f64 = exponents.values().iter().sum();
         assert!((sum + 2.0 * NfgParams::table1().damping_ratio).abs() < 1e-9, "{speed}: {sum}");
     }
+}
+
+#[test]
+fn of_the_rattling_pair() {
+    rattling_pair(|speed| speed == 155.0 || speed == 180.0);
+}
+
+#[test]
+#[ignore = "a minute: cargo test --release --test suite lyapunov -- --ignored"]
+fn of_the_rattling_pair_at_all_speeds() {
+    rattling_pair(|_| true);
 }
 
 /// Over 1000 turns all chaotic ones are within 15 %, but the one at 160 rad/s: there bursts make samples scatter, ours of 100 turns about
@@ -129,7 +139,7 @@ fn window(speeds: &[f64]) {
 
 #[test]
 fn the_chaotic_window_ends_at_163() {
-    window(&[155.0, 163.0, 163.5, 164.0, 200.0]);
+    window(&[163.0, 164.0]);
 }
 
 #[test]
