@@ -85,6 +85,6 @@ impl<T: Tableau> Integrator for Adaptive<T> {
         t_end: f64,
         observer: &mut O,
     ) -> Result<Finish, IntegrateError> {
-        drive::<T, M, O>(StepRule::Adaptive(&self.tolerances), self.limits, model, start, t_end, observer)
+        drive::<T, M>(StepRule::Adaptive(&self.tolerances), self.limits, model, start, t_end, observer)
     }
 }

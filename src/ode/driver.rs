@@ -11,21 +11,23 @@ use crate::piece::{Piece, Side};
 use std::marker::PhantomData;
 
 /// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.
-pub(crate) fn drive<T: Tableau, M: Model + ?Sized, O: Observer>(
+///
+/// The type of the observer is forgotten: runs that only differ in it are compiled once.
+pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     rule: StepRule<'_>,
     limits: Limits,
     model: &M,
     start: &State,
     t_end: f64,
-    observer: &mut O,
+    observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
     match (model.dof(), limits.locate && model.contacts() > 0) {
-        (1, false) => integrate::<T, M, O, [f64; 2], false>(rule, limits, model, start, t_end, observer),
-        (1, true) => integrate::<T, M, O, [f64; 2], true>(rule, limits, model, start, t_end, observer),
-        (2, false) => integrate::<T, M, O, [f64; 4], false>(rule, limits, model, start, t_end, observer),
-        (2, true) => integrate::<T, M, O, [f64; 4], true>(rule, limits, model, start, t_end, observer),
-        (_, false) => integrate::<T, M, O, Vec<f64>, false>(rule, limits, model, start, t_end, observer),
-        (_, true) => integrate::<T, M, O, Vec<f64>, true>(rule, limits, model, start, t_end, observer),
+        (1, false) => integrate::<T, M, [f64; 2], false>(rule, limits, model, start, t_end, observer),
+        (1, true) => integrate::<T, M, [f64; 2], true>(rule, limits, model, start, t_end, observer),
+        (2, false) => integrate::<T, M, [f64; 4], false>(rule, limits, model, start, t_end, observer),
+        (2, true) => integrate::<T, M, [f64; 4], true>(rule, limits, model, start, t_end, observer),
+        (_, false) => integrate::<T, M, Vec<f64>, false>(rule, limits, model, start, t_end, observer),
+        (_, true) => integrate::<T, M, Vec<f64>, true>(rule, limits, model, start, t_end, observer),
     }
 }
 
@@ -34,13 +36,13 @@ const RESTEPS: usize = 40;
 /// Steps without numbers in a row before the model is blamed.
 const RETREATS: u32 = 15;
 
-fn integrate<T: Tableau, M: Model + ?Sized, O: Observer, V: Vector, const LOCATE: bool>(
+fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
     rule: StepRule<'_>,
     limits: Limits,
     model: &M,
     start: &State,
     t_end: f64,
-    observer: &mut O,
+    observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
     start.check(model.dof())?;
     if !(t_end.is_finite() && t_end > start.t) {

@@ -54,7 +54,7 @@ pub trait Integrator {
     /// # Errors
     /// [`IntegrateError`].
     fn end<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<State, IntegrateError> {
-        self.run(model, start, t_end, &mut any(&mut |_| ControlFlow::Continue(()))).map(|finish| finish.state)
+        self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).map(|finish| finish.state)
     }
 
     /// Every accepted step, the start included.
@@ -63,15 +63,10 @@ pub trait Integrator {
     /// [`Failed`], which holds the trajectory up to the failure.
     fn trajectory<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<Trajectory, Failed> {
         let mut trajectory = Trajectory::starting_at(start);
-        let run = self.run(
-            model,
-            start,
-            t_end,
-            &mut any(&mut |step| {
-                trajectory.push(step.t1(), step.y1());
-                ControlFlow::Continue(())
-            }),
-        );
+        let run = self.run(model, start, t_end, &mut |step: &mut Step<'_>| {
+            trajectory.push(step.t1(), step.y1());
+            ControlFlow::Continue(())
+        });
         trajectory.or_failed(run)
     }
 
@@ -105,14 +100,9 @@ pub trait Integrator {
             }
             ControlFlow::Continue(())
         };
-        let run = self.run(model, start, last, &mut any(&mut keep));
+        let run = self.run(model, start, last, &mut keep);
         trajectory.or_failed(run)
     }
-}
-
-/// An observer whose type is forgotten: runs that only differ in it are compiled once.
-fn any(observer: &mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()>) -> &mut dyn FnMut(&mut Step<'_>) -> ControlFlow<()> {
-    observer
 }
 
 /// How a run ended.

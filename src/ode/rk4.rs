@@ -54,7 +54,7 @@ impl Integrator for Rk4 {
         t_end: f64,
         observer: &mut O,
     ) -> Result<Finish, IntegrateError> {
-        drive::<Classical, M, O>(StepRule::Fixed(self.step), self.limits, model, start, t_end, observer)
+        drive::<Classical, M>(StepRule::Fixed(self.step), self.limits, model, start, t_end, observer)
     }
 }
 
