@@ -1,6 +1,7 @@
 //! Tooth edges: which contact leaves its piece first, and when.
 
 use super::engine::{Engine, Tableau};
+use super::step::Crossing;
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
@@ -147,6 +148,17 @@ impl Locator {
                 let length = scale(&contacts[i]);
                 d.rate < 0.0 && d.value <= (SLACK * length).max((time * d.rate.abs()).min(WITH * length))
             })
+        })
+    }
+
+    /// Every contact that lies on an edge of its piece, within the slack, and is on its way out.
+    pub(crate) fn on_edges<'a>(pieces: &'a [Piece], contacts: &'a [Contact]) -> impl Iterator<Item = Crossing> + 'a {
+        (0..contacts.len()).flat_map(move |i| {
+            let out = Exit::of(i, pieces[i]).into_iter().flatten().find(move |exit| {
+                let d = exit.distance(pieces[i], &contacts[i], 1.0);
+                d.rate < 0.0 && d.value <= SLACK * scale(&contacts[i])
+            });
+            out.map(|exit| Crossing { contact: i, from: pieces[i], to: exit.to })
         })
     }
 
