@@ -17,6 +17,7 @@ mod located_edges;
 mod long_work;
 mod lyapunov;
 mod phase_laws;
+mod read_off;
 mod reference_nfg;
 mod reference_ring;
 mod ring_relative;
