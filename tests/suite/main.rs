@@ -23,6 +23,7 @@ mod reference_ring;
 mod ring_relative;
 mod roots;
 mod shooting;
+mod slips;
 mod solvers;
 mod sweeps;
 mod variation;
