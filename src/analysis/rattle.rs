@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RattleState {
-    /// Never off the flank that carries.
+    /// The teeth are never apart: one flank carries throughout or, without backlash, both in turn.
     None = 0,
     /// In the gap at times, one flank only.
     Unilateral = 1,
@@ -48,7 +48,7 @@ impl std::fmt::Display for RattleState {
 pub struct ContactStatistics {
     /// Time on the lower flank, in the gap, on the upper flank.
     pub time: [f64; 3],
-    /// Impacts on the lower and on the upper flank: entries from the gap.
+    /// Impacts on the lower and on the upper flank: entries from the gap, if it has a width.
     pub impacts: [u64; 2],
 }
 
@@ -57,6 +57,8 @@ impl ContactStatistics {
     pub fn state(&self) -> RattleState {
         let [lower, gap, upper] = self.time.map(|t| t > 0.0);
         match (lower, upper, gap) {
+            // From flank to flank without an impact: there is no backlash.
+            (true, true, false) if self.impacts == [0, 0] => RattleState::None,
             (true, true, _) => RattleState::Bilateral,
             (false, false, _) => RattleState::Floating,
             (_, _, true) => RattleState::Unilateral,
@@ -75,7 +77,8 @@ impl ContactStatistics {
 }
 
 /// Observes a run and keeps the rattle of every contact. With located edges the pieces are known exactly; otherwise each step is sampled.
-/// A mesh without backlash edges (a linear one) counts as in contact.
+/// A mesh without backlash edges (a linear one) counts as in contact. Where a gap has no width, its flanks take over from one another without
+/// an impact.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState};
@@ -122,12 +125,19 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         &self.contacts
     }
 
-    fn count(&mut self, i: usize, piece: Piece, time: f64) {
-        // A law without edges never separates.
-        let piece = if self.edgeless[i] { Piece::Upper } else { piece };
+    /// Adds time on a piece; `closed`: the gap has no width there.
+    fn count(&mut self, i: usize, piece: Piece, time: f64, closed: bool) {
+        let last = self.last[i];
+        // A law without edges never separates, nor do teeth without backlash.
+        let piece = match piece {
+            _ if self.edgeless[i] => Piece::Upper,
+            Piece::Gap if closed => last.unwrap_or(Piece::Upper),
+            _ => piece,
+        };
         let contact = &mut self.contacts[i];
         contact.time[piece as usize] += time;
-        if self.last[i].is_some_and(|last| last != piece) {
+        // From flank to flank there is an impact where a gap was passed unseen.
+        if last.is_some_and(|last| last != piece && (last == Piece::Gap || !closed)) {
             match piece {
                 Piece::Lower => contact.impacts[0] += 1,
                 Piece::Gap => {}
@@ -136,6 +146,16 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         }
         self.last[i] = Some(piece);
     }
+
+    /// Whether the gap of contact `i` has no width at the start of a step, and while the teeth are in it, at the end.
+    fn is_closed(&mut self, i: usize, piece: Piece, step: &Step<'_>) -> bool {
+        let start = self.probe.read_contacts(step.t0(), Side::After, step.q0(), step.v0())[i];
+        if start.upper > start.lower {
+            return false;
+        }
+        let end = self.probe.read_contacts(step.t1(), Side::Before, step.q1(), step.v1())[i];
+        piece != Piece::Gap || end.upper <= end.lower
+    }
 }
 
 impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
@@ -143,7 +163,9 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
         let (t0, t1) = (step.t0(), step.t1());
         if let Some(pieces) = step.pieces() {
             for (i, &piece) in pieces.iter().enumerate() {
-                self.count(i, piece, t1 - t0);
+                // The width of the gap counts where the piece changes.
+                let closed = self.last[i] != Some(piece) && self.is_closed(i, piece, step);
+                self.count(i, piece, t1 - t0, closed);
             }
         } else {
             for [x, w] in GAUSS {
@@ -152,7 +174,8 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
                 let (q, v) = self.y.split_at(self.y.len() / 2);
                 self.probe.read_contacts(t, Side::After, q, v);
                 for i in 0..self.contacts.len() {
-                    self.count(i, self.probe.contacts()[i].piece(), 0.5 * w * (t1 - t0));
+                    let contact = self.probe.contacts()[i];
+                    self.count(i, contact.piece(), 0.5 * w * (t1 - t0), contact.upper <= contact.lower);
                 }
             }
         }

@@ -5,7 +5,6 @@ use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
 use crate::ode::{Failed, Integrator, Observer, Step, Trajectory};
-use crate::piece::Side;
 use std::ops::ControlFlow;
 
 /// The Poincaré section of the forcing: `count` states, one period of the drives apart, the first after one period.
@@ -41,7 +40,9 @@ pub enum Direction {
     Both,
 }
 
-/// Observes a run and keeps the states at which a channel crosses a level, located on the dense output.
+/// Observes a run and keeps the states at which a channel crosses a level, located on the dense output. A channel that jumps over the level
+/// at the end of a step, where a drive jumps or a tooth edge is met, crosses it there; so does one that jumps between two runs of which the
+/// second goes on where the first ended.
 ///
 /// ```
 /// use gear_dynamics::{Direction, Dop853, Integrator, Model, Section, State};
@@ -63,6 +64,8 @@ pub struct Section<'m, M: ?Sized> {
     direction: Direction,
     states: Vec<State>,
     y: Vec<f64>,
+    /// End of the last step, and the height over the level there.
+    last: Option<(f64, f64)>,
 }
 
 impl<'m, M: Model + ?Sized> Section<'m, M> {
@@ -74,7 +77,7 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
         let probe = Probe::new(model);
         let channel = probe.index(channel)?;
         check::finite("level", level)?;
-        Ok(Section { probe, channel, level, direction, states: Vec::new(), y: vec![0.0; 2 * model.dof()] })
+        Ok(Section { probe, channel, level, direction, states: Vec::new(), y: vec![0.0; 2 * model.dof()], last: None })
     }
 
     /// The states found.
@@ -83,42 +86,55 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
     }
 
     fn height(&mut self, step: &mut Step<'_>, t: f64) -> f64 {
-        step.at(t, &mut self.y);
+        self.probe.read_step(step, t, &mut self.y)[self.channel] - self.level
+    }
+
+    /// Whether the way from one height to the next crosses the level as asked.
+    fn wanted(&self, from: f64, to: f64) -> bool {
+        let (rising, falling) = (from < 0.0 && to >= 0.0, from > 0.0 && to <= 0.0);
+        match self.direction {
+            Direction::Rising => rising,
+            Direction::Falling => falling,
+            Direction::Both => rising || falling,
+        }
+    }
+
+    /// Keeps the state last looked at.
+    fn keep(&mut self, t: f64) {
         let (q, v) = self.y.split_at(self.y.len() / 2);
-        let side = if t == step.t1() { Side::Before } else { Side::After };
-        self.probe.read(t, side, q, v)[self.channel] - self.level
+        self.states.push(State::new(t, q, v));
     }
 }
 
 impl<M: Model + ?Sized> Observer for Section<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        // Looked at between seven points of the step, so that a level crossed up and down inside it is seen.
         let (t0, t1) = (step.t0(), step.t1());
-        let inside = GAUSS.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
         let (mut from, mut a) = (t0, self.height(step, t0));
+        if let Some((t, before)) = self.last
+            && t == t0
+            && self.wanted(before, a)
+        {
+            self.keep(t0);
+        }
+        // Looked at between seven points of the step, so that a level crossed up and down inside it is seen.
+        let inside = GAUSS.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
         for to in inside.into_iter().chain([t1]) {
             let b = self.height(step, to);
-            let (rising, falling) = (a < 0.0 && b >= 0.0, a > 0.0 && b <= 0.0);
-            let wanted = match self.direction {
-                Direction::Rising => rising,
-                Direction::Falling => falling,
-                Direction::Both => rising || falling,
-            };
-            if wanted {
+            if self.wanted(a, b) {
                 let (mut lo, mut hi) = (from, to);
                 loop {
                     let middle = 0.5 * (lo + hi);
                     if middle <= lo || middle >= hi {
                         break;
                     }
-                    if (self.height(step, middle) < 0.0) == rising { lo = middle } else { hi = middle }
+                    if (self.height(step, middle) < 0.0) == (a < 0.0) { lo = middle } else { hi = middle }
                 }
                 self.height(step, hi);
-                let (q, v) = self.y.split_at(self.y.len() / 2);
-                self.states.push(State::new(hi, q, v));
+                self.keep(hi);
             }
             (from, a) = (to, b);
         }
+        self.last = Some((t1, a));
         ControlFlow::Continue(())
     }
 }

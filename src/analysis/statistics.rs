@@ -5,7 +5,6 @@ use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::Model;
 use crate::ode::{Observer, Step};
-use crate::piece::Side;
 use std::ops::ControlFlow;
 
 /// What a channel did over a window of time.
@@ -131,12 +130,9 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         Ok(Summary { mean: r.sum / self.duration, rms: (r.square / self.duration).sqrt(), min: r.min, max: r.max })
     }
 
-    /// All chosen channels at `t` of the step, the ends seen from inside.
+    /// All channels at `t` of the step, the ends seen from inside.
     fn look(&mut self, step: &mut Step<'_>, t: f64) -> &[f64] {
-        step.at(t, &mut self.y);
-        let (q, v) = self.y.split_at(self.y.len() / 2);
-        let side = if t == step.t1() { Side::Before } else { Side::After };
-        self.probe.read(t, side, q, v)
+        self.probe.read_step(step, t, &mut self.y)
     }
 
     /// The extremum (sign 1: maximum) of channel `c` inside a bracket whose middle is best.

@@ -16,6 +16,7 @@
 /// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
 /// assert_eq!(findings.len(), 1);
 /// assert!(matches!(findings[0], Finding::Jacobian { row: 0, column: 0, .. }));
+/// assert!(findings[0].to_string().starts_with("jacobian: row 0, column 0 (coordinates, then velocities) is 1"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
@@ -66,12 +67,45 @@ pub enum Finding {
         /// What differences say.
         differences: f64,
     },
-    /// The acceleration bends at a deflection where the contact has no edge, or not where it has one.
+    /// The acceleration held on other pieces is the acceleration itself.
+    PiecesIgnored {
+        /// Which contact was held on the piece beyond its edge.
+        contact: usize,
+        /// That edge.
+        edge: f64,
+    },
+    /// The acceleration neither bends nor jumps where the contact has an edge.
     Kink {
         /// Which contact.
         contact: usize,
         /// The deflection at the edge that was looked at.
         edge: f64,
+    },
+    /// The acceleration bends or jumps where no contact has an edge.
+    UntoldKink {
+        /// Component.
+        component: usize,
+        /// The coordinates there.
+        q: Vec<f64>,
+    },
+    /// The acceleration bends at the edge of a contact, and its force does not.
+    NoForce {
+        /// Which contact.
+        contact: usize,
+        /// The edge.
+        edge: f64,
+    },
+    /// At one edge of a contact its force and the acceleration change in another proportion than at the other, or jump otherwise than they
+    /// bend.
+    Force {
+        /// Which contact.
+        contact: usize,
+        /// The edge.
+        edge: f64,
+        /// Change of the force told.
+        given: f64,
+        /// The change that the acceleration asks for.
+        expected: f64,
     },
     /// A contact whose lower edge lies above its upper one.
     NegativeGap {
@@ -108,7 +142,7 @@ pub enum Finding {
         /// What it was.
         period: f64,
     },
-    /// An acceleration, or how far a contact is from an edge, does not repeat with the period.
+    /// An acceleration, or how far a contact is from an edge, does not repeat with the period; of all that does not, what is off the most.
     Period {
         /// What it is.
         what: &'static str,

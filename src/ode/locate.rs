@@ -3,6 +3,7 @@
 use super::engine::{Engine, Tableau};
 use super::gaps::{Gaps, Resolved};
 use super::hermite::{Distance, Hermite};
+use super::step::Crossing;
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
@@ -188,6 +189,17 @@ impl Locator {
                 let length = scale(&contacts[i]);
                 d.rate < 0.0 && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
             })
+        })
+    }
+
+    /// Every contact that lies on an edge of its piece, within the slack, and is on its way out.
+    pub(crate) fn on_edges<'a>(pieces: &'a [Piece], contacts: &'a [Contact]) -> impl Iterator<Item = Crossing> + 'a {
+        (0..contacts.len()).flat_map(move |i| {
+            let out = Exit::of(i, pieces[i]).into_iter().flatten().find(move |exit| {
+                let d = exit.distance(pieces[i], &contacts[i], 1.0);
+                d.rate < 0.0 && d.value <= SLACK * scale(&contacts[i])
+            });
+            out.map(|exit| Crossing { contact: i, from: pieces[i], to: exit.to })
         })
     }
 

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses some of these")]
 
 pub mod oscillators;
+pub mod trains;
 
 use gear_dynamics::*;
 

@@ -1,0 +1,206 @@
+//! Contacts against the acceleration: at each finite edge it bends or jumps, its pieces part, and the force told does as it does.
+
+use super::point::Point;
+use super::{Finding, ROUNDING};
+use crate::model::{Contact, Model, State};
+use crate::piece::Piece;
+
+/// Distances from an edge, in shares of its length, at which it is looked at: a bend is the same at both, a smooth curve a hundredth.
+const NEAR: [[f64; 2]; 2] = [[1e-2, 1e-4], [1e-4, 1e-6]];
+/// What a smooth curve may keep at the shorter distance.
+const SMOOTH: f64 = 0.03;
+
+/// Coordinates along which the deflection of one contact grows.
+pub(super) struct Line {
+    q: Vec<f64>,
+    /// ∂d/∂q over its square: by how much coordinates move per deflection.
+    per_deflection: Vec<f64>,
+    contact: Contact,
+    size: f64,
+}
+
+impl Line {
+    /// The coordinates at which the deflection is `d`.
+    pub(super) fn to(&self, d: f64) -> Vec<f64> {
+        let moved = d - self.contact.deflection;
+        self.q.iter().zip(&self.per_deflection).map(|(q, g)| q + moved * g).collect()
+    }
+
+    /// The finite edges of a gap that has a width.
+    pub(super) fn edges(&self) -> Vec<f64> {
+        let Contact { lower, upper, .. } = self.contact;
+        if upper > lower { [lower, upper].into_iter().filter(|edge| edge.is_finite()).collect() } else { Vec::new() }
+    }
+
+    /// The length to measure by at an edge: the gap, or what there is if it is open to one side.
+    pub(super) fn length(&self, edge: f64) -> f64 {
+        let gap = self.contact.upper - self.contact.lower;
+        if gap.is_finite() {
+            return gap;
+        }
+        let length = edge.abs().max((self.contact.deflection - edge).abs());
+        if length > 0.0 { length } else { self.size }
+    }
+}
+
+/// How a function changes at an edge: its limits from both sides, its slopes and its curvatures apart.
+#[derive(Clone, Copy)]
+struct Change {
+    jump: f64,
+    bend: f64,
+    curve: [f64; 2],
+}
+
+impl Change {
+    /// From values at -3, -2, -1, 1, 2, 3 times h.
+    fn of(f: [f64; 6], h: f64) -> Self {
+        let [left, right] = [2.0 * f[2] - f[1], 2.0 * f[3] - f[4]];
+        let slopes = [(f[2] - f[1]) / h, (f[4] - f[3]) / h];
+        Change { jump: right - left, bend: slopes[1] - slopes[0], curve: [f[0] - 2.0 * f[1] + f[2], f[5] - 2.0 * f[4] + f[3]] }
+    }
+
+    /// Whether it is no smooth function, from the change at a long and at a short distance.
+    fn is_edge([far, near]: [Change; 2], h: f64, noise: f64) -> bool {
+        let [left, right] = far.curve;
+        (near.bend.abs() * h > 8.0 * noise && near.bend.abs() > SMOOTH * far.bend.abs())
+            || (near.jump.abs() > 8.0 * noise && near.jump.abs() > SMOOTH * far.jump.abs())
+            || ((right - left).abs() > 8.0 * noise && (right - left).abs() > 0.3 * left.abs().max(right.abs()))
+    }
+}
+
+/// What was seen at one edge.
+struct Seen {
+    edge: f64,
+    h: f64,
+    /// By component, at the long and at the short distance.
+    acceleration: Vec<[Change; 2]>,
+    force: [Change; 2],
+    /// Largest force, and the noise of forces.
+    largest: f64,
+}
+
+impl<M: Model + ?Sized> Point<'_, M> {
+    /// The line of a contact; none if no coordinate moves it.
+    pub(super) fn line(&self, contact: usize) -> Option<Line> {
+        let State { q, v, .. } = &self.state;
+        let base = self.contacts(q, v)[contact];
+        let h = 1e-4 * self.size[0];
+        let gradient: Vec<f64> = (0..q.len())
+            .map(|j| {
+                let mut q = q.clone();
+                q[j] += h;
+                (self.contacts(&q, v)[contact].deflection - base.deflection) / h
+            })
+            .collect();
+        let square: f64 = gradient.iter().map(|g| g * g).sum();
+        if square == 0.0 || !square.is_finite() {
+            return None;
+        }
+        let per_deflection = gradient.iter().map(|g| g / square).collect();
+        Some(Line { q: q.clone(), per_deflection, contact: base, size: self.size[0] * square.sqrt() })
+    }
+
+    /// At each finite edge the acceleration bends or jumps, the pieces part, and the force told changes as the acceleration does.
+    pub(super) fn kinks(&mut self, findings: &mut Vec<Finding>) {
+        for contact in 0..self.model.contacts() {
+            let Some(line) = self.line(contact) else { continue };
+            let speeds = self.speeds(contact, &line);
+            let mut seen: [Vec<Seen>; 2] = Default::default();
+            for edge in line.edges() {
+                let [still, moving] = [&speeds[0], &speeds[1]].map(|v| self.look(contact, &line, v, edge));
+                let (Some(still), Some(moving)) = (still, moving) else { continue };
+                let is_edge = |(row, changes): (usize, &[Change; 2])| Change::is_edge(*changes, still.h, ROUNDING * self.terms[row]);
+                if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
+                    findings.push(Finding::Kink { contact, edge });
+                    continue;
+                }
+                if self.ignores_pieces(contact, &line, edge) && !findings.iter().any(|f| matches!(f, Finding::PiecesIgnored { .. })) {
+                    findings.push(Finding::PiecesIgnored { contact, edge });
+                }
+                seen[0].push(still);
+                seen[1].push(moving);
+            }
+            findings.extend(seen.iter().find_map(|seen| self.force(contact, seen)));
+        }
+    }
+
+    /// Velocities at which the deflection rests, and at which it moves against its edges, so that damping shows.
+    fn speeds(&self, contact: usize, line: &Line) -> [Vec<f64>; 2] {
+        let State { q, v, .. } = &self.state;
+        let c = self.contacts(q, v)[contact];
+        let at = |rate: f64| -> Vec<f64> { v.iter().zip(&line.per_deflection).map(|(v, g)| v + (rate - c.rate) * g).collect() };
+        let largest = line.per_deflection.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        [at(0.0), at(c.rate.abs().max(self.size[1] / largest))]
+    }
+
+    /// Looks at an edge from distances at which no other contact changes its piece; none where there are no such.
+    fn look(&self, contact: usize, line: &Line, v: &[f64], edge: f64) -> Option<Seen> {
+        for shares in NEAR {
+            let distances = shares.map(|share| share * line.length(edge));
+            if distances[1] < 1e3 * f64::EPSILON * self.reach[contact] {
+                continue;
+            }
+            let pieces = |d: f64| self.pieces_at(&line.to(d), v);
+            let [below, above] = [-3.0, 3.0].map(|k| pieces(edge + k * distances[0]));
+            let others_stay = below.iter().zip(&above).enumerate().all(|(i, (a, b))| i == contact || a == b);
+            if !others_stay || below[contact] == above[contact] {
+                continue;
+            }
+            let at = |h: f64| [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0].map(|k| line.to(edge + k * h));
+            let accelerations = distances.map(|h| at(h).map(|q| self.accel(&q, v)));
+            let forces = distances.map(|h| at(h).map(|q| self.contacts(&q, v)[contact].force));
+            let change = |row: usize, i: usize| Change::of(std::array::from_fn(|k| accelerations[i][k][row]), distances[i]);
+            return Some(Seen {
+                edge,
+                h: distances[1],
+                acceleration: (0..self.model.dof()).map(|row| [change(row, 0), change(row, 1)]).collect(),
+                force: std::array::from_fn(|i| Change::of(forces[i], distances[i])),
+                largest: forces.as_flattened().iter().fold(0.0, |m: f64, f| m.max(f.abs())),
+            });
+        }
+        None
+    }
+
+    /// Whether the acceleration held on the other piece of an edge is still that of the law itself, to the bit, well to both sides.
+    fn ignores_pieces(&self, contact: usize, line: &Line, edge: f64) -> bool {
+        let v = &self.state.v;
+        [-0.3, 0.3].into_iter().all(|share| {
+            let q = line.to(edge + share * line.length(edge));
+            let mut pieces = self.pieces_at(&q, v);
+            let flank = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
+            pieces[contact] = if pieces[contact] == Piece::Gap { flank } else { Piece::Gap };
+            self.held(&pieces, &q, v).is_some_and(|held| held == self.accel(&q, v))
+        })
+    }
+
+    /// The force told changes at the edges in one proportion to the acceleration: that of a mass.
+    fn force(&self, contact: usize, edges: &[Seen]) -> Option<Finding> {
+        // The component that bends the most, against its own noise.
+        let strongest = |seen: &Seen| {
+            let strength = |row: usize| (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE);
+            (0..seen.acceleration.len()).max_by(|a, b| strength(*a).total_cmp(&strength(*b))).unwrap_or(0)
+        };
+        let clear = |change: Change, h: f64, terms: f64| change.bend.abs() * h > 1e4 * f64::EPSILON * terms;
+        let mut per_force: Option<f64> = None;
+        for seen in edges {
+            let row = strongest(seen);
+            let (a, w, h) = (seen.acceleration[row][1], seen.force[1], seen.h);
+            if !clear(a, h, self.terms[row]) {
+                continue;
+            }
+            let noise = ROUNDING * seen.largest;
+            if w.bend.abs() * h <= 8.0 * noise || w.bend.abs() <= SMOOTH * seen.force[0].bend.abs() {
+                return Some(Finding::NoForce { contact, edge: seen.edge });
+            }
+            let ratio = *per_force.get_or_insert(a.bend / w.bend);
+            // Slopes, then limits, as forces over the distance looked at.
+            let least = 1e-3 * w.bend.abs() * h + 8.0 * noise + 64.0 * ROUNDING * (self.terms[row] / ratio).abs();
+            for (given, expected) in [(w.bend * h, a.bend / ratio * h), (w.jump, a.jump / ratio)] {
+                if (given - expected).abs() > 1e-2 * given.abs().max(expected.abs()) + least {
+                    return Some(Finding::Force { contact, edge: seen.edge, given, expected });
+                }
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,122 @@
+//! Drives against the edges that they announce.
+
+use super::{Finding, GOLDEN};
+use crate::model::{Model, State};
+use crate::piece::Side;
+
+/// Intervals of a span in which jumps are looked for.
+const INTERVALS: u32 = 256;
+/// Announced edges followed within an interval; where there are more, it is left out.
+const EDGES: usize = 8;
+/// What is left of a change when its interval is halved: a half of a smooth one, all of a jump.
+const KEPT: f64 = 0.75;
+
+/// Edges lie ahead, and between them the drives do not jump: over the period, or without one over spans of several sizes.
+pub(super) fn check<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>, findings: &mut Vec<Finding>) {
+    let start = typical.t;
+    let mut t = start;
+    for _ in 0..8 {
+        let Some(edge) = model.next_edge(t) else {
+            break;
+        };
+        if edge <= t || edge.is_nan() {
+            findings.push(Finding::EdgeBehind { t, edge });
+            return;
+        }
+        t = edge;
+    }
+    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let turn = largest(&typical.q) / largest(&typical.v);
+    let mut spans = vec![t - start];
+    match period {
+        Some(period) => spans.push(period),
+        None => spans.extend([1.0, 1e-3, 1e3, 1e-6, turn]),
+    }
+    for span in spans {
+        let resolved = start + span / f64::from(INTERVALS) > start;
+        if span > 0.0
+            && span.is_finite()
+            && resolved
+            && let Some(finding) = sides(model, start, span).or_else(|| jump(model, start, span))
+        {
+            findings.push(finding);
+            return;
+        }
+    }
+}
+
+/// Both sides of instants that are not edges must agree.
+fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> {
+    let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
+    (0..64).find_map(|i| {
+        let t = start + span * (f64::from(i) * GOLDEN).fract();
+        model.drive(t, Side::Before, &mut u);
+        model.drive(t, Side::After, &mut w);
+        let drive = (0..u.len()).find(|&d| u[d] != w[d])?;
+        (!announced(model, t, t, span)).then_some(Finding::UnannouncedJump { drive, t })
+    })
+}
+
+/// Whether an edge is announced between two instants, or so close to them that rounding may be the difference.
+fn announced<M: Model + ?Sized>(model: &M, lo: f64, hi: f64, span: f64) -> bool {
+    let close = 1e-9 * span + 8.0 * f64::EPSILON * hi.abs();
+    model.next_edge(lo - close).is_some_and(|edge| edge <= hi + close)
+}
+
+/// A change that stays the same however short the interval.
+fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> {
+    let drives = model.drives();
+    let [mut first, mut last, mut middle, mut scratch] = std::array::from_fn(|_| vec![0.0; drives]);
+    let at = |i: u32| start + span * f64::from(i) / f64::from(INTERVALS);
+    for i in 0..INTERVALS {
+        let (mut a, end) = (at(i), at(i + 1));
+        for _ in 0..EDGES {
+            let edge = model.next_edge(a).filter(|edge| *edge < end && *edge > a);
+            let b = edge.unwrap_or(end);
+            let middle_time = 0.5 * (a + b);
+            model.drive(a, Side::After, &mut first);
+            model.drive(b, Side::Before, &mut last);
+            model.drive(middle_time, Side::After, &mut middle);
+            for d in 0..drives {
+                let change = (last[d] - first[d]).abs();
+                let rounding = 1e-9 * first[d].abs().max(last[d].abs());
+                let halves = (middle[d] - first[d]).abs().max((last[d] - middle[d]).abs());
+                if change > rounding
+                    && halves > KEPT * change
+                    && let Some((lo, hi)) = narrow(model, d, (a, first[d]), (b, last[d]), &mut scratch)
+                    && !announced(model, lo, hi, span)
+                {
+                    return Some(Finding::UnannouncedJump { drive: d, t: hi });
+                }
+            }
+            if edge.is_none() {
+                break;
+            }
+            a = b;
+        }
+    }
+    None
+}
+
+/// Halves the interval of a change down to neighbouring times, as long as one half keeps most of the largest change met on the way.
+fn narrow<M: Model + ?Sized>(model: &M, drive: usize, mut lo: (f64, f64), mut hi: (f64, f64), u: &mut [f64]) -> Option<(f64, f64)> {
+    let mut least = KEPT * (hi.1 - lo.1).abs();
+    loop {
+        let t = 0.5 * (lo.0 + hi.0);
+        if t <= lo.0 || t >= hi.0 {
+            return Some((lo.0, hi.0));
+        }
+        model.drive(t, Side::After, u);
+        let middle = (t, u[drive]);
+        if (middle.1 - lo.1).abs() > (hi.1 - middle.1).abs() {
+            hi = middle
+        } else {
+            lo = middle
+        }
+        let change = (hi.1 - lo.1).abs();
+        if change < least {
+            return None;
+        }
+        least = least.max(KEPT * change);
+    }
+}

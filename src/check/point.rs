@@ -1,0 +1,178 @@
+//! A model at one state: numbers, Jacobian, pieces.
+
+use super::{FINE, Finding, ROUGH, ROUNDING, differ};
+use crate::channel::Probe;
+use crate::model::{Contact, Jacobian, Model, State};
+use crate::piece::{Piece, Side};
+
+/// Steps of the differences by coordinates and velocities, in shares of their size: a long one may meet an edge, a short one is lost in
+/// rounding, and a derivative is wrong only if every step that is neither says so.
+const STEPS: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
+
+/// Halvings of the size of the coordinates after which only rounding is seen.
+const FAINT: std::ops::Range<i32> = 34..50;
+
+/// A model at one state.
+pub(super) struct Point<'m, M: ?Sized> {
+    pub(super) model: &'m M,
+    pub(super) state: State,
+    pub(super) u: Vec<f64>,
+    /// Size of coordinates and of velocities, for differences.
+    pub(super) size: [f64; 2],
+    /// Σ |∂a/∂q q| + |a| of each acceleration: what its rounding follows, however small the sum.
+    pub(super) terms: Vec<f64>,
+    /// Σ |∂d/∂q q| + |d| of each deflection.
+    pub(super) reach: Vec<f64>,
+}
+
+impl<'m, M: Model + ?Sized> Point<'m, M> {
+    pub(super) fn new(model: &'m M, state: &State) -> Self {
+        let mut u = vec![0.0; model.drives()];
+        model.drive(state.t, Side::After, &mut u);
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (q, v) = (largest(&state.q), largest(&state.v));
+        let size = [if q > 0.0 { q } else { 1.0 }, if v > 0.0 { v } else { 1.0 }];
+        let (terms, reach) = (vec![0.0; model.dof()], vec![0.0; model.contacts()]);
+        Point { model, state: state.clone(), u, size, terms, reach }
+    }
+
+    pub(super) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut a = vec![0.0; self.model.dof()];
+        self.model.accel(&self.u, q, v, &mut a);
+        a
+    }
+
+    pub(super) fn held(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
+        let mut a = vec![0.0; self.model.dof()];
+        self.model.accel_on_pieces(pieces, &self.u, q, v, &mut a).then_some(a)
+    }
+
+    /// The contacts with the drives of this instant.
+    pub(super) fn contacts(&self, q: &[f64], v: &[f64]) -> Vec<Contact> {
+        let mut contacts = vec![Contact::default(); self.model.contacts()];
+        self.model.contact(&self.u, q, v, &mut contacts);
+        contacts
+    }
+
+    pub(super) fn pieces_at(&self, q: &[f64], v: &[f64]) -> Vec<Piece> {
+        self.contacts(q, v).iter().map(Contact::piece).collect()
+    }
+
+    /// The terms of accelerations and deflections.
+    pub(super) fn measure(&mut self) {
+        let State { q, v, .. } = self.state.clone();
+        let mut terms: Vec<f64> = self.accel(&q, &v).iter().map(|a| a.abs()).collect();
+        let mut reach: Vec<f64> = self.contacts(&q, &v).iter().map(|c| c.deflection.abs()).collect();
+        let deflections = |q: &[f64]| -> Vec<f64> { self.contacts(q, &v).iter().map(|c| c.deflection).collect() };
+        for j in 0..q.len() {
+            let h = 1e-4 * self.size[0];
+            let (mut plus, mut minus) = (q.clone(), q.clone());
+            (plus[j], minus[j]) = (q[j] + h, q[j] - h);
+            let share = q[j].abs() / (2.0 * h);
+            let add = |sums: &mut [f64], plus: &[f64], minus: &[f64]| {
+                for ((sum, plus), minus) in sums.iter_mut().zip(plus).zip(minus) {
+                    *sum += if (plus - minus).is_finite() { (plus - minus).abs() * share } else { 0.0 };
+                }
+            };
+            add(&mut terms, &self.accel(&plus, &v), &self.accel(&minus, &v));
+            add(&mut reach, &deflections(&plus), &deflections(&minus));
+        }
+        // What is left of second differences over ever shorter distances is rounding, of terms that may cancel unseen inside the model.
+        let here = self.accel(&q, &v);
+        for j in 0..q.len() {
+            for k in FAINT {
+                let h = self.size[0] * 0.5f64.powi(k);
+                let (mut plus, mut minus) = (q.clone(), q.clone());
+                (plus[j], minus[j]) = (q[j] + h, q[j] - h);
+                for (((terms, here), plus), minus) in terms.iter_mut().zip(&here).zip(self.accel(&plus, &v)).zip(self.accel(&minus, &v)) {
+                    *terms = terms.max((plus - 2.0 * here + minus).abs() / f64::EPSILON);
+                }
+            }
+        }
+        (self.terms, self.reach) = (terms, reach);
+    }
+
+    pub(super) fn finite(&mut self, findings: &mut Vec<Finding>) {
+        let a = self.accel(&self.state.q, &self.state.v);
+        for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
+            let bad = values.iter().enumerate().filter(|(_, x)| !x.is_finite());
+            findings.extend(bad.map(|(index, _)| Finding::NotFinite { what, index, t: self.state.t }));
+        }
+        let mut probe = Probe::new(self.model);
+        let contacts = probe.read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v);
+        for (index, c) in contacts.iter().enumerate() {
+            if !(c.deflection + c.rate + c.force).is_finite() || c.lower.is_nan() || c.upper.is_nan() {
+                findings.push(Finding::NotFinite { what: "contact", index, t: self.state.t });
+            } else if c.lower > c.upper {
+                findings.push(Finding::NegativeGap { contact: index, lower: c.lower, upper: c.upper });
+            }
+        }
+    }
+
+    /// The Jacobian against central differences by steps that stay on the pieces of all contacts.
+    pub(super) fn jacobian(&mut self, findings: &mut Vec<Finding>) {
+        let n = self.model.dof();
+        let mut given = Jacobian::new(n);
+        let State { q, v, .. } = &self.state;
+        if !self.model.jacobian(None, &self.u, q, v, &mut given) {
+            return;
+        }
+        let pieces = self.pieces_at(q, v);
+        for column in 0..2 * n {
+            let (half, j) = (column / n, column % n);
+            let entries = if half == 0 { given.q.column(j) } else { given.v.column(j) };
+            // The difference by the longest step, and whether none agreed.
+            let mut wrong: Vec<Option<f64>> = vec![None; n];
+            let mut cleared = vec![false; n];
+            for step in STEPS {
+                let h = step * self.size[half];
+                let (mut plus, mut minus) = ([q.clone(), v.clone()], [q.clone(), v.clone()]);
+                plus[half][j] += h;
+                minus[half][j] -= h;
+                let twice = plus[half][j] - minus[half][j];
+                if twice == 0.0 || [&plus, &minus].iter().any(|[q, v]| self.pieces_at(q, v) != pieces) {
+                    continue;
+                }
+                let (a, b) = (self.accel(&plus[0], &plus[1]), self.accel(&minus[0], &minus[1]));
+                for row in 0..n {
+                    let differences = (a[row] - b[row]) / twice;
+                    let rounding = ROUNDING * (self.terms[row] + entries[row].abs() * self.size[half]) / twice;
+                    let apart = (entries[row] - differences).abs();
+                    if apart.is_nan() || apart > ROUGH * entries[row].abs().max(differences.abs()) + rounding {
+                        wrong[row].get_or_insert(differences);
+                    } else {
+                        cleared[row] = true;
+                    }
+                }
+            }
+            for row in (0..n).filter(|row| !cleared[*row]) {
+                findings.extend(wrong[row].map(|differences| Finding::Jacobian { row, column, given: entries[row], differences }));
+            }
+        }
+    }
+
+    /// The acceleration on the pieces where the contacts stand is the acceleration: here, and with each contact brought to each of its
+    /// pieces.
+    pub(super) fn pieces(&mut self, findings: &mut Vec<Finding>) {
+        let State { q, v, .. } = self.state.clone();
+        let mut places = vec![q];
+        for contact in 0..self.model.contacts() {
+            let Some(line) = self.line(contact) else { continue };
+            for edge in line.edges() {
+                places.extend([-0.3, 0.3].map(|share| line.to(edge + share * line.length(edge))));
+            }
+        }
+        let mut reported = vec![false; self.model.dof()];
+        for q in places {
+            let Some(held) = self.held(&self.pieces_at(&q, &v), &q, &v) else { return };
+            let free = self.accel(&q, &v);
+            for component in 0..held.len() {
+                let (held, free) = (held[component], free[component]);
+                if !reported[component] && differ(held, free, ROUNDING / FINE * self.terms[component], FINE) {
+                    reported[component] = true;
+                    findings.push(Finding::Pieces { component, held, free });
+                }
+            }
+        }
+    }
+}

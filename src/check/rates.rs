@@ -1,0 +1,116 @@
+//! The rates of contacts against their deflections and edges.
+
+use super::point::Point;
+use super::{Finding, ROUGH, ROUNDING};
+use crate::channel::Probe;
+use crate::model::{Contact, Model};
+use crate::piece::Side;
+
+/// Number of steps, each a tenth of the one before.
+const STEPS: i32 = 10;
+
+/// A difference quotient, and what rounding may have added to it.
+#[derive(Clone, Copy)]
+struct Quotient {
+    value: f64,
+    rounding: f64,
+}
+
+impl Quotient {
+    fn agrees(&self, given: f64) -> bool {
+        (given - self.value).abs() <= ROUGH * given.abs().max(self.value.abs()) + self.rounding
+    }
+
+    /// Whether rounding leaves it two digits, the given rate being of the size in question.
+    fn tells(&self, given: f64) -> bool {
+        self.rounding <= 1e-2 * given.abs().max(self.value.abs())
+    }
+}
+
+/// The quotient that contradicts a given rate: two successive steps agree on it to a hundredth, and no step agrees with what is given.
+fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
+    let telling = || quotients.iter().filter(|x| x.tells(given));
+    if telling().any(|x| x.agrees(given)) {
+        return None;
+    }
+    let settled = quotients.windows(2).find(|pair| {
+        let size = given.abs().max(pair[0].value.abs()).max(pair[1].value.abs());
+        pair.iter().all(|x| x.tells(given)) && (pair[0].value - pair[1].value).abs() <= 1e-2 * size
+    });
+    settled.map(|pair| pair[0].value)
+}
+
+impl<M: Model + ?Sized> Point<'_, M> {
+    /// d(deflection)/dt and d(edge)/dt along the motion q' = v, v' = a, by central differences in time; and how the rate of a deflection
+    /// changes with the velocities, which shows at rest as well.
+    pub(super) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Finding>) {
+        let mut probe = Probe::new(self.model);
+        let (t, q, v) = (self.state.t, &self.state.q, &self.state.v);
+        let here: Vec<Contact> = probe.read_contacts(t, Side::After, q, v).to_vec();
+        if here.is_empty() {
+            return;
+        }
+        let a = self.accel(q, v);
+        let still = v.iter().all(|v| *v == 0.0);
+        let longest = 1e-3 * period.unwrap_or(if still { 1.0 } else { (self.size[0] / self.size[1]).min(1.0) });
+        let mut moved = |h: f64| {
+            let along = |x: &[f64], rate: &[f64]| -> Vec<f64> { x.iter().zip(rate).map(|(x, rate)| x + h * rate).collect() };
+            probe.read_contacts(t + h, Side::After, &along(q, v), &along(v, &a)).to_vec()
+        };
+        let steps: Vec<f64> = (0..STEPS).map(|i| longest * 0.1f64.powi(i)).filter(|h| t + h > t).collect();
+        let sides: Vec<_> = steps.iter().map(|h| (((t + h) - (t - h)), moved(*h), moved(-*h))).collect();
+        for (contact, c) in here.iter().enumerate() {
+            let wrong = |given: f64, terms: f64, of: &dyn Fn(&Contact) -> f64| {
+                let quotient = |(twice, plus, minus): &(f64, Vec<Contact>, Vec<Contact>)| Quotient {
+                    value: (of(&plus[contact]) - of(&minus[contact])) / twice,
+                    rounding: ROUNDING * (terms + given.abs() * t.abs()) / twice,
+                };
+                if !of(c).is_finite() {
+                    return None;
+                }
+                contradiction(given, &sides.iter().map(quotient).collect::<Vec<_>>())
+            };
+            if let Some(differences) = wrong(c.rate, self.reach[contact], &|c| c.deflection) {
+                findings.push(Finding::ContactRate { contact, given: c.rate, differences });
+            } else {
+                findings.extend(self.rate_by_velocity(contact, c));
+            }
+            for (given, differences) in [
+                (c.lower_rate, wrong(c.lower_rate, c.lower.abs(), &|c| c.lower)),
+                (c.upper_rate, wrong(c.upper_rate, c.upper.abs(), &|c| c.upper)),
+            ] {
+                findings.extend(differences.map(|differences| Finding::EdgeRate { contact, given, differences }));
+            }
+        }
+    }
+
+    /// ∂(rate)/∂v = ∂(deflection)/∂q, for a deflection that does not depend on velocities.
+    fn rate_by_velocity(&self, contact: usize, c: &Contact) -> Option<Finding> {
+        let (q, v) = (&self.state.q, &self.state.v);
+        for j in 0..q.len() {
+            let mut faster = v.clone();
+            faster[j] += self.size[1];
+            let gained = faster[j] - v[j];
+            let fast = self.contacts(q, &faster)[contact];
+            if fast.deflection != c.deflection {
+                return None;
+            }
+            let given = (fast.rate - c.rate) / gained;
+            let quotients: Vec<Quotient> = (2..STEPS)
+                .map(|i| {
+                    let h = self.size[0] * 0.1f64.powi(i);
+                    let (mut plus, mut minus) = (q.clone(), q.clone());
+                    (plus[j], minus[j]) = (q[j] + h, q[j] - h);
+                    let twice = plus[j] - minus[j];
+                    let [a, b] = [plus, minus].map(|q| self.contacts(&q, v)[contact].deflection);
+                    let rounding = ROUNDING * (self.reach[contact] / twice + c.rate.abs() / gained);
+                    Quotient { value: (a - b) / twice, rounding }
+                })
+                .collect();
+            if let Some(slope) = contradiction(given, &quotients) {
+                return Some(Finding::ContactRate { contact, given: fast.rate, differences: c.rate + slope * gained });
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,222 @@
+//! What is read off a run at its edges: peaks, sections and rattle where something jumps.
+
+use gear_dynamics::*;
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+/// A mass that flies against a stop with damping in contact: x'' = -W, W = k (x - 1) + c x' above 1. From x = 0 with x' = 1 the force
+/// jumps from 0 to c on the way in, is largest there when c² > k, and reaches 0 again at the latest at the way out.
+struct Stop {
+    stiffness: f64,
+    damping: f64,
+    offers_pieces: bool,
+}
+
+impl Stop {
+    fn force(&self, piece: Piece, q: f64, v: f64) -> f64 {
+        if piece == Piece::Upper { self.stiffness * (q - 1.0) + self.damping * v } else { 0.0 }
+    }
+}
+
+impl Model for Stop {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = -self.force(if q[0] > 1.0 { Piece::Upper } else { Piece::Gap }, q[0], v[0]);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let free = Contact { deflection: q[0], rate: v[0], lower: -5.0, upper: 1.0, ..Contact::default() };
+        out[0] = Contact { force: self.force(free.piece(), q[0], v[0]), ..free };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        a[0] = -self.force(pieces[0], q[0], v[0]);
+        self.offers_pieces
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("twice the force", "")]
+    }
+    fn observe(&self, _: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        out[0] = 2.0 * contacts[0].force;
+    }
+}
+
+/// The impact force c x' is met where it is largest, at the edge itself, from either side of it.
+#[test]
+fn a_force_that_jumps_at_its_edge_is_read_on_its_pieces() {
+    for offers_pieces in [true, false] {
+        // Without pieces an edge is met to 1e-10 of the gap, in which the force falls by c times as much.
+        let met = if offers_pieces { 1e-8 } else { 1e-6 };
+        for (stiffness, damping) in [(100.0, 30.0), (4.0, 5.0), (1e4, 300.0)] {
+            for speed in [1.0, 0.7, 1.3, 2.1] {
+                let model = Stop { stiffness, damping, offers_pieces };
+                let mut statistics = Statistics::new(&model, &["mesh force", "twice the force"]).unwrap();
+                let start = State::new(0.0, &[0.0], &[speed]);
+                Dop853::new().run(&model, &start, 3.0, &mut statistics).unwrap();
+                let force = statistics.summary("mesh force").unwrap();
+                assert!((force.max / (damping * speed) - 1.0).abs() < met, "{offers_pieces} {stiffness} {damping} {speed}: {force:?}");
+                assert!((statistics.summary("twice the force").unwrap().max / (2.0 * damping * speed) - 1.0).abs() < met);
+            }
+        }
+    }
+}
+
+/// q'' = P cos t - g(q), g the dead zone.
+struct Oscillator {
+    half_width: f64,
+    load: f64,
+}
+
+impl Model for Oscillator {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        let b = self.half_width;
+        a[0] = self.load * u[0].cos() - (q[0] - b).max(0.0) + (-b - q[0]).max(0.0);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let b = self.half_width;
+        let force = (q[0] - b).max(0.0) - (-b - q[0]).max(0.0);
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+        a[0] = self.load * u[0].cos()
+            - match pieces[0] {
+                Piece::Lower => q[0] + self.half_width,
+                Piece::Gap => 0.0,
+                Piece::Upper => q[0] - self.half_width,
+            };
+        true
+    }
+}
+
+/// The drive of q'' = u is a square wave that announces its edges, at every multiple of 1/2.
+struct Switched;
+
+impl Model for Switched {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = u[0];
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let half = match side {
+            Side::Before => (2.0 * t).ceil() - 1.0,
+            Side::After => (2.0 * t).floor(),
+        };
+        u[0] = if half.rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        Some(((2.0 * t).floor() + 1.0) / 2.0)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("switch", "1")]
+    }
+    fn observe(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+        out[0] = u[0];
+    }
+}
+
+fn times<M: Model>(model: &M, channel: &str, level: f64, direction: Direction, start: &State, ends: &[f64]) -> Vec<f64> {
+    let mut section = Section::new(model, channel, level, direction).unwrap();
+    let mut state = start.clone();
+    for &end in ends {
+        state = Dop853::new().rtol(1e-10).atol(1e-12).run(model, &state, end, &mut section).unwrap().state;
+    }
+    section.states().iter().map(|s| s.t).collect()
+}
+
+/// A channel that jumps over the level where a drive jumps crosses it there, whether the run is made at once or piece by piece.
+#[test]
+fn sections_see_jumps_of_drives() {
+    let start = State::at_rest(1);
+    for ends in [&[10.25][..], &[0.5, 1.0, 3.2, 10.25]] {
+        let both = times(&Switched, "switch", 0.1, Direction::Both, &start, ends);
+        assert_eq!(both, (1..=20).map(|i| 0.5 * f64::from(i)).collect::<Vec<_>>());
+        assert_eq!(times(&Switched, "switch", 0.1, Direction::Rising, &start, ends), (1..=10).map(f64::from).collect::<Vec<_>>());
+        assert_eq!(times(&Switched, "switch", 0.1, Direction::Falling, &start, ends).len(), 10);
+    }
+    // Other starts begin other runs: nothing was crossed between them.
+    let mut section = Section::new(&Switched, "switch", 0.1, Direction::Both).unwrap();
+    Dop853::new().run(&Switched, &start, 0.25, &mut section).unwrap();
+    Dop853::new().run(&Switched, &State::new(0.75, &[0.0], &[0.0]), 0.9, &mut section).unwrap();
+    assert!(section.states().is_empty());
+}
+
+/// Contact made and lost crosses the level 1/2 of the channel `contact` at the tooth edges, and an impact force that jumps crosses any level
+/// below its height.
+#[test]
+fn sections_see_jumps_at_tooth_edges() {
+    let model = Oscillator { half_width: 1.0, load: 0.0 };
+    // From 1.5: π/2 on the first flank, 4 in the gap, π on a flank, in turn.
+    let times_of = |direction| times(&model, "contact", 0.5, direction, &State::new(0.0, &[1.5], &[0.0]), &[71.0]);
+    let lost: Vec<f64> = (0..10).map(|i| 0.5 * PI + f64::from(i) * (PI + 4.0)).collect();
+    let made: Vec<f64> = lost.iter().map(|t| t + 4.0).filter(|t| *t < 71.0).collect();
+    for (found, expected) in [(times_of(Direction::Falling), &lost), (times_of(Direction::Rising), &made)] {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-7), "{found:?}");
+    }
+    let stop = Stop { stiffness: 100.0, damping: 30.0, offers_pieces: true };
+    for level in [1.0, 20.0, 29.999] {
+        let found = times(&stop, "mesh force", level, Direction::Rising, &State::new(0.0, &[0.0], &[1.0]), &[3.0]);
+        assert!(found.len() == 1 && (found[0] - 1.0).abs() < 1e-9, "{level}: {found:?}");
+    }
+}
+
+/// Without backlash the teeth never part, however often the load reverses: the flanks carry in turn, nothing meets.
+#[test]
+fn zero_backlash_does_not_rattle() {
+    let solver = Dop853::new().rtol(1e-10).atol(1e-12);
+    for load in [0.0, 0.4, 0.9] {
+        let model = Oscillator { half_width: 0.0, load };
+        let mut rattle = Rattle::new(&model);
+        solver.run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut rattle).unwrap();
+        let contact = rattle.contact(0);
+        assert_eq!((contact.state(), contact.impact_count(), contact.loss_fraction()), (RattleState::None, 0, 0.0), "{load}: {contact:?}");
+        assert!(contact.time[0] > 10.0 && contact.time[2] > 10.0);
+        let mut sampled = Rattle::new(&model);
+        solver.clone().plain().run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut sampled).unwrap();
+        assert_eq!((sampled.contact(0).state(), sampled.contact(0).impact_count()), (RattleState::None, 0));
+    }
+    // The smallest backlash is one: each passage ends in an impact.
+    let model = Oscillator { half_width: 1e-6, load: 0.0 };
+    let mut rattle = Rattle::new(&model);
+    let run = solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 60.0, &mut rattle).unwrap();
+    assert_eq!((rattle.contact(0).state(), rattle.contact(0).impact_count()), (RattleState::Bilateral, 19));
+    assert_eq!(run.stats.crossings, 38);
+}
+
+/// A run in two parts counts each edge once, wherever it was divided: before, on or behind the edge.
+#[test]
+fn an_edge_on_which_a_run_ends_is_counted_once() {
+    let model = Oscillator { half_width: 1.0, load: 0.0 };
+    let solver = Dop853::new().rtol(1e-10).atol(1e-12);
+    let start = State::new(0.0, &[1.5], &[0.0]);
+    let mut edges = Vec::new();
+    let mut watch = |step: &mut Step<'_>| {
+        edges.extend(step.crossings().iter().map(|_| step.t1()));
+        ControlFlow::Continue(())
+    };
+    let whole = solver.run(&model, &start, 30.0, &mut watch).unwrap().stats.crossings;
+    assert_eq!((whole, edges.len()), (8, 8));
+    for &edge in &edges {
+        for off in [-1e-6, -1e-10, -1e-12, 0.0, 1e-12, 1e-10, 1e-6] {
+            let mut seen = 0;
+            let mut watch = |step: &mut Step<'_>| {
+                seen += step.crossings().len() as u64;
+                ControlFlow::Continue(())
+            };
+            let first = solver.run(&model, &start, edge + off, &mut watch).unwrap();
+            let second = solver.run(&model, &first.state, 30.0, &mut watch).unwrap();
+            assert_eq!((first.stats.crossings + second.stats.crossings, seen), (whole, whole), "{edge} {off}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Slips that are easily made in a model are found, right models are not blamed, and findings say what to do.
+
+use crate::common::trains::{planetary, planetary_static_start, two_stage, two_stage_turned};
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+/// At rest under its torque the accelerations are rounding, and all sun meshes have one deflection.
+#[test]
+fn a_planetary_set_at_its_static_start_is_right() {
+    let (set, start) = (planetary(), planetary_static_start());
+    let mut a = [0.0; 5];
+    set.accel(&[0.0, 1.0], &start.q, &start.v, &mut a);
+    assert!(a.iter().all(|a| a.abs() < 1e-3), "{a:?}"); // of terms of 1e8
+    assert_eq!(check_periodic(&set, &start), []);
+    for (i, share) in [0.3, -0.4, 1.2].into_iter().enumerate() {
+        let mut state = start.clone();
+        state.q[i] *= 1.0 + 1e-3 * share;
+        state.v[i] = share;
+        assert_eq!(check_periodic(&set, &state), []);
+    }
+}
+
+/// Differences by a share of 600 rad would cross the gap; so would rounding at 1e-9 of its terms.
+#[test]
+fn a_train_that_has_turned_far_is_right() {
+    for angle in [0.0, 1.0, 600.0, -600.0, 1e4] {
+        for pressed in [[2e-6, 4e-6], [-1e-5, 3e-6], [-7e-5, -8e-5]] {
+            assert_eq!(check_periodic(&two_stage(), &two_stage_turned(angle, pressed)), [], "{angle} {pressed:?}");
+        }
+    }
+}
+
+/// One slip at a time, in a pair with damping in contact, a moving gap and a stiffness that jumps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Slip {
+    None,
+    /// No next_edge.
+    UnannouncedJump,
+    PiecesIgnored,
+    NoContacts,
+    ForceAtDefault,
+    /// K x without the dead zone.
+    ForceWithoutGap,
+    /// The lower flank pushes the wrong way.
+    ForceOfOneSign,
+    /// No damping, which jumps in at the edge.
+    ForceWithoutDamping,
+    RateOfWrongSign,
+    /// The edges are told to stand still.
+    EdgesAtRest,
+    /// The upper edge moves with the lower one.
+    EdgesTogether,
+    Period,
+}
+
+struct Pair {
+    slip: Slip,
+    /// Unit of time.
+    unit: f64,
+}
+
+impl Pair {
+    fn law(&self, piece: Piece, u: &[f64], x: f64, rate: f64) -> f64 {
+        let edge = match piece {
+            Piece::Lower => -u[1],
+            Piece::Gap => return 0.0,
+            Piece::Upper => u[1],
+        };
+        u[0] * (x - edge) + 0.3 * rate * self.unit
+    }
+    fn piece(&self, u: &[f64], x: f64) -> Piece {
+        Contact { deflection: x, lower: -u[1], upper: u[1], ..Contact::default() }.piece()
+    }
+    fn turn(&self, force: f64, u: &[f64], v: &[f64], a: &mut [f64]) {
+        (a[0], a[1]) = ((u[3] - force) / 0.7, (force - 0.2 * v[1] * self.unit) / 1.9);
+        a.iter_mut().for_each(|a| *a /= self.unit * self.unit);
+    }
+}
+
+impl Model for Pair {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
+        self.turn(self.law(self.piece(u, x), u, x, rate), u, v, a);
+    }
+    fn drives(&self) -> usize {
+        4
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let t = t / self.unit;
+        let phase = t / TAU;
+        let turns = if side == Side::Before && phase == phase.floor() { phase - 1.0 } else { phase.floor() };
+        u[0] = if phase - turns < 0.37 { 1.0 } else { 1.4 };
+        if side == Side::Before && phase - turns == 0.37 {
+            u[0] = 1.0;
+        }
+        (u[1], u[2]) = (0.5 + 0.1 * t.sin(), 0.1 * t.cos() / self.unit);
+        u[3] = (if self.slip == Slip::Period { 1.1 } else { 1.0 } * t).cos();
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let turns = (t / self.unit / TAU).floor();
+        let edges = [turns + 0.37, turns + 1.0, turns + 1.37].map(|phase| phase * TAU * self.unit);
+        edges.into_iter().find(|edge| *edge > t).filter(|_| self.slip != Slip::UnannouncedJump)
+    }
+    fn contacts(&self) -> usize {
+        if self.slip == Slip::NoContacts { 0 } else { 1 }
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        if self.slip == Slip::NoContacts {
+            return;
+        }
+        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
+        let force = self.law(self.piece(u, x), u, x, rate);
+        out[0] = Contact {
+            deflection: x,
+            rate: if self.slip == Slip::RateOfWrongSign { -rate } else { rate },
+            lower: -u[1],
+            upper: u[1],
+            lower_rate: match self.slip {
+                Slip::EdgesAtRest => 0.0,
+                _ => -u[2],
+            },
+            upper_rate: match self.slip {
+                Slip::EdgesAtRest => 0.0,
+                Slip::EdgesTogether => -u[2],
+                _ => u[2],
+            },
+            force: match self.slip {
+                Slip::ForceAtDefault => 0.0,
+                Slip::ForceWithoutGap => u[0] * x,
+                Slip::ForceOfOneSign => force.abs(),
+                Slip::ForceWithoutDamping => u[0] * (x - x.clamp(-u[1], u[1])),
+                _ => force,
+            },
+        };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        if self.slip == Slip::NoContacts {
+            return false;
+        }
+        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
+        let piece = if self.slip == Slip::PiecesIgnored { self.piece(u, x) } else { pieces[0] };
+        self.turn(self.law(piece, u, x, rate), u, v, a);
+        true
+    }
+}
+
+impl Periodic for Pair {
+    fn period(&self) -> f64 {
+        TAU * self.unit
+    }
+}
+
+#[test]
+fn likely_slips_are_named() {
+    for unit in [1.0, 1e-6, 1e5] {
+        for (q, v) in [([0.9, 0.1], [0.5, -0.2]), ([0.9, 0.1], [0.0, 0.0]), ([0.2, 0.1], [0.0, 0.0]), ([-0.8, 0.1], [0.1, 0.0])] {
+            let state = State::new(0.4 * unit, &q, &v.map(|v| v / unit));
+            let findings = |slip| check_periodic(&Pair { slip, unit }, &state);
+            let one = |slip, named: fn(&Finding) -> bool| {
+                let found = findings(slip);
+                assert!(found.len() == 1 && named(&found[0]), "{slip:?}, unit {unit}, {q:?} {v:?}: {found:?}");
+            };
+            assert_eq!(findings(Slip::None), [], "unit {unit}, {q:?} {v:?}");
+            one(Slip::UnannouncedJump, |f| matches!(f, Finding::UnannouncedJump { drive: 0, .. }));
+            one(Slip::PiecesIgnored, |f| matches!(f, Finding::PiecesIgnored { contact: 0, .. }));
+            one(Slip::NoContacts, |f| matches!(f, Finding::UntoldKink { .. }));
+            one(Slip::ForceAtDefault, |f| matches!(f, Finding::NoForce { contact: 0, .. }));
+            one(Slip::ForceWithoutGap, |f| matches!(f, Finding::NoForce { contact: 0, .. }));
+            one(Slip::ForceOfOneSign, |f| matches!(f, Finding::Force { contact: 0, .. }));
+            one(Slip::ForceWithoutDamping, |f| matches!(f, Finding::Force { contact: 0, .. }));
+            one(Slip::RateOfWrongSign, |f| matches!(f, Finding::ContactRate { contact: 0, .. }));
+            let edges = findings(Slip::EdgesAtRest);
+            assert!(matches!(edges[..], [Finding::EdgeRate { contact: 0, .. }, Finding::EdgeRate { contact: 0, .. }]), "{edges:?}");
+            one(Slip::EdgesTogether, |f| matches!(f, Finding::EdgeRate { contact: 0, .. }));
+            one(Slip::Period, |f| matches!(f, Finding::Period { what: "acceleration", index: 0, .. }));
+        }
+    }
+}
+
+/// Without a period the unit of time is not known: a jump is found in any.
+#[test]
+fn unannounced_jumps_are_found_without_a_period() {
+    for unit in [1.0, 1e-3, 1e-6, 1e2] {
+        let state = State::new(0.4 * unit, &[0.9, 0.1], &[0.5 / unit, 0.0]);
+        assert_eq!(check_model(&Pair { slip: Slip::None, unit }, &state), []);
+        let found = check_model(&Pair { slip: Slip::UnannouncedJump, unit }, &state);
+        assert!(matches!(found[..], [Finding::UnannouncedJump { drive: 0, .. }]), "{unit}: {found:?}");
+        let Finding::UnannouncedJump { t, .. } = found[0] else { unreachable!() };
+        let phase = (t / unit / TAU).rem_euclid(1.0);
+        assert!([0.0, 0.37, 1.0].iter().any(|edge| (phase - edge).abs() < 1e-6), "{unit}: {t}");
+    }
+}
+
+/// Laws that curve without a kink need no contact: cubic, rounded, Hertz.
+#[test]
+fn smooth_laws_are_not_kinks() {
+    struct Smooth(fn(f64) -> f64);
+    impl Model for Smooth {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = -(self.0)(q[0]);
+        }
+    }
+    let laws: [fn(f64) -> f64; 6] = [
+        |x| x + 0.3 * x * x * x,
+        |x| SmoothedBacklash::new(1.0, 0.01).unwrap().at(x),
+        |x| x.max(0.0).powf(1.5),
+        |x| x * x.abs(),
+        |x| (40.0 * x).sin(),
+        |x| (x / (1.0 + x * x)).exp(),
+    ];
+    for (i, law) in laws.into_iter().enumerate() {
+        for q in [1.7, -0.4, 1e-3] {
+            assert_eq!(check_model(&Smooth(law), &State::new(0.0, &[q], &[0.1])), [], "{i} {q}");
+        }
+    }
+}
+
+/// Each sentence names the part of the model to look at, and its numbers.
+#[test]
+fn findings_are_sentences() {
+    let state = State::new(0.4, &[0.9, 0.1], &[0.5, -0.2]);
+    let said = |slip| check_periodic(&Pair { slip, unit: 1.0 }, &state)[0].to_string();
+    for (slip, part) in [
+        (Slip::UnannouncedJump, "next_edge"),
+        (Slip::PiecesIgnored, "accel_on_pieces"),
+        (Slip::NoContacts, "contacts()"),
+        (Slip::ForceAtDefault, "default 0"),
+        (Slip::ForceOfOneSign, "force"),
+        (Slip::RateOfWrongSign, "rate"),
+        (Slip::EdgesAtRest, "edge"),
+        (Slip::Period, "period"),
+    ] {
+        let sentence = said(slip);
+        assert!(sentence.contains(part) && sentence.chars().any(|c| c.is_ascii_digit()), "{slip:?}: {sentence}");
+    }
+    let wrong = check_model(&Pair { slip: Slip::None, unit: 1.0 }, &State::at_rest(3));
+    assert_eq!(wrong[0].to_string(), "the typical state has 3 coordinates and 3 velocities, the model 2 degrees of freedom");
+}
