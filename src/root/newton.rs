@@ -1,6 +1,6 @@
 //! Newton's method, damped by the natural monotonicity test.
 
-use super::{Factors, Residual, Root, RootError, check_setting, dot, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, is_root, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
 /// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
@@ -62,6 +62,7 @@ impl Newton {
         let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
         let mut taken = Taken::default();
+        let mut descent = Descent::default();
         while root.iterations < self.max_iterations {
             let (kept, stale) = match factors.take() {
                 // The next correction is known already.
@@ -70,7 +71,7 @@ impl Newton {
                     jacobian_of(equations, &root.x, &mut matrix);
                     let fresh = match Factors::new(&matrix) {
                         Ok(fresh) => fresh,
-                        Err(floating) => return Err(root.singular(floating)),
+                        Err(floating) => return Err(root.singular(floating, &matrix)),
                     };
                     step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
                     fresh.solve(&mut step);
@@ -81,27 +82,25 @@ impl Newton {
             let size = largest(&step);
             if !size.is_finite() {
                 let unknown = step.iter().position(|s| !s.is_finite()).unwrap_or(0);
-                return Err(root.singular(super::Floating(unknown)));
+                return Err(root.singular(super::Floating(unknown), &matrix));
             }
             let mut damping = 1.0;
-            let scale = first.max(largest(&root.x));
+            let bound = self.tolerance * first.max(largest(&root.x));
             let contraction = loop {
                 x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
                 equations.residual(&x, &mut trial);
                 root.evaluations += 1;
                 let residual = largest(&trial);
                 if residual.is_finite() {
-                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
-                    kept.solve(&mut next);
-                    // A correction within the tolerance needs no further test.
-                    if damping == 1.0 && size <= self.tolerance * scale {
+                    // A correction within the tolerance needs no test of monotonicity.
+                    if damping == 1.0 && size <= bound && is_met(equations, &x, &trial, &step, bound, &mut matrix) {
                         root.step_to(&x, residual);
                         return Ok(root);
                     }
+                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
+                    kept.solve(&mut next);
                     let contraction = largest(&next) / size;
                     if contraction <= 1.0 - 0.25 * damping {
-                        root.step_to(&x, residual);
-                        std::mem::swap(&mut r, &mut trial);
                         break Some(contraction);
                     }
                     let bent = next.iter().zip(&step).fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
@@ -113,26 +112,86 @@ impl Newton {
                     break None;
                 }
                 if damping.is_nan() || damping < self.least_damping {
-                    return Err(match trial.iter().position(|r| !r.is_finite()) {
-                        Some(equation) => RootError::NotFinite { equation, last: Box::new(root) },
-                        None => root.not_converged(),
-                    });
+                    match descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.least_damping) {
+                        Some(share) => damping = share,
+                        None => {
+                            return Err(match trial.iter().position(|r| !r.is_finite()) {
+                                Some(equation) => RootError::NotFinite { equation, last: Box::new(root) },
+                                None => root.not_converged(),
+                            });
+                        }
+                    }
+                    break Some(f64::INFINITY);
                 }
             };
             // Factors that no longer serve are made anew, at the same place.
             let Some(contraction) = contraction else { continue };
-            if damping == 1.0 {
+            root.step_to(&x, largest(&trial));
+            std::mem::swap(&mut r, &mut trial);
+            if damping == 1.0 && contraction < 1.0 {
                 taken.push(&step);
-                step.copy_from_slice(&next);
-                let serves = contraction <= FAST && taken.update(&mut step);
+                let serves = contraction <= FAST && taken.update(&mut next);
                 // The next correction estimates the error that is left.
-                if largest(&step) <= self.tolerance * scale {
+                let near = largest(&next) <= bound;
+                if near && is_met(equations, &x, &r, &step, bound, &mut matrix) {
                     return Ok(root);
                 }
-                factors = serves.then_some(kept);
+                factors = (serves && !near).then_some(kept);
+                std::mem::swap(&mut step, &mut next);
             }
         }
         Err(root.not_converged())
+    }
+}
+
+/// Whether x is a root to `bound`: the correction that led here did to every residual what the Jacobian at hand foresaw, or that of the very
+/// place asks for no more.
+fn is_met<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], step: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
+    let mut foreseen = vec![0.0; r.len()];
+    jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
+    r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen) || is_root(equations, x, r, bound, jacobian)
+}
+
+/// Where a Jacobian jumps, no share of its correction may pass the test of natural monotonicity: what it foresees ends at the jump. The step is
+/// then halved until |r|₂ falls, and where that does not help either, a short one is taken all the same.
+/// Source of the latter: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986).
+#[derive(Default)]
+struct Descent {
+    /// Short steps that |r|₂ rose on.
+    rises: usize,
+}
+
+/// The share of a correction that is taken without descent, and how often.
+const SHORT: f64 = 0.125;
+const RISES: usize = 8;
+
+impl Descent {
+    /// Moves x from the iterate; the share taken, if any.
+    fn step<R: Residual + ?Sized>(
+        &mut self,
+        equations: &mut R,
+        root: &mut Root,
+        r: &[f64],
+        step: &[f64],
+        (x, trial): (&mut [f64], &mut [f64]),
+        least: f64,
+    ) -> Option<f64> {
+        let mut residual = |share: f64, x: &mut [f64], trial: &mut [f64]| {
+            x.iter_mut().zip(&root.x).zip(step).for_each(|((x, x0), s)| *x = x0 + share * s);
+            equations.residual(x, trial);
+            root.evaluations += 1;
+            dot(trial, trial)
+        };
+        let here = dot(r, r);
+        let mut share = 1.0;
+        while share >= least {
+            if residual(share, x, trial) < here {
+                return Some(share);
+            }
+            share *= 0.5;
+        }
+        self.rises += 1;
+        (self.rises <= RISES && residual(SHORT, x, trial).is_finite()).then_some(SHORT)
     }
 }
 
