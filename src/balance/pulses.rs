@@ -43,15 +43,21 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
         let signals = self.drives.signals();
-        let (mut values, mut largest) = (vec![vec![0.0; signals * nodes().len()]; panels.len()], vec![0.0f64; signals]);
-        for (values, &(middle, half)) in values.iter_mut().zip(&panels) {
-            for ((node, _), now) in nodes().iter().zip(values.chunks_exact_mut(signals)) {
-                self.drives.read(middle + half * node, None, now);
-                largest.iter_mut().zip(now).for_each(|(most, x)| *most = most.max(x.abs()));
+        let (basis, nodes) = (lagrange(), nodes());
+        // The polynomial of every signal on every panel, as the coefficients of x^m.
+        let (mut foreseen, mut largest) = (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
+        let mut now = vec![0.0; signals];
+        for (foreseen, &(middle, half)) in foreseen.iter_mut().zip(&panels) {
+            for ((node, _), basis) in nodes.iter().zip(&basis) {
+                self.drives.read(middle + half * node, None, &mut now);
+                for ((foreseen, largest), x) in foreseen.iter_mut().zip(&mut largest).zip(&now) {
+                    *largest = largest.max(x.abs());
+                    foreseen.iter_mut().zip(basis).for_each(|(p, b)| *p += x * b);
+                }
             }
         }
         let apart = self.period / LOOKS as f64;
-        let (mut now, mut ends) = (vec![0.0; signals], Vec::new());
+        let mut ends = Vec::new();
         // The last pulse as it grows.
         let mut pulse: Option<(f64, f64)> = None;
         let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
@@ -61,7 +67,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
                 looks.halve((start, end), &largest, 0, most, &mut ends);
             }
         };
-        for (values, &(middle, half)) in values.iter().zip(&panels) {
+        for (foreseen, &(middle, half)) in foreseen.iter().zip(&panels) {
             let first = ((middle - half) / apart - 0.5).ceil().max(0.0) as usize;
             for look in first.. {
                 let t = (look as f64 + 0.5) * apart;
@@ -69,11 +75,12 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
                     break;
                 }
                 self.drives.read(t, None, &mut now);
-                let weights = lagrange((t - middle) / half);
-                let departs = (0..signals).any(|s| {
-                    let foreseen: f64 = weights.iter().zip(values.chunks_exact(signals)).map(|(w, values)| w * values[s]).sum();
-                    (now[s] - foreseen).abs() > DEPARTS * largest[s]
-                });
+                let x = (t - middle) / half;
+                let departs = now
+                    .iter()
+                    .zip(foreseen)
+                    .zip(&largest)
+                    .any(|((now, p), largest)| (now - p.iter().rev().fold(0.0, |sum, p| sum * x + p)).abs() > DEPARTS * largest);
                 if !departs {
                     continue;
                 }
@@ -127,8 +134,18 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
     }
 }
 
-/// The Lagrange polynomials of the nodes at x.
-fn lagrange(x: f64) -> [f64; 10] {
+/// Coefficients of x^m in the Lagrange polynomial that is 1 at node i.
+fn lagrange() -> [[f64; 10]; 10] {
     let nodes = nodes().map(|(node, _)| node);
-    std::array::from_fn(|i| (0..10).filter(|&j| j != i).map(|j| (x - nodes[j]) / (nodes[i] - nodes[j])).product())
+    std::array::from_fn(|i| {
+        let mut p = [0.0; 10];
+        p[0] = 1.0;
+        for (degree, j) in (0..10).filter(|&j| j != i).enumerate() {
+            let scale = 1.0 / (nodes[i] - nodes[j]);
+            for m in (0..=degree + 1).rev() {
+                p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - nodes[j] * p[m]);
+            }
+        }
+        p
+    })
 }

@@ -265,6 +265,14 @@ impl Root {
         }
     }
 
+    /// No share of a correction helps; the last was tried with these residuals.
+    fn stuck(self, tried: &[f64]) -> RootError {
+        match tried.iter().position(|r| !r.is_finite()) {
+            Some(equation) => RootError::NotFinite { equation, last: Box::new(self) },
+            None => self.not_converged(),
+        }
+    }
+
     fn not_converged(self) -> RootError {
         RootError::NotConverged { last: Box::new(self) }
     }
