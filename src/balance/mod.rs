@@ -169,7 +169,7 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
-        if model.contacts() > 0 && !residual::holds_pieces(model) {
+        if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
@@ -241,7 +241,7 @@ impl Balance {
     }
 
     fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
-        if model.contacts() > 0 && !residual::holds_pieces(model) {
+        if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);

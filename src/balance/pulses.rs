@@ -1,7 +1,7 @@
 //! Pulses of the drives that lie between the nodes of a quadrature.
 
+use super::couplings::holds_pieces;
 use super::gauss::{drive_edges, nodes, panels};
-use super::residual::holds_pieces;
 use super::resolution::Drives;
 use super::size::sizes;
 use super::{Harmonics, Orbit};

@@ -2,7 +2,7 @@
 
 use super::assembly::Layout;
 use super::closed::Closed;
-use super::couplings::Couplings;
+use super::couplings::{Couplings, free_motions, holds_pieces};
 use super::gauss::drive_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
@@ -18,8 +18,7 @@ use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::error::check;
 use crate::model::{Generic, Periodic};
-use crate::orbit::rigid_motions;
-use crate::piece::{Piece, Side};
+use crate::piece::Piece;
 use crate::root::{Matrix, Residual};
 use crate::slopes::Slopes;
 
@@ -395,16 +394,4 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
         }
         true
     }
-}
-
-fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
-    let rigid = rigid_motions(model, model.period());
-    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
-}
-
-/// Whether a model offers held pieces.
-pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
-    let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
-    model.drive(0.0, Side::After, &mut u);
-    model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
 }

@@ -267,6 +267,7 @@ fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), Paramet
 }
 
 /// The law of the guide, force ~ x^1.5 on one flank.
+#[derive(Clone)]
 struct Hertz;
 
 impl Nonlinearity for Hertz {
