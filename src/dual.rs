@@ -5,6 +5,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
 ///
+/// At 0 the slope of √x, which has no bound, is that of the smallest normal number, 3.4e153: what vanishes there has slope 0 under the root
+/// too, and x √x has the slope 0 that it should have.
+///
 /// ```
 /// use gear_dynamics::{Dual, Scalar};
 /// let x = Dual::variable(4.0);
@@ -12,6 +15,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// assert_eq!(x.sqrt().slope, [0.25]);
 /// let (x, y) = (Dual::<2>::along(3.0, 0), Dual::<2>::along(5.0, 1));
 /// assert_eq!((x * y).slope, [5.0, 3.0]);
+/// let zero = Dual::variable(0.0);
+/// assert_eq!((zero.abs() * zero.abs().sqrt()).slope, [0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize = 1> {
@@ -20,6 +25,9 @@ pub struct Dual<const N: usize = 1> {
     /// x'_i.
     pub slope: [f64; N],
 }
+
+/// √ of the smallest normal number.
+const LEAST_ROOT: f64 = 1.491_668_146_240_041_3e-154;
 
 impl Dual {
     /// The variable itself: slope 1.
@@ -98,7 +106,8 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
-        Dual { value, slope: self.slope.map(|x| 0.5 * x / value) }
+        let below = if value == 0.0 { LEAST_ROOT } else { value };
+        Dual { value, slope: self.slope.map(|x| 0.5 * x / below) }
     }
     #[inline(always)]
     fn abs(self) -> Self {

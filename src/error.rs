@@ -81,6 +81,16 @@ pub enum ParameterError {
         /// The smallest count that works.
         least: usize,
     },
+    /// A count beyond what there is room or time for.
+    #[error("{name} is {value}: at most {most} are allowed")]
+    TooMany {
+        /// What was counted.
+        name: String,
+        /// What it was; `usize::MAX` if it is more than can be counted.
+        value: usize,
+        /// The largest count allowed.
+        most: usize,
+    },
     /// A ring of an odd number of ordinary external meshes.
     #[error(
         "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so an odd ring \
@@ -133,6 +143,9 @@ pub(crate) mod check {
 
     type Checked = Result<f64, E>;
 
+    /// Most numbers in one list: half a gigabyte.
+    pub(crate) const NUMBERS: usize = 1 << 26;
+
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
     }
@@ -170,6 +183,12 @@ pub(crate) mod check {
             Some(i) => Err(E::NotFinite { name: format!("{name}[{i}]"), value: values[i] }),
             None => Ok(()),
         }
+    }
+
+    /// A count of numbers to be stored or of rounds to be made, given as its factors.
+    pub(crate) fn count(name: impl Into<String>, factors: &[usize], most: usize) -> Result<usize, E> {
+        let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
+        if value <= most { Ok(value) } else { Err(E::TooMany { name: name.into(), value, most }) }
     }
 
     pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {

@@ -80,6 +80,13 @@ impl Jacobian {
     pub fn new(dof: usize) -> Self {
         Jacobian { q: DMatrix::zeros(dof, dof), v: DMatrix::zeros(dof, dof) }
     }
+
+    /// The first slope that is not finite: of which acceleration, in which coordinate, and whether in its velocity.
+    pub(crate) fn not_finite(&self) -> Option<(usize, usize, bool)> {
+        let first = |half: &DMatrix<f64>| half.iter().position(|x| !x.is_finite()).map(|k| (k % half.nrows(), k / half.nrows()));
+        let of_q = first(&self.q).map(|(i, j)| (i, j, false));
+        of_q.or_else(|| first(&self.v).map(|(i, j)| (i, j, true)))
+    }
 }
 
 /// q'' = a(u(t), q, q'): drives that depend on time alone, algebra without a clock, and the contacts at which it changes.

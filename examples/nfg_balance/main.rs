@@ -44,7 +44,7 @@ fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> [Panel; 3] {
     let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]");
     let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude [rad]").labels_at(SeriesLabelPosition::UpperRight);
     for (name, orbit) in orbits {
-        let turn = orbit.history(SAMPLES);
+        let turn = orbit.history(SAMPLES)?;
         let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, turn.q(i)[0])).collect();
         history = history.with("", Mark::Line, points);
         phase = phase.with("", Mark::Line, (0..SAMPLES).map(|i| (turn.q(i)[0], turn.v(i)[0])).collect());

@@ -49,6 +49,13 @@ impl Layout {
         self.dof * self.harmonics.unknowns() + self.rigid.len()
     }
 
+    /// Entries that its Jacobian stores, at most.
+    pub(super) fn entries(&self, couplings: &Couplings) -> usize {
+        let height = self.harmonics.unknowns() + self.rigid.len();
+        let blocks = if self.sparse { couplings.list.len() + self.dof } else { self.dof * self.dof };
+        blocks.saturating_mul(height.saturating_mul(height))
+    }
+
     /// An empty Jacobian, its blocks in the order of the couplings; a dense one where most of them are full.
     pub(super) fn matrix(&self, couplings: &Couplings) -> Matrix {
         if !self.sparse {

@@ -1,6 +1,8 @@
 //! Which accelerations depend on which coordinates.
 
+use super::BalanceError;
 use crate::model::{Jacobian, Periodic};
+use crate::orbit::rigid_motions;
 use crate::piece::{Piece, Side};
 use crate::slopes::Slopes;
 
@@ -99,4 +101,17 @@ impl Couplings {
 /// Numbers spread over 0..1, different in every direction.   Weyl sequence of square roots.
 pub(super) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
+}
+
+/// Motions of the whole that nothing holds.
+pub(super) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
+    let rigid = rigid_motions(model, model.period());
+    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
+}
+
+/// Whether a model offers held pieces.
+pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
+    let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
+    model.drive(0.0, Side::After, &mut u);
+    model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
 }

@@ -64,6 +64,21 @@ pub enum BalanceError {
         /// The stiffness found.
         share: f64,
     },
+    /// A model whose slopes are no numbers.
+    #[error(
+        "the slope of acceleration {acceleration} in coordinate {coordinate}, or in its velocity, is not finite somewhere along the iterate \
+         {} of the balance", last.iterations()
+    )]
+    Slope {
+        /// Which acceleration.
+        acceleration: usize,
+        /// In which coordinate.
+        coordinate: usize,
+        /// The iterate.
+        last: Box<Orbit>,
+        /// Largest residual of every iterate.
+        history: Vec<f64>,
+    },
     /// A coordinate that nothing holds.
     #[error("the balance leaves coordinate {coordinate} free after {} iterations: no stiffness reaches it", last.iterations())]
     Floating {

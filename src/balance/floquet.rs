@@ -222,10 +222,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
         let mut fastest = self.read();
         let mut h = f64::INFINITY;
-        while t < end {
-            if !fastest.is_finite() {
-                return None;
-            }
+        while t < end && fastest.is_finite() {
             // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
             let longest = step / fastest.max(TAU / orbit.span());
             if h > longest {
@@ -234,7 +231,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             fastest = fastest.max(self.step(orbit, t, h)?);
             t = if (end - t) <= 1.5 * h { end } else { t + h };
         }
-        Some(())
+        fastest.is_finite().then_some(())
     }
 
     /// Slopes with these drives and this motion; √ of their largest row sum.
@@ -244,7 +241,9 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
         let n = self.q.len();
         let sum = |i: usize, m: &DMatrix<f64>| (0..n).map(|j| m[(i, j)].abs()).sum::<f64>();
-        (0..n).fold(0.0, |m: f64, i| m.max(sum(i, of_q).sqrt()).max(sum(i, of_v)))
+        // A maximum passes over NaN.
+        let all = |m: f64, x: f64| if x.is_nan() { f64::INFINITY } else { m.max(x) };
+        (0..n).fold(0.0, |m: f64, i| all(all(m, sum(i, of_q).sqrt()), sum(i, of_v)))
     }
 
     /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).

@@ -13,18 +13,29 @@ const GAUSS: [[f64; 2]; 5] = [
     [0.973_906_528_517_171_7, 0.066_671_344_308_688_14],
 ];
 
-/// Ten Gauss points on every panel between the breaks, with their weights as shares of the span. Half a panel turns twice `order`, as the
-/// Jacobian holds it, by 3 rad.
-pub(super) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl FnMut(f64, f64)) {
-    for stretch in breaks.windows(2) {
-        let length = stretch[1] - stretch[0];
+/// All ten nodes on -1 .. 1, with their weights.
+pub(super) fn nodes() -> [(f64, f64); 10] {
+    std::array::from_fn(|k| {
+        let [node, weight] = GAUSS[k / 2];
+        (if k % 2 == 0 { -node } else { node }, weight)
+    })
+}
+
+/// The panels between the breaks, as middles and half widths. Half a panel turns twice `order`, as the Jacobian holds it, by 3 rad.
+pub(super) fn panels(breaks: &[f64], span: f64, order: usize) -> impl Iterator<Item = (f64, f64)> {
+    breaks.windows(2).flat_map(move |stretch| {
+        let (start, length) = (stretch[0], stretch[1] - stretch[0]);
         let pieces = (length / span * TAU * order as f64 / 3.0).ceil();
         let half = 0.5 * length / pieces;
-        for p in 0..pieces as usize {
-            let middle = stretch[0] + half * (2 * p + 1) as f64;
-            for [node, weight] in GAUSS.into_iter().flat_map(|[x, w]| [[-x, w], [x, w]]) {
-                at(middle + half * node, weight * half / span);
-            }
+        (0..pieces as usize).map(move |p| (start + half * (2 * p + 1) as f64, half))
+    })
+}
+
+/// Ten Gauss points on every panel between the breaks, with their weights as shares of the span.
+pub(super) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl FnMut(f64, f64)) {
+    for (middle, half) in panels(breaks, span, order) {
+        for (node, weight) in nodes() {
+            at(middle + half * node, weight * half / span);
         }
     }
 }

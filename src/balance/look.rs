@@ -149,7 +149,8 @@ pub(super) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
         let at_rest = a[1].clone();
         let size = |i: usize| (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>() + at_rest[i].abs();
         let linear = |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
-        if (0..n).any(|i| (linear(i) - a[0][i]).abs() > 1e-9 * size(i)) {
+        let parts = |apart: f64, size: f64| apart.is_nan() || apart.abs() > 1e-9 * size;
+        if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
             return false;
         }
         // The same contact by contact.
@@ -162,7 +163,7 @@ pub(super) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
             held[c] = Piece::Gap;
             sum.iter_mut().zip(a[2].iter().zip(&gap)).for_each(|(sum, (on, gap))| *sum += on - gap);
         }
-        if (0..n).any(|i| (sum[i] - a[0][i]).abs() > 1e-9 * size(i)) {
+        if (0..n).any(|i| parts(sum[i] - a[0][i], size(i))) {
             return false;
         }
     }

@@ -15,6 +15,7 @@ mod look;
 mod orbit;
 mod panels;
 mod proof;
+mod pulses;
 mod residual;
 mod resolution;
 mod size;
@@ -63,7 +64,8 @@ pub enum Integrals {
     Closed,
     /// Samples corrected around every kink: any smooth pieces.
     Kinks,
-    /// Gauss panels between switches and jumps of the drives, as narrow as the kept orders and the drives ask for.
+    /// Gauss panels between switches and jumps of the drives, as narrow as the kept orders and the drives ask for. A pulse between them that no
+    /// edge announces is sought at 131 072 instants of a period, and gets panels of its own.
     Panels,
 }
 
@@ -71,6 +73,9 @@ pub enum Integrals {
 ///
 /// The coefficients z of q(t) = Σ_k c_k cos kωt + s_k sin kωt are sought for which q'' - a(u(t), q, q') has no component at the kept
 /// orders.   Source: Liu 2021, Eqs. (13)-(17), corrected; with exact switching it converges to the orbits of the equation itself.
+///
+/// A solve looks at the drives where its integrals do. A pulse narrower than that has to be announced by [`next_edge`](crate::Model::next_edge);
+/// [`Integrals::Panels`] and [`prove`](Balance::prove) seek pulses down to 1e-5 of the period by themselves.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Piece};
@@ -164,7 +169,7 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
-        if model.contacts() > 0 && !residual::holds_pieces(model) {
+        if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
@@ -236,7 +241,7 @@ impl Balance {
     }
 
     fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
-        if model.contacts() > 0 && !residual::holds_pieces(model) {
+        if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
@@ -259,6 +264,12 @@ impl Balance {
             orbit
         };
         root.map(|root| orbit(&root)).map_err(|error| match error {
+            RootError::Slope { equation, unknown, last, .. } => BalanceError::Slope {
+                acceleration: equations.layout.coordinate(equation),
+                coordinate: equations.layout.coordinate(unknown),
+                last: Box::new(orbit(&last)),
+                history: last.history,
+            },
             RootError::Singular { .. } if let Some(contact) = held_in_gap => BalanceError::StartInGap { contact },
             RootError::Singular { unknown, last } => BalanceError::Floating {
                 coordinate: equations.layout.coordinate(unknown),

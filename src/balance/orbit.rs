@@ -56,8 +56,9 @@ impl Orbit {
     /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
     ///
     /// # Errors
-    /// A span that is not positive, lists of the wrong length, numbers that are not finite.
+    /// A span that is not positive, lists of the wrong length, numbers that are not finite; orders that are too high.
     pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
+        harmonics.check()?;
         check::scale("span", span)?;
         for (j, list) in coefficients.iter().enumerate() {
             check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
@@ -91,6 +92,9 @@ impl Orbit {
     ) -> Result<Self, Failed> {
         let span = model.period() * harmonics.periods() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
+        if let Err(error) = harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)) {
+            return Err(Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(n, start.t)) });
+        }
         let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
         let run = integrator.sample(model, start, &times)?;
         let mut transform = Transform::new(m);
@@ -231,8 +235,12 @@ impl Orbit {
     }
 
     /// States at uniform instants over one span, as [`Shooting`] takes them.
-    pub fn states(&self, count: usize) -> Vec<State> {
-        (0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect()
+    ///
+    /// # Errors
+    /// More than 2²⁶ numbers.
+    pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
+        check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
+        Ok((0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect())
     }
 
     /// The orbit of the equation itself near this series, by multiple shooting: to 1e-12 of its range, with its monodromy. Its first
@@ -242,14 +250,18 @@ impl Orbit {
     /// [`ShootingError`].
     pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<Cycle, ShootingError> {
         let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
-        Shooting::new().multiple(self.harmonics.periods()).run(model, &self.states(nodes))
+        Shooting::new().multiple(self.harmonics.periods()).run(model, &self.states(nodes)?)
     }
 
     /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
-    pub fn history(&self, samples: usize) -> Trajectory {
+    ///
+    /// # Errors
+    /// More than 2²⁶ numbers.
+    pub fn history(&self, samples: usize) -> Result<Trajectory, ParameterError> {
         let n = self.dof();
+        check::count("numbers of the history", &[samples, 2 * n], check::NUMBERS)?;
         if samples == 0 {
-            return Trajectory::empty(n, 0.0);
+            return Ok(Trajectory::empty(n, 0.0));
         }
         let fine = samples.max(2 * self.harmonics.highest() + 1).div_ceil(samples.max(1)) * samples;
         let mut z = vec![vec![Complex64::ZERO; fine]; n];
@@ -268,7 +280,7 @@ impl Orbit {
             }
             trajectory.push(t, &y);
         }
-        trajectory
+        Ok(trajectory)
     }
 
     /// Highest less lowest value of coordinate j, extremes found between samples too.

@@ -31,10 +31,17 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    /// Panels of the width that the kept orders and the drives ask for, or this many times finer.
-    pub(super) fn new<M: Periodic + ?Sized>(grid: &Grid<'_, M>, varying: usize, drives: &mut Drives<'_, M>, finer: usize) -> Self {
+    /// Panels of the width that the kept orders and the drives ask for, or this many times finer; those of pulses end where these say.
+    pub(super) fn new<M: Periodic + ?Sized>(
+        grid: &Grid<'_, M>,
+        varying: usize,
+        drives: &mut Drives<'_, M>,
+        finer: usize,
+        pulses: &[f64],
+    ) -> Self {
         let (n, highest) = (grid.dof(), grid.harmonics().highest());
-        let edges = drive_edges(grid.model, grid.span());
+        let mut edges = drive_edges(grid.model, grid.span());
+        edges.extend(pulses);
         let mut breaks = edges.clone();
         breaks.extend([0.0, grid.span()]);
         breaks.sort_by(f64::total_cmp);

@@ -2,6 +2,7 @@
 
 use super::coarseness::{self, COARSE, correction};
 use super::couplings::even;
+use super::pulses::pulses;
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
 use crate::error::ParameterError;
@@ -29,7 +30,7 @@ pub struct Proof {
     /// The orbit on 1.3 H orders.
     pub finer: Orbit,
     /// The first Newton correction that finer integrals ask for, over the peak-to-peak: exact ones where contacts were sampled, else twice the samples
-    /// or half the panels' width. What the root finder left over is in it too.
+    /// or half the panels' width, or panels around the pulses that the drives hide between them. What the root finder left over is in it too.
     pub aliasing: f64,
     /// The first correction of multiple shooting, over the range of motion: a few times smaller than the error when it is small; above 0.1,
     /// and infinite when shooting finds nothing, there is no orbit of the equation near.
@@ -54,7 +55,9 @@ impl Balance {
 
     fn prove_any(&self, model: &dyn Periodic, orbit: &Orbit) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).solve(model, orbit)?;
+        let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
         let better = match self.integrals {
+            _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
             Integrals::Sampled { .. } if model.contacts() > 0 => Balance::new(self.harmonics().clone()).equations(model, orbit)?,
             _ => self.finer_equations(model, orbit)?,
         };

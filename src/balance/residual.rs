@@ -2,12 +2,13 @@
 
 use super::assembly::Layout;
 use super::closed::Closed;
-use super::couplings::Couplings;
+use super::couplings::{Couplings, free_motions, holds_pieces};
 use super::gauss::drive_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
 use super::orbit::Orbit;
 use super::panels::Panels;
+use super::pulses::pulses;
 use super::resolution::{Drives, Signals, samples_following};
 use super::size::sizes_apart;
 use super::spectra::{Samples, Spectra};
@@ -15,9 +16,9 @@ use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
+use crate::error::check;
 use crate::model::{Generic, Periodic};
-use crate::orbit::rigid_motions;
-use crate::piece::{Piece, Side};
+use crate::piece::Piece;
 use crate::root::{Matrix, Residual};
 use crate::slopes::Slopes;
 
@@ -54,6 +55,11 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     slopes_seen: bool,
 }
 
+/// Samples of all coordinates at most: over a gigabyte, with their transforms.
+const MOST_SAMPLES: usize = 1 << 23;
+/// Stored entries of a Jacobian at most: two gigabytes.
+const MOST_ENTRIES: usize = 1 << 28;
+
 /// How the integrals are taken.
 pub(super) enum Method<'m, M: ?Sized> {
     Sampled(Samples),
@@ -68,7 +74,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: with so many times the samples, or as much narrower panels, as the orders ask for.
     pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
         let n = model.dof();
-        crate::error::check::scale("period of the model", model.period())?;
+        check::scale("period of the model", model.period())?;
+        harmonics.check()?;
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
@@ -100,17 +107,23 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             // Panels follow the drives themselves; their samples only have to show where the tooth edges are.
             _ => samples_following(&mut drives, if by_panels { Signals::Edges } else { Signals::All }, harmonics),
         };
+        let fits = |samples: usize| check::count("samples of the balance", &[finer, samples, n], MOST_SAMPLES);
+        fits(samples)?;
         let mut grid = Grid::new(model, harmonics, finer * samples);
         if integrals == Integrals::Exact && contacts == 0 && !by_panels {
             let needed = drives.orders(Signals::All, Some(&grid)).map_or(0, |orders| 3 * orders.highest * harmonics.periods());
             if needed > samples {
+                fits(needed.next_power_of_two())?;
                 grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
             }
         }
         let (samples, varying) = (grid.samples(), couplings.varying.len());
         let sampled = || Samples::new(n, varying, samples);
         let method = match integrals {
-            _ if by_panels => Method::Panels(Panels::new(&grid, varying, &mut drives, finer)),
+            _ if by_panels => {
+                let pulses = if integrals == Integrals::Panels { pulses(model, near, harmonics) } else { Vec::new() };
+                Method::Panels(Panels::new(&grid, varying, &mut drives, finer, &pulses))
+            }
             Integrals::Sampled { .. } => Method::Sampled(sampled()),
             Integrals::Exact if contacts == 0 => Method::Sampled(sampled()),
             Integrals::Kinks => Method::Kinks(sampled()),
@@ -121,6 +134,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             },
         };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
+        check::count("entries of the Jacobian", &[layout.entries(&couplings)], MOST_ENTRIES)?;
         Ok(BalanceEquations {
             spectra: Spectra::new(n, varying, harmonics),
             stencil: Stencil::get(),
@@ -380,16 +394,4 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
         }
         true
     }
-}
-
-fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
-    let rigid = rigid_motions(model, model.period());
-    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
-}
-
-/// Whether a model offers held pieces.
-pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
-    let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
-    model.drive(0.0, Side::After, &mut u);
-    model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
 }

@@ -70,8 +70,13 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
         }
     }
 
+    /// Numbers that one look gives: the distances to both edges of every contact, then the accelerations of every way.
+    pub(super) fn signals(&self) -> usize {
+        2 * self.contacts.len() + self.ways.len() * self.a.len()
+    }
+
     /// How far contacts are from their edges, then accelerations as far as `out` reaches, at an instant whose drives may be known.
-    fn read(&mut self, t: f64, drives: Option<&[f64]>, out: &mut [f64]) {
+    pub(super) fn read(&mut self, t: f64, drives: Option<&[f64]>, out: &mut [f64]) {
         let u = match drives {
             Some(u) => u,
             None => {

@@ -214,6 +214,18 @@ pub enum IntegrateError {
         /// Place in (coordinates, velocities), from 0: `dof + i` when the acceleration of coordinate i is the first to fail.
         component: usize,
     },
+    /// A model that gave a slope which is not finite, where its motion is.
+    #[error("the slope of acceleration {acceleration} in {of} {coordinate} is not finite after t = {t}")]
+    Slope {
+        /// The last good time.
+        t: f64,
+        /// Which acceleration, from 0.
+        acceleration: usize,
+        /// "coordinate" or "velocity".
+        of: &'static str,
+        /// Which coordinate or velocity, from 0.
+        coordinate: usize,
+    },
     /// No step is short enough for the tolerance.
     #[error("the step fell to {h} at t = {t}: the tolerance cannot be met")]
     StepUnderflow {

@@ -82,7 +82,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         let (mut state, mut crossings) = (start, 0);
         let mut saltation = Saltation::new(self);
         for _ in 0..RESTARTS {
-            let finish = solver.run(self, &state, t_end, &mut saltation)?;
+            let finish = solver.run(self, &state, t_end, &mut saltation).map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;
             if finish.stopped {
@@ -93,6 +93,18 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             }
         }
         Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
+    }
+
+    /// Differences that are not finite while the motion is come of slopes that are not.
+    fn explain(&self, error: IntegrateError) -> IntegrateError {
+        match (error, self.slopes.borrow().jacobian.not_finite()) {
+            (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
+                if component % (self.n * (1 + self.columns)) >= self.n =>
+            {
+                IntegrateError::Slope { t, acceleration, of: if velocity { "velocity" } else { "coordinate" }, coordinate }
+            }
+            (error, _) => error,
+        }
     }
 
     fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

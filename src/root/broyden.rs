@@ -1,6 +1,6 @@
 //! Broyden's methods.
 
-use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, is_root, jacobian_of, largest};
 
 /// The Jacobian that Broyden's method starts from.
 ///
@@ -27,6 +27,9 @@ pub enum FirstJacobian {
 /// good: B ← B + (s - B y) sᵀB/(sᵀB y),   bad: B ← B + (s - B y) yᵀ/(yᵀy),   B = J⁻¹, s = Δx, y = Δr
 ///
 /// Source: Broyden 1965; Kelley, Iterative Methods for Linear and Nonlinear Equations, ch. 7. The second paper's solver.
+///
+/// A small step alone is no root: a B that has become too small makes every step small. The last one is judged by the equations' own Jacobian,
+/// or by differences; where these ask for more, iterations go on from them.
 ///
 /// ```
 /// use gear_dynamics::{Broyden, Equations};
@@ -72,7 +75,8 @@ impl Broyden {
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }
     }
-    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
+    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate. The residual there is held to it too: so
+    /// small has to be the correction that the equations' own Jacobian at the root asks for.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Broyden { tolerance, ..self }
     }
@@ -91,19 +95,19 @@ impl Broyden {
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
-        let first = match &self.first {
-            FirstJacobian::Identity => None,
+        let mut jacobian = match &self.first {
             FirstJacobian::Given(matrix) if matrix.size() != n => return Err(RootError::Length { expected: n, found: matrix.size() }),
-            FirstJacobian::Given(matrix) => Some(Factors::new(matrix)),
+            FirstJacobian::Given(matrix) => Some(matrix.clone()),
             FirstJacobian::Own => {
                 let mut matrix = equations.matrix();
                 jacobian_of(equations, guess, &mut matrix);
-                Some(Factors::new(&matrix))
+                Some(matrix)
             }
+            FirstJacobian::Identity => None,
         };
-        let factors = match first.transpose() {
+        let factors = match jacobian.as_ref().map(|matrix| Factors::new(matrix).map_err(|floating| (floating, matrix))).transpose() {
             Ok(factors) => factors,
-            Err(floating) => return Err(root.singular(floating)),
+            Err((floating, matrix)) => return Err(root.singular(floating, matrix)),
         };
         let mut inverse = Inverse { factors, bad: self.bad, updates: Vec::new() };
         let first = largest(guess);
@@ -119,13 +123,21 @@ impl Broyden {
             }
             change.iter_mut().zip(&next).zip(&r).for_each(|((y, n), r)| *y = n - r);
             std::mem::swap(&mut r, &mut next);
-            let scale = first.max(largest(&x));
+            let bound = self.tolerance * first.max(largest(&x));
             let size = largest(&step);
             root.step_to(&x, largest(&r));
-            if size <= self.tolerance * scale {
-                return Ok(root);
-            }
-            if inverse.updates.len() >= self.restart {
+            if size <= bound {
+                let matrix = jacobian.get_or_insert_with(|| equations.matrix());
+                if root.residual == 0.0 || is_root(equations, &x, &r, bound, matrix) {
+                    return Ok(root);
+                }
+                // The updates have gone astray: they begin anew from the Jacobian here.
+                inverse.factors = match Factors::new(matrix) {
+                    Ok(factors) => Some(factors),
+                    Err(floating) => return Err(root.singular(floating, matrix)),
+                };
+                inverse.updates.clear();
+            } else if inverse.updates.len() >= self.restart {
                 inverse.updates.clear();
             } else {
                 inverse.update(step, &change);

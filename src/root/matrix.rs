@@ -1,7 +1,7 @@
 //! Jacobians: dense, or of blocks of which most are missing.
 
 use super::blocks::{Block, Pairs};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use nalgebra::DMatrix;
 
 /// A square matrix in blocks; a dense one is a single block. Entries are stored column by column inside each block.
@@ -27,6 +27,11 @@ pub struct Matrix {
     last: Option<usize>,
 }
 
+/// The largest dense matrix: 34 GB.
+const MOST_DENSE: usize = 1 << 16;
+/// Stored entries of a matrix in blocks at most: those of the largest dense one.
+const MOST_ENTRIES: usize = MOST_DENSE * MOST_DENSE;
+
 /// One stored block.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
@@ -39,21 +44,30 @@ pub(crate) struct Part {
 
 impl Matrix {
     /// A dense matrix of zeros.
+    ///
+    /// # Panics
+    /// If it is larger than 65 536.
     pub fn dense(size: usize) -> Self {
+        assert!(size <= MOST_DENSE, "a dense matrix of size {size}: at most {MOST_DENSE} are stored");
         Matrix { starts: vec![0, size], parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }], last: None }
     }
 
     /// Zeros in blocks of the given heights; `pattern` lists (block row, block column) of those that are stored.
     ///
     /// # Errors
-    /// A block outside the matrix, or twice.
+    /// A block outside the matrix, or twice; heights of more than 2³² in sum, or more than 2³² stored entries.
     pub fn blocks(heights: &[usize], pattern: &[(usize, usize)]) -> Result<Self, ParameterError> {
+        let size = heights.iter().fold(0usize, |size, &height| size.saturating_add(height));
+        check::count("sum of the heights", &[size], MOST_ENTRIES)?;
         let mut matrix = Matrix::of_heights(heights);
+        let mut entries = 0usize;
         for (k, &(i, j)) in pattern.iter().enumerate() {
             if i.max(j) >= heights.len() || pattern[..k].contains(&(i, j)) {
                 let value = if i >= heights.len() { i } else { j } as f64;
                 return Err(ParameterError::OutOfRange { name: format!("block {k}"), value, allowed: "the matrix, each block once" });
             }
+            entries = entries.saturating_add(heights[i].saturating_mul(heights[j]));
+            check::count("stored entries", &[entries], MOST_ENTRIES)?;
             matrix.add_part(i, j, false);
         }
         Ok(matrix)
@@ -170,6 +184,17 @@ impl Matrix {
                 rows.zip(values).for_each(|(row, value)| visit(self.starts[part.i] + row, self.starts[part.j] + column, *value));
             }
         }
+    }
+
+    /// The first entry that is not finite: row, column, value.
+    pub(crate) fn not_finite(&self) -> Option<(usize, usize, f64)> {
+        let mut found = None;
+        self.each(|row, column, value| {
+            if !value.is_finite() {
+                found = found.or(Some((row, column, value)));
+            }
+        });
+        found
     }
 
     pub(crate) fn block(&self, part: &Part) -> Block {

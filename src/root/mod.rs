@@ -99,6 +99,24 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
     }
 }
 
+/// Whether x is a root: |J⁻¹ r| <= `bound` with the Jacobian of this very place, which `jacobian` then holds. A Jacobian taken elsewhere may be
+/// so much larger that every correction looks small. Where J is singular, |r_i| <= `bound` Σ_j |J_ij| decides alone.
+pub(crate) fn is_root<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
+    jacobian_of(equations, x, jacobian);
+    let mut reach = vec![0.0; r.len()];
+    jacobian.each(|row, _, slope| reach[row] += slope.abs());
+    // A comparison with NaN is false.
+    if !r.iter().zip(&reach).all(|(r, reach)| r.abs() <= bound * reach) {
+        return false;
+    }
+    let Ok(factors) = Factors::new(jacobian) else {
+        return true;
+    };
+    let mut correction = r.to_vec();
+    factors.solve(&mut correction);
+    largest(&correction) <= bound
+}
+
 /// aᵀ b.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -151,6 +169,9 @@ pub enum RootError {
         /// Entries of the guess.
         found: usize,
     },
+    /// No equations.
+    #[error("there are no equations: at least one is needed")]
+    Empty,
     /// A setting that cannot be used.
     #[error("{name} is {value}: it must be {allowed}")]
     Setting {
@@ -167,6 +188,18 @@ pub enum RootError {
         /// Which equation.
         equation: usize,
         /// The last iterate that was good, or the guess.
+        last: Box<Root>,
+    },
+    /// A slope that is not a number.
+    #[error("the slope of equation {equation} in unknown {unknown} is {value} after {} iterations", last.iterations)]
+    Slope {
+        /// Which equation.
+        equation: usize,
+        /// Which unknown.
+        unknown: usize,
+        /// NaN or an infinity.
+        value: f64,
+        /// The iterate.
         last: Box<Root>,
     },
     /// A Jacobian that leaves an unknown free.
@@ -189,7 +222,10 @@ impl RootError {
     /// The last iterate, with the history of residuals.
     pub fn last(&self) -> Option<&Root> {
         match self {
-            RootError::NotFinite { last, .. } | RootError::Singular { last, .. } | RootError::NotConverged { last } => Some(last),
+            RootError::NotFinite { last, .. }
+            | RootError::Slope { last, .. }
+            | RootError::Singular { last, .. }
+            | RootError::NotConverged { last } => Some(last),
             _ => None,
         }
     }
@@ -200,6 +236,9 @@ impl Root {
     fn start<R: Residual + ?Sized>(equations: &mut R, guess: &[f64], r: &mut [f64]) -> Result<Self, RootError> {
         if guess.len() != equations.size() {
             return Err(RootError::Length { expected: equations.size(), found: guess.len() });
+        }
+        if guess.is_empty() {
+            return Err(RootError::Empty);
         }
         equations.residual(guess, r);
         let residual = largest(r);
@@ -217,8 +256,21 @@ impl Root {
         self.iterations += 1;
     }
 
-    fn singular(self, Floating(unknown): Floating) -> RootError {
-        RootError::Singular { unknown, last: Box::new(self) }
+    /// Why a Jacobian has no factors: a slope that is no number, or a free unknown.
+    fn singular(self, Floating(unknown): Floating, jacobian: &Matrix) -> RootError {
+        let last = Box::new(self);
+        match jacobian.not_finite() {
+            Some((equation, unknown, value)) => RootError::Slope { equation, unknown, value, last },
+            None => RootError::Singular { unknown, last },
+        }
+    }
+
+    /// No share of a correction helps; the last was tried with these residuals.
+    fn stuck(self, tried: &[f64]) -> RootError {
+        match tried.iter().position(|r| !r.is_finite()) {
+            Some(equation) => RootError::NotFinite { equation, last: Box::new(self) },
+            None => self.not_converged(),
+        }
     }
 
     fn not_converged(self) -> RootError {

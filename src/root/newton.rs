@@ -1,10 +1,11 @@
 //! Newton's method, damped by the natural monotonicity test.
 
-use super::{Factors, Residual, Root, RootError, check_setting, dot, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, is_root, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
 /// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
-/// updates of rank one, so that such corrections converge faster than linearly.
+/// updates of rank one, so that such corrections converge faster than linearly. Where a Jacobian that jumps brings it to a crawl, it begins anew
+/// from the guess and halves corrections until |r|₂ falls.
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2, 2.1.4 and 3.3.
 ///
 /// ```
@@ -62,6 +63,9 @@ impl Newton {
         let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
         let mut taken = Taken::default();
+        // While it is none, the test of natural monotonicity decides.
+        let mut descent: Option<Descent> = None;
+        let mut crawled = 0;
         while root.iterations < self.max_iterations {
             let (kept, stale) = match factors.take() {
                 // The next correction is known already.
@@ -70,7 +74,7 @@ impl Newton {
                     jacobian_of(equations, &root.x, &mut matrix);
                     let fresh = match Factors::new(&matrix) {
                         Ok(fresh) => fresh,
-                        Err(floating) => return Err(root.singular(floating)),
+                        Err(floating) => return Err(root.singular(floating, &matrix)),
                     };
                     step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
                     fresh.solve(&mut step);
@@ -81,27 +85,33 @@ impl Newton {
             let size = largest(&step);
             if !size.is_finite() {
                 let unknown = step.iter().position(|s| !s.is_finite()).unwrap_or(0);
-                return Err(root.singular(super::Floating(unknown)));
+                return Err(root.singular(super::Floating(unknown), &matrix));
+            }
+            let bound = self.tolerance * first.max(largest(&root.x));
+            if let Some(descent) = descent.as_mut().filter(|_| size > bound) {
+                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.least_damping) {
+                    return Err(root.stuck(&trial));
+                }
+                root.step_to(&x, largest(&trial));
+                std::mem::swap(&mut r, &mut trial);
+                continue;
             }
             let mut damping = 1.0;
-            let scale = first.max(largest(&root.x));
             let contraction = loop {
                 x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
                 equations.residual(&x, &mut trial);
                 root.evaluations += 1;
                 let residual = largest(&trial);
                 if residual.is_finite() {
-                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
-                    kept.solve(&mut next);
-                    // A correction within the tolerance needs no further test.
-                    if damping == 1.0 && size <= self.tolerance * scale {
+                    // A correction within the tolerance needs no test of monotonicity.
+                    if damping == 1.0 && size <= bound && is_met(equations, &x, &trial, &step, bound, &mut matrix) {
                         root.step_to(&x, residual);
                         return Ok(root);
                     }
+                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
+                    kept.solve(&mut next);
                     let contraction = largest(&next) / size;
                     if contraction <= 1.0 - 0.25 * damping {
-                        root.step_to(&x, residual);
-                        std::mem::swap(&mut r, &mut trial);
                         break Some(contraction);
                     }
                     let bent = next.iter().zip(&step).fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
@@ -113,26 +123,95 @@ impl Newton {
                     break None;
                 }
                 if damping.is_nan() || damping < self.least_damping {
-                    return Err(match trial.iter().position(|r| !r.is_finite()) {
-                        Some(equation) => RootError::NotFinite { equation, last: Box::new(root) },
-                        None => root.not_converged(),
-                    });
+                    break Some(f64::INFINITY);
                 }
             };
             // Factors that no longer serve are made anew, at the same place.
             let Some(contraction) = contraction else { continue };
+            crawled = if damping < CRAWL { crawled + 1 } else { 0 };
+            if contraction == f64::INFINITY || crawled == CRAWLS {
+                // What this Jacobian foresees ends at once, and did so from the start: the descent begins there.
+                if descent.is_some() {
+                    return Err(root.stuck(&trial));
+                }
+                descent = Some(Descent::default());
+                equations.residual(guess, &mut r);
+                root.evaluations += 1;
+                root.step_to(guess, largest(&r));
+                continue;
+            }
+            root.step_to(&x, largest(&trial));
+            std::mem::swap(&mut r, &mut trial);
             if damping == 1.0 {
                 taken.push(&step);
-                step.copy_from_slice(&next);
-                let serves = contraction <= FAST && taken.update(&mut step);
+                let serves = contraction <= FAST && taken.update(&mut next);
                 // The next correction estimates the error that is left.
-                if largest(&step) <= self.tolerance * scale {
+                let near = largest(&next) <= bound;
+                if near && is_met(equations, &x, &r, &step, bound, &mut matrix) {
                     return Ok(root);
                 }
-                factors = serves.then_some(kept);
+                factors = (serves && !near).then_some(kept);
+                std::mem::swap(&mut step, &mut next);
             }
         }
         Err(root.not_converged())
+    }
+}
+
+/// Whether x is a root to `bound`: the correction that led here did to every residual what the Jacobian at hand foresaw, or that of the very
+/// place asks for no more.
+fn is_met<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], step: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
+    let mut foreseen = vec![0.0; r.len()];
+    jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
+    r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen) || is_root(equations, x, r, bound, jacobian)
+}
+
+/// Where a Jacobian jumps, as that of a sampled dead zone does, the test of natural monotonicity passes no share of a correction, or only tiny
+/// ones: what J foresees ends at the jump. Then |r|₂ has to fall, and where no share makes it, a short step to below the largest of the last
+/// |r|₂ is taken all the same.   Source: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986) 707.
+#[derive(Default)]
+struct Descent {
+    /// The last |r|₂², in turn.
+    last: [f64; WINDOW],
+    steps: usize,
+}
+
+/// Steps shorter than this share crawl; so many of them, one after the other, are too many.
+const CRAWL: f64 = 1.0 / 16.0;
+const CRAWLS: usize = 4;
+/// How many of the last |r|₂ count.
+const WINDOW: usize = 5;
+/// The longest share that is tried without descent.
+const SHORT: f64 = 0.125;
+
+impl Descent {
+    /// Moves x from the iterate, if a share serves.
+    fn step<R: Residual + ?Sized>(
+        &mut self,
+        equations: &mut R,
+        root: &mut Root,
+        r: &[f64],
+        step: &[f64],
+        (x, trial): (&mut [f64], &mut [f64]),
+        least: f64,
+    ) -> bool {
+        let here = dot(r, r);
+        self.last[self.steps % WINDOW] = here;
+        self.steps += 1;
+        let most = self.last.iter().fold(0.0, |m: f64, x| m.max(*x));
+        for (longest, below) in [(1.0, here), (SHORT, most)] {
+            let mut share = longest;
+            while share >= least {
+                x.iter_mut().zip(&root.x).zip(step).for_each(|((x, x0), s)| *x = x0 + share * s);
+                equations.residual(x, trial);
+                root.evaluations += 1;
+                if dot(trial, trial) < below {
+                    return true;
+                }
+                share *= 0.5;
+            }
+        }
+        false
     }
 }
 

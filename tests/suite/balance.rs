@@ -399,7 +399,7 @@ fn ring_orbits_and_mean_acceleration() {
         assert!(apart <= series.error() + flow.error(), "{apart}");
         // The time run from the orbit: deflections over one period, to 1e-3 of their range.
         let run = Dop853::new().rtol(1e-11).atol(1e-16).sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64)).unwrap();
-        let history = orbit.history(64);
+        let history = orbit.history(64).unwrap();
         for i in 1..=3 {
             let name = format!("deflection {i}");
             let (a, b) = (run.channel(&ring, &name).unwrap(), history.channel(&ring, &name).unwrap());
@@ -852,7 +852,7 @@ fn truncation_begins_anew() {
     used.truncating_forces().residual(&x, &mut a);
     balance.equations(&pair, &flank).unwrap().truncating_forces().residual(&x, &mut b);
     assert_eq!(a, b);
-    assert_eq!(flank.history(0).len(), 0);
+    assert_eq!(flank.history(0).unwrap().len(), 0);
 }
 
 /// Without order 0 nothing balances a load, and the orbit says so.

@@ -189,3 +189,134 @@ fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
     assert!(with(190)?.is_some_and(|share| share > 1e-6));
     Ok(())
 }
+
+/// x'' + 0.1 x' + 2 x = a pulse of mean 2: a smooth one, or one that jumps without saying so.
+struct Pulse {
+    smooth: bool,
+    width: f64,
+}
+
+impl Model for Pulse {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let y = ((u[0] - 2.345) / TAU + 0.5).rem_euclid(1.0) - 0.5;
+        let pulse = match self.smooth {
+            true => (-(y / self.width).powi(2)).exp() / std::f64::consts::PI.sqrt(),
+            false => f64::from(u8::from(y.abs() < 0.5 * self.width)),
+        };
+        a[0] = 2.0 * pulse / self.width - 0.1 * v[0] - 2.0 * q[0];
+    }
+}
+
+impl Periodic for Pulse {
+    fn period(&self) -> f64 {
+        TAU
+    }
+}
+
+/// Samples pass over a pulse of 1e-5 of the period. The proof says so, and panels that seek it find its mean.
+#[test]
+fn pulses_between_the_samples_are_found() -> Result<(), BalanceError> {
+    let balance = Balance::new(Harmonics::up_to(3));
+    let rest = Orbit::new(balance.harmonics(), TAU, &[vec![0.0; 7]])?;
+    for (smooth, epsilon) in [(true, 1e-9), (false, 1e-7)] {
+        let model = Pulse { smooth, width: 1e-5 };
+        let orbit = balance.solve(&model, &rest)?;
+        assert!(orbit.mean(0) == 0.0 && balance.prove(&model, &orbit)?.aliasing > 0.1);
+        let orbit = balance.clone().integrals(Integrals::Panels).solve(&model, &rest)?;
+        assert!((orbit.mean(0) - 1.0).abs() < epsilon, "{}", orbit.mean(0)); // the edges of the jumps are known to the rounding of t
+    }
+    Ok(())
+}
+
+/// Beyond x = 0.5 the model gives no slope.
+struct Torn;
+
+impl Model for Torn {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0].cos() - 0.1 * v[0] - q[0];
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        (out.q[(0, 0)], out.v[(0, 0)]) = (if q[0] > 0.5 { f64::NAN } else { -1.0 }, -0.1);
+        true
+    }
+}
+
+impl Periodic for Torn {
+    fn period(&self) -> f64 {
+        TAU
+    }
+}
+
+/// Not "no stiffness reaches it", nor a component that the model does not have.
+#[test]
+fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), ParameterError> {
+    let balance = Balance::new(Harmonics::up_to(3));
+    let guess = Orbit::new(balance.harmonics(), TAU, &[vec![0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0]])?;
+    let error = balance.solve(&Torn, &guess).unwrap_err();
+    assert!(matches!(error, BalanceError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
+    assert_eq!(guess.multipliers(&Torn), None);
+    let error = Variation::new().run(&Torn, &State::new(0.0, &[0.4], &[1.0]), 1.0).unwrap_err();
+    assert!(matches!(error, IntegrateError::Slope { acceleration: 0, of: "coordinate", coordinate: 0, .. }), "{error}");
+    Ok(())
+}
+
+/// The law of the guide, force ~ x^1.5 on one flank.
+#[derive(Clone)]
+struct Hertz;
+
+impl Nonlinearity for Hertz {
+    fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
+        let p = x.max(S::from(0.0));
+        p * p.sqrt()
+    }
+}
+
+/// The slope of √x at 0 has no bound, that of x √x is 0; a ring of such meshes has its variational flow and its balance.
+#[test]
+fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
+    assert_eq!([-1.0, 0.0, 4.0].map(|x| Hertz.slope(x)), [0.0, 0.0, 3.0]);
+    let set = RingSet::a(4, 12_000.0).params()?;
+    let mesh = || -> Result<Mesh<Hertz>, ParameterError> {
+        Mesh::new(shared(Constant::new(1e10)?), shared(Fourier::new(0.0, &[[1e-6, 0.0]], set.omega)?), 100.0, Hertz)
+    };
+    let meshes = (0..4).map(|_| mesh()).collect::<Result<Vec<_>, _>>()?;
+    let ring = Ring::new(&RingParams { motor: set.motor, gears: set.gears, meshes, omega: set.omega })?;
+    let start = State::at_rest(ring.dof());
+    Variation::new().run(&ring, &start, 0.1 * ring.period())?;
+    let mut jacobian = Jacobian::new(ring.dof());
+    let mut u = vec![0.0; ring.drives()];
+    ring.drive(0.0, Side::After, &mut u);
+    assert!(ring.jacobian(None, &u, &start.q, &start.v, &mut jacobian));
+    assert!(jacobian.q.iter().chain(jacobian.v.iter()).all(|x| x.is_finite()));
+    Ok(())
+}
+
+/// Counts that no machine can hold are refused with their bound, wherever they come in.
+#[test]
+fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
+    let too_many = |found: Result<(), ParameterError>| matches!(found, Err(ParameterError::TooMany { .. }));
+    for (mesh, count, half) in [(usize::MAX, 1, 1), (1, usize::MAX, 1), (1, 1, usize::MAX), (usize::MAX, usize::MAX, usize::MAX)] {
+        assert!(too_many(Harmonics::bands(mesh, count, half).map(drop)));
+    }
+    assert!(too_many(Harmonics::list(&[0, usize::MAX]).map(drop)));
+    assert!(too_many(Harmonics::up_to(3).over_periods(usize::MAX).map(drop)));
+    let far = Harmonics::up_to(usize::MAX);
+    assert!(too_many(Orbit::new(&far, 1.0, &[]).map(drop)));
+    let orbit = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.0; 3]])?;
+    assert!(too_many(orbit.states(usize::MAX).map(drop)) && too_many(orbit.history(usize::MAX).map(drop)));
+    assert_eq!(orbit.on(&far).state(0.3).q, [0.0]);
+    let solve = |balance: Balance| match balance.solve(&Torn, &orbit) {
+        Err(BalanceError::Parameter(error)) => Err(error),
+        _ => Ok(()),
+    };
+    assert!(too_many(solve(Balance::new(far))));
+    assert!(too_many(solve(Balance::new(Harmonics::up_to(60_000)))));
+    assert!(too_many(solve(Balance::new(Harmonics::up_to(3)).integrals(Integrals::Sampled { samples: usize::MAX }))));
+    Ok(())
+}
