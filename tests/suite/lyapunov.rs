@@ -187,11 +187,11 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
     let speeds = Points::along(Axis::list("speed", &[100.0, 155.0, 180.0]).unwrap());
-    let sweep = Sweep::over(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov);
+    let sweep = Sweep::over(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
     for row in rows.iter() {
         let end = row.strobes().next().unwrap();
-        let alone = lyapunov.settle(0).count(1).run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..])).unwrap();
+        let alone = lyapunov.clone().settle(0).count(1).run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..])).unwrap();
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
     }
@@ -217,7 +217,15 @@ fn bad_input() {
         other => panic!("{other:?}"),
     }
     let start = State::at_rest(1);
-    for lyapunov in [solve.count(0), solve.count(3), solve.periods(0), solve.renormalisations(0), solve.tolerance(f64::NAN)] {
+    let with = |change: fn(Lyapunov) -> Lyapunov| change(solve.clone());
+    for lyapunov in [
+        with(|l| l.count(0)),
+        with(|l| l.count(3)),
+        with(|l| l.periods(0)),
+        with(|l| l.renormalisations(0)),
+        with(|l| l.renormalisations(usize::MAX)),
+        with(|l| l.tolerance(f64::NAN)),
+    ] {
         assert!(matches!(lyapunov.run_over(&Overdamped, &start, 1.0), Err(LyapunovError::Parameter(_))));
     }
     assert!(matches!(solve.run_over(&Overdamped, &start, f64::NAN), Err(LyapunovError::Parameter(_))));
