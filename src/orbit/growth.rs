@@ -15,7 +15,8 @@ pub(super) struct Growth {
     begun: f64,
     /// Parts of a period.
     parts: usize,
-    /// The parts before the span, up to [`ENDS`] periods of them; of a run that has none, the first ones of the span.
+    /// The parts before the span, up to [`ENDS`] periods of them, once directions are half aligned; of a run that has none, the first ones of
+    /// the span.
     head: VecDeque<f64>,
     /// Whether the head lies before the span.
     before: bool,
@@ -45,7 +46,7 @@ impl Growth {
         Growth { periods, averages, whole: 0.0, sum: 0.0, begun: 0.0, parts, head, before: false, tail }
     }
 
-    /// A part before the span.
+    /// A part before the span. Those of the first half of all periods to align tell of directions that are not aligned yet.
     pub(super) fn align(&mut self, growth: f64) {
         self.before = true;
         self.head.push_back(growth);

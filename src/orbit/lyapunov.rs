@@ -155,7 +155,11 @@ impl Lyapunov {
                     return Err(failure.with(exponents.in_order()));
                 }
                 for (all, grown) in exponents.grown.iter_mut().zip(&flow.directions.growth) {
-                    if measured { all.measure(*grown) } else { all.align(*grown) }
+                    match measured {
+                        true => all.measure(*grown),
+                        false if period >= (self.align / 2) as f64 => all.align(*grown),
+                        false => {}
+                    }
                 }
             }
             if measured {

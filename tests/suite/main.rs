@@ -20,6 +20,7 @@ mod phase_laws;
 mod reference_nfg;
 mod reference_ring;
 mod ring_relative;
+mod returns;
 mod roots;
 mod shooting;
 mod solvers;
