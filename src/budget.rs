@@ -124,6 +124,11 @@ impl Meter<'_> {
         exhausted.map_or(Ok(()), Err)
     }
 
+    /// Whether no limit has stopped a run that this meter observed.
+    pub(crate) fn left(&self) -> Result<(), Exhausted> {
+        self.exhausted.get().map_or(Ok(()), Err)
+    }
+
     /// Which limit stopped a run that this meter observed.
     pub(crate) fn exhausted(&self) -> Option<Exhausted> {
         self.exhausted.get()

@@ -1,6 +1,7 @@
 //! What to read off a run: statistics, spectra, rattle, sections, steady states.
 
 mod rattle;
+mod returns;
 mod section;
 mod settle;
 mod spectrum;
@@ -9,7 +10,7 @@ mod waterfall;
 
 pub use rattle::{ContactStatistics, Rattle, RattleState};
 pub use section::{Direction, Section, strobe};
-pub(crate) use settle::is_own_multiple;
+pub(crate) use returns::{Ranges, is_own_multiple};
 pub use settle::{Settle, Steady, Unsettled};
 pub use spectrum::{Spectrum, Window};
 pub use statistics::{Statistics, Summary};

@@ -1,11 +1,15 @@
 //! Running a model until it repeats.
 
+use super::returns::{Ranges, is_own_multiple};
 use crate::model::{Periodic, State};
 use crate::ode::{IntegrateError, Integrator, Step};
+use crate::orbit::rigid_modes;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
 /// Integrates period by period until the state repeats after p of them, p as small as possible.
+///
+/// A model that turns freely repeats in its relative motion: rigid motion counts neither in a return nor in a range.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
@@ -57,67 +61,39 @@ impl Settle {
         positive("tolerance", self.tolerance)?;
         positive("largest_multiple", self.largest_multiple as f64)?;
         let period = model.period();
-        let components = 2 * model.dof();
-        let mut section: Vec<State> = vec![start.clone()];
-        let mut range = vec![[f64::INFINITY, f64::NEG_INFINITY]; components];
+        let joined = |state: &State| [&state.q[..], &state.v].concat();
+        let mut section: Vec<Vec<f64>> = vec![joined(start)];
+        let mut last = start.clone();
+        // One coordinate alone has no relative motion.
+        let mut ranges = Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
         // How many periods in a row each multiple has repeated.
         let mut repeated = vec![0; self.largest_multiple];
         let mut changes = vec![f64::INFINITY; self.largest_multiple];
         let mut closest = f64::INFINITY;
         for k in 1..=self.most_periods {
-            let last = &section[k - 1];
             // Earlier ranges fade by half each period, so that transients are forgotten.
-            range.iter_mut().for_each(|r| {
-                let middle = 0.5 * (r[0] + r[1]);
-                *r = if middle.is_finite() { [middle - 0.25 * (r[1] - r[0]), middle + 0.25 * (r[1] - r[0])] } else { *r };
-            });
+            ranges.fade();
             let mut watch = |step: &mut Step<'_>| {
-                for (r, y) in range.iter_mut().zip(step.y1()) {
-                    *r = [r[0].min(*y), r[1].max(*y)];
-                }
+                ranges.see(step.y1());
                 ControlFlow::Continue(())
             };
-            let finish = integrator.run(model, last, start.t + k as f64 * period, &mut watch).map_err(|error| Unsettled::Failed {
-                error,
-                state: last.clone(),
-                periods: k - 1,
-            })?;
-            section.push(finish.state);
+            let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
+            last = finish.map_err(|error| Unsettled::Failed { error, state: last, periods: k - 1 })?.state;
+            section.push(joined(&last));
             for p in 1..=self.largest_multiple.min(k) {
-                let change = distance(&section[k], &section[k - p], &range, self.tolerance);
+                let change = ranges.distance(&section[k], &section[k - p], self.tolerance);
                 changes[p - 1] = change;
                 if p == 1 || change < closest {
                     closest = change;
                 }
                 repeated[p - 1] = if change <= self.tolerance && is_own_multiple(&changes[..p]) { repeated[p - 1] + 1 } else { 0 };
                 if repeated[p - 1] > p {
-                    return Ok(Steady { state: section.swap_remove(k), period_multiple: p, periods: k, change });
+                    return Ok(Steady { state: last, period_multiple: p, periods: k, change });
                 }
             }
         }
-        let state = section.pop().unwrap_or_else(|| start.clone());
-        Err(Unsettled::Aperiodic { state, periods: self.most_periods, closest, multiple: self.largest_multiple })
+        Err(Unsettled::Aperiodic { state: last, periods: self.most_periods, closest, multiple: self.largest_multiple })
     }
-}
-
-/// A motion that winds into an orbit comes back closer after some multiples of its period than after one; it is p periods long only if it comes
-/// back this much closer than after any divisor of p.
-const CLOSER: f64 = 1e-3;
-
-/// Whether returns after 1, 2, ..., p periods, by their distances, tell of an orbit of p periods and none shorter.
-pub(crate) fn is_own_multiple(returns: &[f64]) -> bool {
-    let (p, last) = (returns.len(), returns[returns.len() - 1]);
-    (1..p).filter(|d| p.is_multiple_of(*d)).all(|d| last <= CLOSER * returns[d - 1])
-}
-
-/// The largest difference of two states in units of the range of each component; one that moves by rounding only counts as at rest.
-fn distance(a: &State, b: &State, range: &[[f64; 2]], tolerance: f64) -> f64 {
-    let both = a.q.iter().chain(&a.v).zip(b.q.iter().chain(&b.v));
-    both.zip(range).fold(0.0, |worst: f64, ((x, y), r)| {
-        let rounding = 64.0 * f64::EPSILON * r[0].abs().max(r[1].abs()) / tolerance;
-        let size = (r[1] - r[0]).max(rounding);
-        worst.max(if x == y { 0.0 } else { (x - y).abs() / size })
-    })
 }
 
 /// A settled orbit.

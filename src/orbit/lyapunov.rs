@@ -1,17 +1,24 @@
 //! Lyapunov exponents: the mean growth of small differences along a motion.
 
+use super::directions::{Directions, Failure, Flow};
+use super::exponents::{Exponents, LyapunovError};
+use super::growth::Growth;
 use super::rigid::rigid_modes;
 use super::size::Sizes;
 use super::tangent::Tangent;
 use super::variation::coarse;
+use crate::budget::{Budget, Meter};
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
-use crate::ode::{IntegrateError, Integrator};
-use crate::root::dot;
-use thiserror::Error;
+use crate::ode::{Integrator, Observer, Step};
+use std::fmt;
+use std::ops::ControlFlow;
 
 /// λ_i = lim 1/t ln(growth of the i-th direction), by QR: small differences follow the variational equations, tooth edges handled, and are
 /// made orthonormal again and again; the logarithms of what is divided out are summed.   Source: Benettin et al., Meccanica 15, 9 (1980).
+///
+/// The first directions are drawn at random from the start, the same for the same start: none lies in a part of the model that others do not
+/// reach. Where a direction all but vanishes within a part of a period, that part is halved.
 ///
 /// A rigid mode adds two exponents of zero.
 ///
@@ -30,7 +37,7 @@ use thiserror::Error;
 /// assert!((exponents.values().iter().sum::<f64>() + 3.0).abs() < 1e-7); // the mean divergence
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Lyapunov {
     count: Option<usize>,
     settle: usize,
@@ -38,6 +45,17 @@ pub struct Lyapunov {
     periods: usize,
     renormalisations: usize,
     tolerance: f64,
+    budget: Budget,
+}
+
+impl fmt::Debug for Lyapunov {
+    /// What decides the result: all but the budget.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Lyapunov { count, settle, align, periods, renormalisations, tolerance, budget: _ } = self;
+        let mut shown = f.debug_struct("Lyapunov");
+        shown.field("count", count).field("settle", settle).field("align", align).field("periods", periods);
+        shown.field("renormalisations", renormalisations).field("tolerance", tolerance).finish()
+    }
 }
 
 impl Default for Lyapunov {
@@ -50,7 +68,7 @@ impl Lyapunov {
     /// The full spectrum over 200 periods, after 100 to settle and 10 more for the directions to align, made orthonormal 16 times a
     /// period, the flow held to 1e-9.
     pub fn new() -> Self {
-        Lyapunov { count: None, settle: 100, align: 10, periods: 200, renormalisations: 16, tolerance: 1e-9 }
+        Lyapunov { count: None, settle: 100, align: 10, periods: 200, renormalisations: 16, tolerance: 1e-9, budget: Budget::new() }
     }
     /// Only the largest `count`: 1 costs least.
     pub fn count(self, count: usize) -> Self {
@@ -68,13 +86,17 @@ impl Lyapunov {
     pub fn periods(self, periods: usize) -> Self {
         Lyapunov { periods, ..self }
     }
-    /// How often the directions are made orthonormal in a period.
+    /// How often the directions are made orthonormal in a period, at the least; up to 65536.
     pub fn renormalisations(self, renormalisations: usize) -> Self {
         Lyapunov { renormalisations, ..self }
     }
     /// Local error of the flow, as a share of the range of each coordinate and velocity.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Lyapunov { tolerance, ..self }
+    }
+    /// How many steps and how much time it may take; settling counts.
+    pub fn budget(self, budget: Budget) -> Self {
+        Lyapunov { budget, ..self }
     }
 
     /// Along the motion from `start`.
@@ -108,41 +130,71 @@ impl Lyapunov {
         let components = 2 * model.dof();
         let count = self.count.unwrap_or(components);
         self.check(count, components, start, span)?;
-        let mut exponents = Exponents { span, periods: vec![Vec::with_capacity(self.periods); count], state: start.clone() };
-        let fail = |error: IntegrateError, so_far: &Exponents| LyapunovError::Flow { error, so_far: Box::new(so_far.clone()) };
+        let meter = self.budget.begin();
+        let mut exponents = Exponents { span, grown: vec![Growth::new(self.renormalisations); count], floor: 0.0, state: start.clone() };
         let mut sizes = Sizes::new(model.dof(), &rigid_modes(model, span));
-        // Sizes of the motion once it has settled, or of one period if it need not.
-        let settled = start.t + self.settle as f64 * span;
-        let mut state = start.clone();
-        if self.settle > 1 {
-            state = coarse(start).end(model, start, settled - span).map_err(|e| fail(e, &exponents))?;
-        }
-        sizes.see(state.t, &state.q, &state.v);
-        let ahead = coarse(&state).run(model, &state, state.t + span, &mut sizes).map_err(|e| fail(e, &exponents))?.state;
-        if self.settle > 0 {
-            state = ahead;
+        if let Err(failure) = self.settle_down(model, span, &mut sizes, &mut exponents.state, &meter) {
+            return Err(failure.with(exponents));
         }
         let scale = sizes.ranges();
         let tangent = Tangent::new(model, count, &scale, self.tolerance);
-        let solver = tangent.solver(self.tolerance, &state);
-        let mut directions = Directions { columns: vec![0.0; count * components], growth: vec![0.0; count], scale: &scale };
-        let (from, mut all) = (state.t, tangent.start(&state));
-        for period in 0..self.align + self.periods {
-            directions.growth.fill(0.0);
+        let solver = tangent.solver(self.tolerance, &exponents.state);
+        exponents.floor = FLOOR * self.tolerance;
+        let mut flow = Flow { tangent: &tangent, solver, meter: &meter, directions: Directions::new(count, &scale), halvings: 0 };
+        let (from, mut all) = (exponents.state.t, tangent.start(&exponents.state));
+        flow.directions.draw(start, &mut all);
+        let parts = self.renormalisations as f64;
+        let aligning = (0..self.align).map(|period| (period as f64, false));
+        let measuring = (0..self.periods).map(|period| (self.align as f64 + period as f64, true));
+        for (period, measured) in aligning.chain(measuring) {
             for part in 1..=self.renormalisations {
                 if !go_on() {
-                    return Ok(exponents);
+                    return Ok(exponents.in_order());
                 }
-                let until = from + span * (period as f64 + part as f64 / self.renormalisations as f64);
-                all = tangent.run(&solver, all, until).map_err(|e| fail(e, &exponents))?.0;
-                directions.orthonormalise(&mut all);
+                if let Err(failure) = flow.part(&mut all, from + span * (period + part as f64 / parts)) {
+                    return Err(failure.with(exponents.in_order()));
+                }
+                for (all, grown) in exponents.grown.iter_mut().zip(&flow.directions.growth) {
+                    match measured {
+                        true => all.measure(*grown),
+                        false if period >= (self.align / 2) as f64 => all.align(*grown),
+                        false => {}
+                    }
+                }
             }
-            if period >= self.align {
-                exponents.periods.iter_mut().zip(&directions.growth).for_each(|(all, growth)| all.push(*growth));
+            if measured {
+                exponents.grown.iter_mut().for_each(Growth::period);
             }
             exponents.state = tangent.motion(&all);
         }
-        Ok(exponents)
+        Ok(exponents.in_order())
+    }
+
+    /// Runs to where the motion has settled; `state` is always the last one reached. The sizes are those of the last period, or of the first
+    /// one if nothing is to settle.
+    fn settle_down(&self, model: &dyn Model, span: f64, sizes: &mut Sizes, state: &mut State, meter: &Meter<'_>) -> Result<(), Failure> {
+        let settled = state.t + self.settle as f64 * span;
+        if self.settle > 1 {
+            let start = state.clone();
+            let mut last = Last { state, meter };
+            let finish = coarse(&start).run(model, &start, settled - span, &mut last)?;
+            *state = finish.state;
+            meter.left()?;
+        }
+        sizes.see(state.t, &state.q, &state.v);
+        let start = state.clone();
+        let mut ahead = start.clone();
+        let mut last = Last { state: &mut ahead, meter };
+        let finish = coarse(&start).run(model, &start, start.t + span, &mut (sizes, &mut last));
+        if self.settle > 0 {
+            *state = ahead;
+        }
+        let finish = finish?;
+        meter.left()?;
+        if self.settle > 0 {
+            *state = finish.state;
+        }
+        Ok(())
     }
 
     /// What can be told without a model.
@@ -152,6 +204,10 @@ impl Lyapunov {
             if value == 0 {
                 return Err(ParameterError::TooFew { name: name.into(), value, least: 1 });
             }
+        }
+        if self.renormalisations > MOST {
+            let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
+            return Err(ParameterError::OutOfRange { name, value, allowed: "1 to 65536 a period" });
         }
         check::positive("tolerance", self.tolerance).map(|_| ())
     }
@@ -167,129 +223,23 @@ impl Lyapunov {
     }
 }
 
-/// The directions of one run.
-struct Directions<'s> {
-    columns: Vec<f64>,
-    /// ln of what has been divided out.
-    growth: Vec<f64>,
-    scale: &'s [f64],
+/// Most renormalisations in a period.
+const MOST: usize = 1 << 16;
+/// The flow is off by local errors of its own, which scatter does not show: the standard error per period is this share of its tolerance at least.
+const FLOOR: f64 = 10.0;
+
+/// Keeps the last state and counts steps.
+struct Last<'s> {
+    state: &'s mut State,
+    meter: &'s Meter<'s>,
 }
 
-impl Directions<'_> {
-    /// Gram-Schmidt in units of size: the columns of R on the diagonal are the growth.
-    fn orthonormalise(&mut self, all: &mut State) {
-        let (m, count) = (self.scale.len(), self.growth.len());
-        let n = m / 2;
-        let (of_q, of_v) = self.scale.split_at(n);
-        for k in 0..count {
-            let column = &mut self.columns[k * m..][..m];
-            let (q, v) = (&all.q[n * (1 + k)..][..n], &all.v[n * (1 + k)..][..n]);
-            for (x, (y, s)) in column.iter_mut().zip(q.iter().zip(of_q).chain(v.iter().zip(of_v))) {
-                *x = y / s;
-            }
-        }
-        for k in 0..count {
-            let (before, rest) = self.columns.split_at_mut(k * m);
-            let column = &mut rest[..m];
-            before.chunks_exact(m).for_each(|other| super::size::remove(other, column));
-            let length = dot(column, column).sqrt();
-            self.growth[k] += length.ln();
-            column.iter_mut().for_each(|x| *x /= length);
-            let (q, v) = (&mut all.q[n * (1 + k)..][..n], &mut all.v[n * (1 + k)..][..n]);
-            for (x, (y, s)) in column.iter().zip(q.iter_mut().zip(of_q).chain(v.iter_mut().zip(of_v))) {
-                *y = x * s;
-            }
-        }
+impl Observer for Last<'_> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        self.state.t = step.t1();
+        self.state.q.copy_from_slice(step.q1());
+        self.state.v.copy_from_slice(step.v1());
+        let mut meter = self.meter;
+        meter.step(step)
     }
-}
-
-/// Lyapunov exponents with their convergence.
-///
-/// ```
-/// use gear_dynamics::{Lyapunov, NfgPair, NfgParams};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let exponents = Lyapunov::new().count(1).settle(2).align(1).periods(4).run(&pair, &pair.static_start()?)?;
-/// assert!(exponents.per_period()[0] < -10.0);
-/// assert_eq!(exponents.history(0).len(), 4);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Exponents {
-    span: f64,
-    /// Growth of each direction in each period.
-    periods: Vec<Vec<f64>>,
-    state: State,
-}
-
-/// Batches whose scatter gives the standard error.
-const BATCHES: usize = 16;
-
-impl Exponents {
-    /// λ per unit of time, the largest first.
-    pub fn values(&self) -> Vec<f64> {
-        self.per_period().iter().map(|l| l / self.span).collect()
-    }
-    /// λ per period (or span).
-    pub fn per_period(&self) -> Vec<f64> {
-        self.periods.iter().map(|all| mean(all)).collect()
-    }
-    /// Standard error of [`per_period`](Exponents::per_period), from the scatter of up to 16 batches; infinite with fewer than two.
-    pub fn standard_error(&self) -> Vec<f64> {
-        self.periods.iter().map(|all| scatter(all)).collect()
-    }
-    /// The estimate of exponent `i` per period after each period measured: how it converges.
-    ///
-    /// # Panics
-    /// If there is no exponent `i`.
-    pub fn history(&self, i: usize) -> Vec<f64> {
-        let running = self.periods[i].iter().scan(0.0, |sum, growth| {
-            *sum += growth;
-            Some(*sum)
-        });
-        running.enumerate().map(|(k, sum)| sum / (k + 1) as f64).collect()
-    }
-    /// Where the motion has come to.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-}
-
-fn mean(all: &[f64]) -> f64 {
-    if all.is_empty() { f64::NAN } else { all.iter().sum::<f64>() / all.len() as f64 }
-}
-
-fn scatter(all: &[f64]) -> f64 {
-    let batches = BATCHES.min(all.len());
-    if batches < 2 {
-        return f64::INFINITY;
-    }
-    let means: Vec<f64> = (0..batches).map(|b| mean(&all[b * all.len() / batches..(b + 1) * all.len() / batches])).collect();
-    let middle = mean(&means);
-    let square = means.iter().map(|x| (x - middle) * (x - middle)).sum::<f64>() / (batches - 1) as f64;
-    (square / batches as f64).sqrt()
-}
-
-/// Why exponents are missing.
-///
-/// ```
-/// use gear_dynamics::{Lyapunov, LyapunovError, NfgPair, NfgParams};
-/// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let error = Lyapunov::new().count(3).run(&pair, &pair.static_start()?).unwrap_err();
-/// assert!(matches!(error, LyapunovError::Parameter(_)) && error.to_string().contains("count is 3"));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum LyapunovError {
-    /// A setting or a start that cannot be used.
-    #[error("Lyapunov exponents: {0}")]
-    Parameter(#[from] ParameterError),
-    /// The integration ended early.
-    #[error("after {} periods: {error}", so_far.periods.first().map_or(0, Vec::len))]
-    Flow {
-        /// Why.
-        error: IntegrateError,
-        /// The exponents over the periods before.
-        so_far: Box<Exponents>,
-    },
 }

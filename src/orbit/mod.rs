@@ -2,8 +2,11 @@
 
 mod cycle;
 mod cyclic;
+mod directions;
+mod exponents;
 mod failure;
 mod floquet;
+mod growth;
 mod guess;
 mod lyapunov;
 mod rigid;
@@ -14,9 +17,11 @@ mod tangent;
 mod variation;
 
 pub use cycle::Cycle;
+pub use exponents::{Exponents, LyapunovError};
 pub use failure::{Iterate, ShootingError};
 pub use floquet::{Multipliers, Stability};
-pub use lyapunov::{Exponents, Lyapunov, LyapunovError};
+pub use lyapunov::Lyapunov;
 pub(crate) use rigid::{rigid_modes, rigid_motions};
 pub use shooting::Shooting;
+pub(crate) use size::remove;
 pub use variation::{Transition, Variation};

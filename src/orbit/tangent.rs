@@ -1,5 +1,6 @@
 //! A model together with small differences of its motion: the variational equations as a model of their own.
 
+use crate::budget::Meter;
 use crate::model::{Contact, Model, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
 use crate::piece::{Piece, Side};
@@ -79,12 +80,26 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
 
     /// Runs to `t_end`; where a contact force jumps at an edge the differences jump too. Returns the crossings as well.
     pub(crate) fn run(&self, solver: &Dop853, start: State, t_end: f64) -> Result<(State, u64), IntegrateError> {
+        self.run_metered(solver, start, t_end, None)
+    }
+
+    /// The same, every step taken from a budget: once that is spent, the state reached.
+    pub(crate) fn run_metered(
+        &self,
+        solver: &Dop853,
+        start: State,
+        t_end: f64,
+        meter: Option<&Meter<'_>>,
+    ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings) = (start, 0);
-        let mut saltation = Saltation::new(self);
+        let mut saltation = Saltation { meter, ..Saltation::new(self) };
         for _ in 0..RESTARTS {
             let finish = solver.run(self, &state, t_end, &mut saltation).map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;
+            if meter.is_some_and(|meter| meter.exhausted().is_some()) {
+                return Ok((state, crossings));
+            }
             if finish.stopped {
                 state.v.copy_from_slice(&saltation.v);
             }
@@ -178,6 +193,7 @@ struct Saltation<'t, M: ?Sized> {
     moved: Vec<f64>,
     /// Velocities of the motion and its differences behind the edges.
     v: Vec<f64>,
+    meter: Option<&'t Meter<'t>>,
 }
 
 impl<'t, M: Model + ?Sized> Saltation<'t, M> {
@@ -196,6 +212,7 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
             jump: vec![0.0; n],
             moved: vec![0.0; n],
             v: vec![0.0; n * (1 + tangent.columns)],
+            meter: None,
         }
     }
 
@@ -262,6 +279,9 @@ impl<'t, M: Model + ?Sized> Saltation<'t, M> {
 
 impl<M: Model + ?Sized> Observer for Saltation<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        if self.meter.is_some_and(|meter| meter.spend().is_err()) {
+            return ControlFlow::Break(());
+        }
         let Some(pieces) = step.pieces().filter(|_| !step.crossings().is_empty()) else {
             return ControlFlow::Continue(());
         };

@@ -9,6 +9,7 @@ use super::run::{Carry, Sweep};
 use super::track::Plan;
 use super::watch::Watch;
 use crate::model::{Periodic, State};
+use crate::orbit::rigid_modes;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -172,6 +173,11 @@ where
             show(&Row { rows, index, data });
         }
         work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
+    }
+
+    fn rigid(&self, index: usize) -> Vec<Vec<f64>> {
+        let model = (self.work.family)(&self.work.sweep.points.point(index));
+        model.map_or_else(|_| Vec::new(), |model| rigid_modes(&model, model.period()))
     }
 
     fn is_cancelled(&self) -> bool {

@@ -56,6 +56,8 @@ pub trait Source<M> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>>;
     /// Takes what a run gave: its row and the state in which it ended, coordinates then velocities.
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>);
+    /// The rigid modes of the model of a point.
+    fn rigid(&self, index: usize) -> Vec<Vec<f64>>;
     /// Whether to leave all as it is and return.
     fn is_cancelled(&self) -> bool;
     /// Counts points that ran alone.

@@ -40,7 +40,7 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
             let Some(Job { index, model, start }) = next.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
-            match self.one(plan, channels, &model, &start, &*source) {
+            match self.one(plan, channels, index, &model, &start, &*source) {
                 Ok(None) => return,
                 Ok(Some((row, state))) => {
                     source.put(index, Ok((row, &state)));
@@ -63,6 +63,7 @@ impl<I: Integrator> Located<I> {
         &self,
         plan: &Plan,
         channels: &[usize],
+        index: usize,
         model: &M,
         start: &State,
         source: &dyn Source<M>,
@@ -74,13 +75,20 @@ impl<I: Integrator> Located<I> {
         let mut counted = rattle.contacts().to_vec();
         let mut state = start.clone();
         let period = model.period();
+        let rigid = || source.rigid(index);
         loop {
             let end = start.t + (track.periods + 1) as f64 * period;
-            let mut cancel = |_: &mut Step<'_>| if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-            let finish = if track.measuring() {
+            let (measuring, ranging) = (track.measuring(), track.ranging());
+            let mut look = |step: &mut Step<'_>| {
+                if ranging {
+                    track.see_state(step.y1().iter().copied());
+                }
+                if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let finish = if measuring {
                 let mut statistics = Statistics::new(model, &names).map_err(PointError::Start)?;
                 let mut measures = (&mut statistics, &mut rattle);
-                let finish = self.0.run(model, &state, end, &mut (&mut cancel, &mut measures))?;
+                let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
                 for (i, name) in names.iter().enumerate() {
                     let Ok(x) = statistics.summary(name) else { continue };
                     let meter = ChannelMeter { sum: x.mean * period, square: x.rms * x.rms * period, min: x.min, max: x.max };
@@ -95,14 +103,14 @@ impl<I: Integrator> Located<I> {
                 }
                 finish
             } else {
-                self.0.run(model, &state, end, &mut cancel)?
+                self.0.run(model, &state, end, &mut look)?
             };
             if finish.stopped {
                 return Ok(None);
             }
             state = finish.state;
-            match track.period(period, state.q.iter().chain(&state.v).copied()) {
-                Next::Done => return Ok(Some(track.finish())),
+            match track.period(period, state.q.iter().chain(&state.v).copied(), &rigid) {
+                Next::Done => return Ok(Some(track.finish(&rigid))),
                 Next::Diverged => return Err(IntegrateError::NotFinite { t: state.t, component: 0 }.into()),
                 _ => {}
             }

@@ -81,7 +81,7 @@ impl Row<'_> {
     pub fn lyapunov(&self) -> Option<f64> {
         self.exponents().first().copied()
     }
-    /// Standard error of [`lyapunov`](Row::lyapunov), from the scatter of up to 16 batches of periods.
+    /// Standard error of [`lyapunov`](Row::lyapunov), as in [`Exponents::standard_error`](crate::Exponents::standard_error).
     pub fn lyapunov_error(&self) -> Option<f64> {
         self.exponents().get(1).copied()
     }
@@ -90,7 +90,8 @@ impl Row<'_> {
         &self.data[layout.exponent()..][..layout.exponents]
     }
 
-    /// How far the last return was off, in units of the largest strobed coordinate and velocity: the convergence of the settling.
+    /// How far the last return was off, as a share of the range of each coordinate and velocity over the last period: the convergence of the
+    /// settling.
     pub fn change(&self) -> f64 {
         self.data[1]
     }

@@ -101,7 +101,8 @@ impl Sweep {
     pub fn settle(self, periods: usize) -> Self {
         Sweep { settle: periods, ..self }
     }
-    /// Ends settling early, once the strobed state repeats this closely (in units of the largest strobed coordinate and velocity).
+    /// Ends settling early, once the strobed state repeats this closely, as a share of the range of each coordinate and velocity over a
+    /// period; rigid motion does not count.
     pub fn until_repeats(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }
@@ -109,7 +110,7 @@ impl Sweep {
     pub fn measure(self, periods: usize) -> Self {
         Sweep { measure: periods, ..self }
     }
-    /// How closely a motion has to return to count as periodic, in the same units; 1e-6 if nothing is said.
+    /// How closely a motion has to return to count as periodic, in the same shares; 1e-6 if nothing is said.
     pub fn periodic_within(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
     }

@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 
 /// Steps between two looks at whether the sweep is cancelled.
 const STRETCH: usize = 64;
+/// States looked at within a period, or some more, for the range of the motion: at irregular steps, so that none of its frequencies keeps in step.
+const LOOKS: usize = 48;
 
 /// RK4 with a fixed number of steps per period, W runs side by side in the lanes of the processor's vectors: the drives come from a table
 /// that is made once for all runs. For models that are [`Generic`] and [`Periodic`]; two runs share lanes only if the models say so
@@ -218,6 +220,12 @@ impl Run {
     }
 }
 
+/// The length of stretch `k` of a period: by the golden section, evenly spread about its mean without a pattern.
+fn irregular(steps: usize, k: f64) -> usize {
+    let mean = (steps / LOOKS).max(1) as f64;
+    1 + ((k * 0.618_033_988_749_894_9).fract() * 2.0 * (mean - 1.0)).round() as usize
+}
+
 /// A run in a lane.
 struct Slot {
     index: usize,
@@ -247,7 +255,7 @@ impl<M: Periodic> Batch<'_, M> {
         let mut slots = [Some(self.load(&mut bundle, 0, run))];
         while let [Some(slot)] = &slots {
             bundle.metered = slot.track.watching();
-            if !self.period(algebra, &mut bundle) {
+            if !self.period(algebra, &mut bundle, &mut slots) {
                 return;
             }
             if let Some((index, state)) = self.account(&mut bundle, &mut slots[0], 0)
@@ -271,16 +279,23 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// One period of all lanes. `false`: cancelled.
-    fn period<S: Number, A: Algebra<S>>(&mut self, algebra: &A, bundle: &mut Bundle<S>) -> bool {
+    fn period<S: Number, A: Algebra<S>>(&mut self, algebra: &A, bundle: &mut Bundle<S>, slots: &mut [Option<Slot>]) -> bool {
         let steps = self.table.steps();
-        let mut from = 0;
+        let ranging = slots.iter().flatten().any(|slot| slot.track.ranging());
+        let (mut from, mut looks) = (0, 0.0);
         while from < steps {
-            let to = (from + STRETCH).min(steps);
+            let stretch = if ranging { irregular(steps, looks) } else { STRETCH };
+            let to = (from + stretch).min(steps);
             Kernel { algebra, table: self.table, steps: from..to, bundle }.run(self.set);
             if self.source.is_cancelled() {
                 return false;
             }
-            from = to;
+            for (lane, slot) in slots.iter_mut().enumerate() {
+                if let Some(slot) = slot.as_mut().filter(|slot| slot.track.ranging()) {
+                    slot.track.see_state(bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane)));
+                }
+            }
+            (from, looks) = (to, looks + 1.0);
         }
         true
     }
@@ -296,7 +311,8 @@ impl<M: Periodic> Batch<'_, M> {
             });
         }
         let state = bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane));
-        match run.track.period(weight, state) {
+        let index = run.index;
+        match run.track.period(weight, state, &|| self.source.rigid(index)) {
             Next::Settle | Next::Measure => None,
             Next::StartMeasuring => {
                 bundle.meters.clear(lane);
@@ -304,7 +320,7 @@ impl<M: Periodic> Batch<'_, M> {
             }
             Next::Done => {
                 let Slot { index, track } = slot.take()?;
-                let (row, state) = track.finish();
+                let (row, state) = track.finish(&|| self.source.rigid(index));
                 self.source.put(index, Ok((row, &state)));
                 Some((index, state))
             }
@@ -329,7 +345,7 @@ impl<M: Generic + Periodic> Batch<'_, M> {
         }
         while slots.iter().any(Option::is_some) {
             bundle.metered = slots.iter().flatten().any(|slot| slot.track.watching());
-            if !self.period(algebra, &mut bundle) {
+            if !self.period(algebra, &mut bundle, &mut slots) {
                 return;
             }
             for (lane, slot) in slots.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! One run of a sweep, period by period: settling, measuring, the row that comes of it.
 
 use super::rows::Layout;
-use crate::analysis::is_own_multiple;
+use crate::analysis::{Ranges, is_own_multiple};
 use crate::lanes::{ChannelMeter, ContactMeter};
 
 /// What a sweep asks of each run.
@@ -28,7 +28,11 @@ pub(crate) struct Track {
     measuring: bool,
     /// The last strobed states, the newest at the end.
     section: Vec<f64>,
-    /// Largest coordinate and velocity among them.
+    /// States within the period under way, or within the last one if none is.
+    samples: Vec<f64>,
+    under_way: bool,
+    /// Rigid modes, once they were asked for.
+    rigid: Option<Vec<Vec<f64>>>,
     row: Vec<f64>,
     weight: f64,
     /// Least and largest of what is read of one period: range of each channel, share of the time that each contact is lost.
@@ -64,6 +68,9 @@ impl Track {
             measured: 0,
             measuring: plan.settle == 0,
             section: [q, v].concat(),
+            samples: Vec::new(),
+            under_way: false,
+            rigid: None,
             row,
             weight: 0.0,
             spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
@@ -79,6 +86,20 @@ impl Track {
     /// Whether meters have to run: from the period before the measured ones, so that an impact at their very start is seen.
     pub(crate) fn watching(&self) -> bool {
         self.measuring || self.plan.repeat.is_some() || self.periods + 1 >= self.plan.settle
+    }
+
+    /// Whether states within the period under way are to be seen: those of the last period, and of all as long as any may be the last that settles.
+    pub(crate) fn ranging(&self) -> bool {
+        if self.measuring { self.measured + 1 == self.plan.measure } else { self.plan.repeat.is_some() }
+    }
+
+    /// A state within the period under way: coordinates, then velocities.
+    pub(crate) fn see_state(&mut self, state: impl Iterator<Item = f64>) {
+        if !self.under_way {
+            self.under_way = true;
+            self.samples.clear();
+        }
+        self.samples.extend(state);
     }
 
     /// Adds what a channel did in the period under way.
@@ -109,10 +130,11 @@ impl Track {
         *depth = [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
-    /// A period is over: its weight in the means and the state at its end.
-    pub(crate) fn period(&mut self, weight: f64, q: impl Iterator<Item = f64>) -> Next {
+    /// A period is over: its weight in the means, the state at its end and the rigid modes of the model.
+    pub(crate) fn period(&mut self, weight: f64, q: impl Iterator<Item = f64>, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> Next {
         let m = 2 * self.plan.layout.dof;
         self.periods += 1;
+        self.under_way = false;
         self.section.extend(q);
         let kept = (2 * LONGEST + 1) * m;
         if self.section.len() > 2 * kept {
@@ -133,7 +155,7 @@ impl Track {
             }
             return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
         }
-        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance).0 > 0);
+        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance, rigid).0 > 0);
         if self.periods >= self.plan.settle || settled {
             self.measuring = true;
             return Next::StartMeasuring;
@@ -141,18 +163,28 @@ impl Track {
         Next::Settle
     }
 
-    /// The least number of periods after which the section repeats, twice over and clearly closer than after fewer, 0 if none; and how far the last return was off, in units of
-    /// the largest coordinate and the largest velocity of the section.
-    fn multiple(&self, tolerance: f64) -> (usize, f64) {
+    /// As [`repeats`](Track::repeats), of the relative motion if the whole one does not repeat.
+    fn multiple(&mut self, tolerance: f64, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (usize, f64) {
+        let n = self.plan.layout.dof;
+        let whole = self.repeats(tolerance, &[]);
+        if whole.0 > 0 || n < 2 {
+            return whole;
+        }
+        let modes = self.rigid.take().unwrap_or_else(rigid);
+        let found = if modes.is_empty() || modes.len() >= n { whole } else { self.repeats(tolerance, &modes) };
+        self.rigid = Some(modes);
+        found
+    }
+
+    /// The least number of periods after which the section repeats, twice over and clearly closer than after fewer, 0 if none; and how far the
+    /// last return was off, as a share of the range of each coordinate and velocity over the last period.
+    fn repeats(&self, tolerance: f64, rigid: &[Vec<f64>]) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
-        let largest = |of: fn(&[f64], usize) -> &[f64]| {
-            states.iter().flat_map(|s| of(s, n)).fold(0.0, |m: f64, x| m.max(x.abs())).max(f64::MIN_POSITIVE)
-        };
-        let scale = [largest(|s, n| &s[..n]), largest(|s, n| &s[n..])];
-        let apart = |a: &[f64], b: &[f64]| {
-            a.iter().zip(b).enumerate().fold(0.0, |m: f64, (i, (a, b))| m.max((a - b).abs() / scale[usize::from(i >= n)]))
-        };
+        let mut ranges = Ranges::new(n, rigid.to_vec());
+        states.iter().take(2).for_each(|state| ranges.see(state));
+        self.samples.chunks_exact(2 * n).for_each(|state| ranges.see(state));
+        let mut apart = |a: &[f64], b: &[f64]| ranges.distance(a, b, tolerance);
         let mut closest = f64::INFINITY;
         let mut returns = Vec::with_capacity(LONGEST);
         for p in 1..=LONGEST {
@@ -182,9 +214,9 @@ impl Track {
     }
 
     /// The row, and the last state.
-    pub(crate) fn finish(mut self) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn finish(mut self, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
+        let (multiple, change) = self.multiple(self.plan.tolerance, rigid);
         let layout = &self.plan.layout;
-        let (multiple, change) = self.multiple(self.plan.tolerance);
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
         let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];
         self.row[..Layout::HEAD].copy_from_slice(&head);

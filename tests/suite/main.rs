@@ -21,6 +21,7 @@ mod read_off;
 mod reference_nfg;
 mod reference_ring;
 mod ring_relative;
+mod returns;
 mod roots;
 mod shooting;
 mod slips;

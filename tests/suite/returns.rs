@@ -1,0 +1,136 @@
+//! When a motion counts as repeating: in shares of its own range, and without the rigid motion of models that turn.
+
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+fn one_point() -> Sweep {
+    Sweep::over(Points::along(Axis::list("only", &[0.0]).unwrap()))
+}
+
+/// Period, last return of the row of one model, by tables and by located edges.
+fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> [(Option<usize>, f64); 2] {
+    let sweep = one_point().settle(settle).measure(6);
+    let family = |_: &Point<'_>| Ok::<_, ParameterError>(model.clone());
+    let begin = |_: &Point<'_>, _: &M| Ok::<_, ParameterError>(start.clone());
+    let of = |rows: Rows| {
+        let row = rows.row(0).unwrap().unwrap();
+        (row.period_multiple(), row.change())
+    };
+    let located = Located(Dop853::new().rtol(1e-10).atol(1e-12));
+    [of(sweep.run(&TableRk4::new(256), family, begin).unwrap()), of(sweep.run(&located, family, begin).unwrap())]
+}
+
+/// x'' + c x' + x = cos(w t - φ), φ the lag of its motion: strobed where x is largest and its velocity zero.
+#[derive(Clone)]
+struct AtItsCrest {
+    damping: f64,
+    frequency: f64,
+}
+
+impl Model for AtItsCrest {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let lag = (-self.damping * self.frequency).atan2(1.0 - self.frequency * self.frequency);
+        a[0] = (self.frequency * u[0] - lag).cos() - self.damping * v[0] - q[0];
+    }
+}
+
+impl Periodic for AtItsCrest {
+    fn period(&self) -> f64 {
+        TAU / self.frequency
+    }
+}
+
+#[test]
+fn a_motion_strobed_at_its_crest_has_a_period() {
+    let model = AtItsCrest { damping: 0.5, frequency: 0.38 };
+    for (period, change) in rows(&model, &State::at_rest(1), 20) {
+        assert!(period == Some(1) && change < 1e-8, "{period:?} {change:e}");
+    }
+    // Its velocity there is rounding.
+    let settled = Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
+    assert!(settled.state.v[0].abs() < 1e-8 && settled.period_multiple == 1);
+}
+
+/// A motor and a load that turn at a mean speed, their twist x = q1 - q2 driven: x'' + 0.4 x' + 3 x + x³ = 2 cos t.
+#[derive(Clone)]
+struct Turning;
+
+impl Model for Turning {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
+        let shaft = 0.2 * rate + 1.5 * x + 0.5 * x.powi(3) - u[0].cos();
+        (a[0], a[1]) = (-shaft, shaft);
+    }
+}
+
+impl Periodic for Turning {
+    fn period(&self) -> f64 {
+        TAU
+    }
+}
+
+#[test]
+fn a_model_that_turns_settles_in_its_relative_motion() {
+    let start = State::new(0.0, &[30.0, 29.9], &[80.0, 80.0]);
+    let solver = Dop853::new().rtol(1e-12).atol(1e-12);
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &Turning, &start).unwrap();
+    assert_eq!(steady.period_multiple, 1);
+    // The state is that of the whole motion: it has turned on.
+    assert!((steady.state.q[0] - 30.0 - 80.0 * steady.state.t).abs() < 1.0);
+    let twist = |state: &State| state.q[0] - state.q[1];
+    let later = solver.end(&Turning, &steady.state, steady.state.t + TAU).unwrap();
+    assert!((twist(&later) - twist(&steady.state)).abs() < 1e-6 && later.q[0] > steady.state.q[0] + 400.0);
+    for (period, change) in rows(&Turning, &start, 30) {
+        assert!(period == Some(1) && change < 1e-6, "{period:?} {change:e}");
+    }
+}
+
+/// Without a limit on its relative motion nothing repeats: 0.2 x' alone leaves the twist drifting under a mean torque.
+#[test]
+fn what_drifts_apart_does_not_settle() {
+    #[derive(Clone)]
+    struct Slipping;
+    impl Model for Slipping {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, u: &[f64], _: &[f64], v: &[f64], a: &mut [f64]) {
+            let clutch = 0.2 * (v[0] - v[1]);
+            (a[0], a[1]) = (1.0 + u[0].cos() - clutch, clutch - 1.0);
+        }
+    }
+    impl Periodic for Slipping {
+        fn period(&self) -> f64 {
+            TAU
+        }
+    }
+    let steady = Settle::new().most_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
+    assert!(matches!(steady, Err(Unsettled::Aperiodic { .. })), "{steady:?}");
+    for (period, _) in rows(&Slipping, &State::at_rest(2), 20) {
+        assert_eq!(period, None);
+    }
+}
+
+/// The face gear pair at speeds where small differences die out by a factor of 1e9 in a turn, as in examples/bifurcation.rs.
+#[test]
+fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
+    let sweep = Sweep::over(Points::along(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap())).settle(20).measure(6);
+    let rows = sweep
+        .run(
+            &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
+            |p| NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
+            |_, pair| pair.static_start(),
+        )
+        .unwrap();
+    for row in rows.iter() {
+        println!("{}: {:?}, {:e}", row.point()["speed"], row.period_multiple(), row.change());
+    }
+    assert!(rows.iter().all(|row| row.period_multiple() == Some(1)));
+    assert_eq!(rows.iter().count(), 3);
+}
