@@ -1,8 +1,8 @@
 //! Running a model until it repeats.
 
+use crate::budget::Budget;
 use crate::model::{Periodic, State};
-use crate::ode::{IntegrateError, Integrator, Step};
-use std::ops::ControlFlow;
+use crate::ode::{IntegrateError, Integrator, Observer, Step};
 use thiserror::Error;
 
 /// Integrates period by period until the state repeats after p of them, p as small as possible.
@@ -14,11 +14,12 @@ use thiserror::Error;
 /// assert_eq!(steady.period_multiple, 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settle {
     tolerance: f64,
     most_periods: usize,
     largest_multiple: usize,
+    budget: Budget,
 }
 
 impl Default for Settle {
@@ -28,9 +29,9 @@ impl Default for Settle {
 }
 
 impl Settle {
-    /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long.
+    /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long, within the default [`Budget`].
     pub fn new() -> Self {
-        Settle { tolerance: 1e-9, most_periods: 200, largest_multiple: 8 }
+        Settle { tolerance: 1e-9, most_periods: 200, largest_multiple: 8, budget: Budget::new() }
     }
     /// How closely a state must repeat, as a share of the range of each coordinate and velocity; positive.
     pub fn tolerance(self, tolerance: f64) -> Self {
@@ -44,11 +45,16 @@ impl Settle {
     pub fn largest_multiple(self, largest_multiple: usize) -> Self {
         Settle { largest_multiple, ..self }
     }
+    /// The most steps and time of a run, all periods together.
+    pub fn budget(self, budget: Budget) -> Self {
+        Settle { budget, ..self }
+    }
 
     /// Runs from `start`.
     ///
     /// # Errors
-    /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay.
+    /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay;
+    /// [`Unsettled::Failed`] when a run does, or when the budget is spent.
     pub fn run<I: Integrator, M: Periodic + ?Sized>(&self, integrator: &I, model: &M, start: &State) -> Result<Steady, Unsettled> {
         let positive = |name, value: f64| {
             let error = IntegrateError::Setting { name, value, allowed: "positive" };
@@ -64,6 +70,7 @@ impl Settle {
         let mut repeated = vec![0; self.largest_multiple];
         let mut changes = vec![f64::INFINITY; self.largest_multiple];
         let mut closest = f64::INFINITY;
+        let meter = self.budget.begin();
         for k in 1..=self.most_periods {
             let last = &section[k - 1];
             // Earlier ranges fade by half each period, so that transients are forgotten.
@@ -75,13 +82,17 @@ impl Settle {
                 for (r, y) in range.iter_mut().zip(step.y1()) {
                     *r = [r[0].min(*y), r[1].max(*y)];
                 }
-                ControlFlow::Continue(())
+                (&meter).step(step)
             };
             let finish = integrator.run(model, last, start.t + k as f64 * period, &mut watch).map_err(|error| Unsettled::Failed {
                 error,
                 state: last.clone(),
                 periods: k - 1,
             })?;
+            if let Some(exhausted) = meter.exhausted() {
+                let error = IntegrateError::Budget { t: finish.state.t, exhausted };
+                return Err(Unsettled::Failed { error, state: last.clone(), periods: k - 1 });
+            }
             section.push(finish.state);
             for p in 1..=self.largest_multiple.min(k) {
                 let change = distance(&section[k], &section[k - p], &range, self.tolerance);

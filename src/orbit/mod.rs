@@ -1,5 +1,6 @@
 //! Periodic orbits by shooting, their stability, and the growth of small differences.
 
+mod continued;
 mod cycle;
 mod cyclic;
 mod failure;
@@ -7,6 +8,7 @@ mod floquet;
 mod guess;
 mod lyapunov;
 mod rigid;
+mod saltation;
 mod segments;
 mod shooting;
 mod size;
