@@ -88,14 +88,14 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
         left.clear();
         let gap = |c: &Contact| Some(c.upper - c.lower).filter(|gap| gap.is_finite());
         for (i, (c, &piece)) in contacts.iter().zip(pieces).enumerate() {
-            let length = gap(c).filter(|gap| *gap > 0.0).unwrap_or(c.deflection.abs());
-            // Nothing lies inside a gap of width zero.
-            let margin = if piece == Piece::Gap && gap(c).is_some_and(|gap| gap <= 0.0) { 0.0 } else { INSIDE * length };
+            // Without a gap the size of the deflection has to do, which its gradient tells.
+            let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
             let past = past(piece, c);
-            if past > -margin && past.is_finite() {
+            if past >= -margin && past.is_finite() {
                 left.push((i, margin));
             }
         }
+        let closed = |c: &Contact| c.upper <= c.lower;
         if left.is_empty() {
             return None;
         }
@@ -115,7 +115,8 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
                 past(pieces[*i], &contacts[*i])
             };
             gradient(&mut h, inside, self.scale, slope);
-            if *margin == 0.0 && pieces[*i] != Piece::Gap {
+            // Nothing lies inside a gap of width zero.
+            if *margin == 0.0 && !(pieces[*i] == Piece::Gap && closed(&contacts[*i])) {
                 *margin = INSIDE * slope.iter().zip(self.scale).map(|(g, s)| (g * s).abs()).sum::<f64>();
             }
         }

@@ -116,6 +116,9 @@ impl<'m, M: Model + ?Sized> Rounding<'m, M> {
 
 impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        if !step.crossings().is_empty() {
+            return ControlFlow::Continue(()); // differences would straddle the edge
+        }
         let (h, q, v) = (step.t1() - step.t0(), step.q1(), step.v1());
         let n = q.len();
         // Differences over a share of each value: what counts is slope times value.

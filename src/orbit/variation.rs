@@ -1,5 +1,6 @@
 //! The flow with its derivative.
 
+use super::continued::Continued;
 use super::size::{Rounding, Sizes};
 use super::tangent::Tangent;
 use crate::budget::{Budget, Meter};
@@ -97,8 +98,13 @@ pub struct Transition {
 
 /// A solver good enough to see how far things move.
 pub(super) fn coarse(start: &State) -> Dop853 {
+    Dop853::new().rtol(1e-9).atol(1e-12 * largest(start))
+}
+
+/// The largest coordinate or velocity; 1 if there is none.
+fn largest(start: &State) -> f64 {
     let largest = start.q.iter().chain(&start.v).fold(0.0, |m: f64, x| m.max(x.abs()));
-    Dop853::new().rtol(1e-9).atol(1e-12 * if largest > 0.0 && largest.is_finite() { largest } else { 1.0 })
+    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
 }
 
 /// A run within a budget.
@@ -110,7 +116,8 @@ pub(crate) fn metered<M: Model + ?Sized>(
     observer: &mut dyn Observer,
     meter: &Meter<'_>,
 ) -> Result<State, IntegrateError> {
-    let mut spend = meter;
+    let crude = vec![largest(start); 2 * model.dof()];
+    let (model, mut spend) = (&Continued::new(model, &crude), meter);
     let mut watch = |step: &mut Step<'_>| if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) };
     let finish = solver.run(model, start, t_end, &mut watch)?;
     match meter.exhausted() {

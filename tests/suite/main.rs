@@ -11,6 +11,7 @@ mod consistency;
 mod ensembles;
 mod excitations;
 mod floquet;
+mod hard_flows;
 mod held;
 mod lane_sharing;
 mod located_edges;
