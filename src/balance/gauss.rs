@@ -1,5 +1,6 @@
 //! Gauss quadrature between the jumps of the drives.
 
+use crate::error::ParameterError;
 use crate::model::Periodic;
 use std::f64::consts::TAU;
 
@@ -44,4 +45,14 @@ pub(super) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64
         t = edge;
     }
     edges
+}
+
+/// Whether a drive jumps in a span at all; more jumps than are taken are refused.
+pub(super) fn any_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Result<bool, ParameterError> {
+    let edges = drive_edges(model, span).len();
+    if edges > MOST_EDGES {
+        let (name, allowed) = ("number of jumps of the drives in the span of an orbit".into(), "0 to 100000");
+        return Err(ParameterError::OutOfRange { name, value: edges as f64, allowed });
+    }
+    Ok(edges > 0)
 }

@@ -3,7 +3,7 @@
 use super::assembly::Layout;
 use super::closed::Closed;
 use super::couplings::Couplings;
-use super::gauss::{MOST_EDGES, drive_edges};
+use super::gauss::any_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
 use super::orbit::Orbit;
@@ -15,7 +15,6 @@ use super::stencil::{NODES, Stencil};
 use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
-use crate::error::ParameterError;
 use crate::model::{Generic, Periodic};
 use crate::orbit::rigid_motions;
 use crate::piece::{Piece, Side};
@@ -83,12 +82,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let contacts = model.contacts();
         let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
-        let edges = drive_edges(model, model.period() * harmonics.periods() as f64).len();
-        if edges > MOST_EDGES {
-            let (name, allowed) = ("number of jumps of the drives in the span of an orbit".into(), "0 to 100000");
-            return Err(ParameterError::OutOfRange { name, value: edges as f64, allowed }.into());
-        }
-        let edges = edges > 0;
+        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
         let by_panels = integrals == Integrals::Panels || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
         let ways = match holds {
             false => vec![None],

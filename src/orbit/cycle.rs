@@ -57,8 +57,12 @@ impl Cycle {
     ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
         let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
-        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY)
-            .ok_or_else(|| ShootingError::NotConverged { component: 0, range: segments.range()[0], correction: f64::NAN, last: last() })?;
+        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| ShootingError::NotConverged {
+            component: 0,
+            range: segments.range()[0],
+            correction: f64::NAN,
+            last: last(),
+        })?;
         let other = looser.and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = Cycle {

@@ -95,7 +95,9 @@ impl ShootingError {
     pub fn last(&self) -> Option<&Iterate> {
         match self {
             ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,
-            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last, .. } => Some(last),
+            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last, .. } => {
+                Some(last)
+            }
         }
     }
 }

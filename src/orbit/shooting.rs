@@ -118,12 +118,10 @@ impl Shooting {
     }
 
     fn check(&self) -> Result<(), ShootingError> {
-        let count = |name: &str, value: usize| {
-            match value {
-                0 => Err(ParameterError::TooFew { name: name.into(), value, least: 1 }),
-                1..=MOST => Ok(()),
-                _ => Err(ParameterError::OutOfRange { name: name.into(), value: value as f64, allowed: "1 to 1000000" }),
-            }
+        let count = |name: &str, value: usize| match value {
+            0 => Err(ParameterError::TooFew { name: name.into(), value, least: 1 }),
+            1..=MOST => Ok(()),
+            _ => Err(ParameterError::OutOfRange { name: name.into(), value: value as f64, allowed: "1 to 1000000" }),
         };
         count("multiple", self.multiple)?;
         count("segments", self.segments.unwrap_or(1))?;

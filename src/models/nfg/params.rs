@@ -192,9 +192,11 @@ impl CentreForcing {
 
     pub(super) fn check(self) -> Result<(), ParameterError> {
         match self {
-            CentreForcing::Series(order) if order > Self::MOST => {
-                Err(ParameterError::OutOfRange { name: "order of the centre forcing".into(), value: f64::from(order), allowed: "0 to 1000" })
-            }
+            CentreForcing::Series(order) if order > Self::MOST => Err(ParameterError::OutOfRange {
+                name: "order of the centre forcing".into(),
+                value: f64::from(order),
+                allowed: "0 to 1000",
+            }),
             _ => Ok(()),
         }
     }
