@@ -19,6 +19,13 @@ impl Model for Still {
         a[0] = c - 0.1 * v[0] - q[0];
         a[1] = 1.0 + self.0 * c - 0.1 * v[1] - q[1];
     }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        out.q.fill_with_identity();
+        out.v.fill_with_identity();
+        out.q.neg_mut();
+        out.v *= -0.1;
+        true
+    }
 }
 
 impl Periodic for Still {
