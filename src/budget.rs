@@ -110,6 +110,12 @@ impl Meter<'_> {
         self.look()
     }
 
+    /// The same with a look at the clock every time: for steps that take long.
+    pub(crate) fn spend_slowly(&self) -> Result<(), Exhausted> {
+        self.spent.set(self.spent.get() + 1);
+        self.look()
+    }
+
     /// Whether anything is left: for work that is not counted in steps.
     pub(crate) fn look(&self) -> Result<(), Exhausted> {
         let Budget { steps, time, cancel } = self.budget;

@@ -9,6 +9,11 @@ use std::ops::Range;
 
 /// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
 ///
+/// A deflection and its edges may depend on the drives, the coordinates and the velocities. One that depends on the coordinates alone has a
+/// rate linear in the velocities, as teeth do. One that depends on the velocities, such as a sliding speed at which friction changes its
+/// sign, has a rate that holds the accelerations as well. A force that depends on the piece must not push back towards the edge from both
+/// sides: sliding along an edge is not modelled, and ends in [`IntegrateError::EdgeStall`](crate::IntegrateError::EdgeStall).
+///
 /// ```
 /// use gear_dynamics::Contact;
 /// let contact = Contact { deflection: 2e-5, lower: -1e-5, upper: 1e-5, force: 300.0, ..Contact::default() };

@@ -37,12 +37,17 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
 
     /// Reads `jacobian`, with the contacts as they are or held on pieces, where the model can hold them.
     pub(crate) fn at(&mut self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
-        if self.differenced || !self.model.jacobian(pieces, u, q, v, &mut self.jacobian) {
-            self.differences(pieces, u, q, v);
+        self.read(self.model, pieces, u, q, v);
+    }
+
+    /// The same of a model that stands for the one of these slopes.
+    pub(crate) fn read<N: Model + ?Sized>(&mut self, model: &N, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
+        if self.differenced || !model.jacobian(pieces, u, q, v, &mut self.jacobian) {
+            self.differences(model, pieces, u, q, v);
         }
     }
 
-    fn differences(&mut self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
+    fn differences<N: Model + ?Sized>(&mut self, model: &N, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
         let n = q.len();
         // There is no room yet if the model gives some of its slopes.
         self.y.resize(2 * n, 0.0);
@@ -55,7 +60,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
             for (side, a) in [h, -h].into_iter().zip(&mut self.a) {
                 self.y[k] = here + side;
                 let (q, v) = self.y.split_at(n);
-                accelerate(self.model, pieces, u, q, v, a);
+                accelerate(model, pieces, u, q, v, a);
             }
             let width = (here + h) - (here - h);
             self.y[k] = here;

@@ -9,8 +9,8 @@ mod statistics;
 mod waterfall;
 
 pub use rattle::{ContactStatistics, Rattle, RattleState};
-pub use section::{Direction, Section, strobe};
 pub(crate) use returns::{Ranges, is_own_multiple};
+pub use section::{Direction, Section, strobe};
 pub use settle::{Settle, Steady, Unsettled};
 pub use spectrum::{Spectrum, Window};
 pub use statistics::{Statistics, Summary};

@@ -1,10 +1,10 @@
 //! Running a model until it repeats.
 
 use super::returns::{Ranges, is_own_multiple};
+use crate::budget::Budget;
 use crate::model::{Periodic, State};
-use crate::ode::{IntegrateError, Integrator, Step};
+use crate::ode::{IntegrateError, Integrator, Observer, Step};
 use crate::orbit::rigid_modes;
-use std::ops::ControlFlow;
 use thiserror::Error;
 
 /// Integrates period by period until the state repeats after p of them, p as small as possible.
@@ -18,11 +18,12 @@ use thiserror::Error;
 /// assert_eq!(steady.period_multiple, 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settle {
     tolerance: f64,
     most_periods: usize,
     largest_multiple: usize,
+    budget: Budget,
 }
 
 impl Default for Settle {
@@ -32,9 +33,9 @@ impl Default for Settle {
 }
 
 impl Settle {
-    /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long.
+    /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long, within the default [`Budget`].
     pub fn new() -> Self {
-        Settle { tolerance: 1e-9, most_periods: 200, largest_multiple: 8 }
+        Settle { tolerance: 1e-9, most_periods: 200, largest_multiple: 8, budget: Budget::new() }
     }
     /// How closely a state must repeat, as a share of the range of each coordinate and velocity; positive.
     pub fn tolerance(self, tolerance: f64) -> Self {
@@ -48,11 +49,16 @@ impl Settle {
     pub fn largest_multiple(self, largest_multiple: usize) -> Self {
         Settle { largest_multiple, ..self }
     }
+    /// The most steps and time of a run, all periods together.
+    pub fn budget(self, budget: Budget) -> Self {
+        Settle { budget, ..self }
+    }
 
     /// Runs from `start`.
     ///
     /// # Errors
-    /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay.
+    /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay;
+    /// [`Unsettled::Failed`] when a run does, or when the budget is spent.
     pub fn run<I: Integrator, M: Periodic + ?Sized>(&self, integrator: &I, model: &M, start: &State) -> Result<Steady, Unsettled> {
         let positive = |name, value: f64| {
             let error = IntegrateError::Setting { name, value, allowed: "positive" };
@@ -70,15 +76,24 @@ impl Settle {
         let mut repeated = vec![0; self.largest_multiple];
         let mut changes = vec![f64::INFINITY; self.largest_multiple];
         let mut closest = f64::INFINITY;
+        let meter = self.budget.begin();
         for k in 1..=self.most_periods {
             // Earlier ranges fade by half each period, so that transients are forgotten.
             ranges.fade();
             let mut watch = |step: &mut Step<'_>| {
                 ranges.see(step.y1());
-                ControlFlow::Continue(())
+                (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
-            last = finish.map_err(|error| Unsettled::Failed { error, state: last, periods: k - 1 })?.state;
+            let failed = |error, state| Unsettled::Failed { error, state, periods: k - 1 };
+            let state = match finish {
+                Ok(finish) => finish.state,
+                Err(error) => return Err(failed(error, last)),
+            };
+            if let Some(exhausted) = meter.exhausted() {
+                return Err(failed(IntegrateError::Budget { t: state.t, exhausted }, last));
+            }
+            last = state;
             section.push(joined(&last));
             for p in 1..=self.largest_multiple.min(k) {
                 let change = ranges.distance(&section[k], &section[k - p], self.tolerance);

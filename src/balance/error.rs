@@ -119,6 +119,16 @@ pub enum BalanceError {
         /// Why it could not be proved on more orders, if it was that.
         cause: Option<Box<BalanceError>>,
     },
+    /// The budget of the call is spent, or it was cancelled.
+    #[error("the balance stopped after {} iterations: {exhausted}", last.iterations())]
+    Budget {
+        /// Which limit.
+        exhausted: crate::budget::Exhausted,
+        /// The last iterate, or the guess.
+        last: Box<Orbit>,
+        /// Largest residual of every iterate.
+        history: Vec<f64>,
+    },
     /// Settings of the root finder.
     #[error(transparent)]
     Root(RootError),

@@ -1,13 +1,14 @@
 //! Floquet multipliers straight from a balance.
 
 use super::Orbit;
-use super::gauss::drive_edges;
+use super::gauss::{MOST_EDGES, drive_edges};
 use super::orbit::turned;
 use super::size::sizes;
 use super::stencil::Stencil;
 use super::switching::Switching;
 use super::transform::samples_for;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};
+use crate::budget::{Budget, Exhausted, Meter};
 use crate::model::{Contact, Periodic};
 use crate::orbit::{Multipliers, rigid_modes};
 use crate::piece::{Piece, Side};
@@ -25,12 +26,23 @@ impl Orbit {
     ///
     /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
     /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
-    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, or has another number of coordinates.
+    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, or more
+    /// than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
-        self.multipliers_any(&model)
+        self.multipliers_within(model, &Budget::new()).ok().flatten()
     }
 
-    fn multipliers_any(&self, model: &dyn Periodic) -> Option<Multipliers> {
+    /// The same within a budget of steps and time.
+    ///
+    /// # Errors
+    /// [`Exhausted`] says which limit was reached.
+    pub fn multipliers_within<M: Periodic + ?Sized>(&self, model: &M, budget: &Budget) -> Result<Option<Multipliers>, Exhausted> {
+        let meter = budget.begin();
+        let multipliers = self.multipliers_any(&model, &meter);
+        meter.exhausted().map_or(Ok(multipliers), Err)
+    }
+
+    fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
         let n = self.dof();
         if model.dof() != n {
             return None;
@@ -43,7 +55,10 @@ impl Orbit {
         let highest = self.harmonics().highest();
         let fewer = self.below(highest - highest.div_ceil(4));
         let (breaks, jumps) = self.breaks(model);
-        let mut flow = Flow::new(self, model);
+        if breaks.len() > MOST_EDGES {
+            return None;
+        }
+        let mut flow = Flow::new(self, model, meter);
         let multipliers = Multipliers::without(&flow.monodromy(self, &breaks, STEP)?, &basis, 0.0)?;
         if jumps {
             return Some(multipliers.with_error(f64::INFINITY));
@@ -154,6 +169,7 @@ const TWICE: [f64; STAGES] = {
 /// Y carried along a series.
 struct Flow<'m, M: ?Sized> {
     model: &'m M,
+    meter: &'m Meter<'m>,
     slopes: Slopes<'m, M>,
     /// 2n x 2n by columns.
     y: Vec<f64>,
@@ -175,7 +191,7 @@ struct Flow<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
-    fn new(orbit: &Orbit, model: &'m M) -> Self {
+    fn new(orbit: &Orbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
         let n = orbit.dof();
         let size = sizes(orbit);
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
@@ -194,6 +210,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             system: Matrix::dense(if n == 1 { 0 } else { STAGES * n }),
             k: vec![0.0; STAGES * n * 2 * n],
             model,
+            meter,
             y: vec![0.0; 4 * n * n],
         }
     }
@@ -222,7 +239,10 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
         let mut fastest = self.read();
         let mut h = f64::INFINITY;
-        while t < end && fastest.is_finite() {
+        while t < end {
+            if !fastest.is_finite() || self.meter.spend().is_err() {
+                return None;
+            }
             // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
             let longest = step / fastest.max(TAU / orbit.span());
             if h > longest {

@@ -12,6 +12,7 @@ mod grid;
 mod harmonics;
 mod kinks;
 mod look;
+mod metered;
 mod orbit;
 mod panels;
 mod proof;
@@ -33,9 +34,11 @@ pub use orbit::Orbit;
 pub use proof::Proof;
 pub use residual::BalanceEquations;
 
+use crate::budget::{Budget, Meter};
 use crate::model::{Generic, Periodic};
 use crate::piece::Piece;
 use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
+use metered::Metered;
 
 /// How the integrals of a balance are taken.
 ///
@@ -105,6 +108,7 @@ pub struct Balance {
     harmonics: Harmonics,
     integrals: Integrals,
     roots: Roots,
+    budget: Budget,
 }
 
 #[derive(Clone, Debug)]
@@ -114,9 +118,14 @@ enum Roots {
 }
 
 impl Balance {
-    /// Exact integrals, Newton's method.
+    /// Exact integrals, Newton's method, the default [`Budget`].
     pub fn new(harmonics: Harmonics) -> Self {
-        Balance { harmonics, integrals: Integrals::Exact, roots: Roots::Newton(Newton::new()) }
+        Balance { harmonics, integrals: Integrals::Exact, roots: Roots::Newton(Newton::new()), budget: Budget::new() }
+    }
+    /// The most work of one call: every residual that the root finder evaluates is a step, and so is every step of the flows that
+    /// [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to) shoot with.
+    pub fn budget(self, budget: Budget) -> Self {
+        Balance { budget, ..self }
     }
     /// How the integrals are taken.
     pub fn integrals(self, integrals: Integrals) -> Self {
@@ -140,7 +149,7 @@ impl Balance {
             Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
             roots => roots,
         };
-        Balance { harmonics, roots, ..*self }
+        Balance { harmonics, roots, integrals: self.integrals, budget: self.budget.clone() }
     }
 
     /// The equations, with unknowns scaled by the size of the coordinates of `near`.
@@ -177,8 +186,9 @@ impl Balance {
             Orbit::of(&self.harmonics, model.period() * self.harmonics.periods() as f64, vec![0.0; model.dof() * width], model.dof());
         let mut equations = self.equations(model, &rest)?.held(pieces);
         let x = equations.unknowns(&rest);
-        let root = Newton::new().solve(&mut equations, &x);
-        self.finish(&equations, root, pieces.iter().position(|&p| p == Piece::Gap))
+        let meter = self.budget.begin();
+        let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
+        self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
 
     /// Solves from a guess: a linearised or projected orbit, or that of a neighbouring model.
@@ -190,7 +200,12 @@ impl Balance {
     }
 
     fn solve_any(&self, model: &dyn Periodic, guess: &Orbit) -> Result<Orbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess, |orbit| self.finer_equations(model, orbit))
+        self.solve_within(model, guess, &self.budget.begin())
+    }
+
+    /// The same within what is left of a budget.
+    fn solve_within(&self, model: &dyn Periodic, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
+        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| self.finer_equations(model, orbit))
     }
 
     /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in the second paper. The integrals
@@ -199,10 +214,14 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
     pub fn solve_truncating_forces<M: Generic + Periodic>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+        self.solve_truncating_within(model, guess, &self.budget.begin())
+    }
+
+    fn solve_truncating_within<M: Generic + Periodic>(&self, model: &M, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
-        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, |orbit| {
+        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, meter, |orbit| {
             Ok(self.finer_equations(model, orbit)?.truncating_forces())
         })
     }
@@ -216,17 +235,19 @@ impl Balance {
         &self,
         mut equations: BalanceEquations<'m, M>,
         guess: &Orbit,
+        meter: &Meter<'_>,
         finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
     ) -> Result<Orbit, BalanceError> {
         let x = equations.unknowns(guess);
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
         }
+        let mut metered = Metered { equations: &mut equations, meter };
         let root = match &self.roots {
-            Roots::Newton(newton) => newton.solve(&mut equations, &x),
-            Roots::Broyden(broyden) => broyden.solve(&mut equations, &x),
+            Roots::Newton(newton) => newton.solve(&mut metered, &x),
+            Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
         };
-        let mut orbit = self.finish(&equations, root, None)?;
+        let mut orbit = self.finish(&equations, root, meter, None)?;
         orbit.notes.extend(proof::notes(&mut equations, &orbit, finer));
         Ok(orbit)
     }
@@ -255,6 +276,7 @@ impl Balance {
         &self,
         equations: &BalanceEquations<'_, M>,
         root: Result<Root, RootError>,
+        meter: &Meter<'_>,
         held_in_gap: Option<usize>,
     ) -> Result<Orbit, BalanceError> {
         let orbit = |root: &Root| {
@@ -270,6 +292,12 @@ impl Balance {
                 last: Box::new(orbit(&last)),
                 history: last.history,
             },
+            // A residual that was not evaluated any more is not a number.
+            RootError::NotFinite { last, .. } | RootError::NotConverged { last } | RootError::Singular { last, .. }
+                if let Some(exhausted) = meter.exhausted() =>
+            {
+                BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
+            }
             RootError::Singular { .. } if let Some(contact) = held_in_gap => BalanceError::StartInGap { contact },
             RootError::Singular { unknown, last } => BalanceError::Floating {
                 coordinate: equations.layout.coordinate(unknown),

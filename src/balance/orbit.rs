@@ -8,6 +8,7 @@ use super::stencil::Stencil;
 use super::switching::Switching;
 use super::transform::{Transform, read, samples_for, spread, unpack, write};
 use super::{BalanceNote, grid::Grid};
+use crate::budget::{Budget, Meter};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
@@ -217,6 +218,10 @@ impl Orbit {
             let (mut sum, mut rate) = ([mean.iter().sum::<f64>(); K], [0.0; K]);
             let ([mut sin, mut cos], mut here) = (at_first, first);
             for (&order, pair) in orders.iter().zip(pairs.as_chunks::<2>().0) {
+                if order - here > FAR {
+                    [sin, cos] = turned(t.map(|t| order as f64 * (t / self.span).fract()));
+                    here = order;
+                }
                 while here < order {
                     here += 1;
                     for k in 0..K {
@@ -249,8 +254,20 @@ impl Orbit {
     /// # Errors
     /// [`ShootingError`].
     pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<Cycle, ShootingError> {
+        self.polish_within(model, &Budget::new())
+    }
+
+    /// The same within a budget of steps and time, all flows together.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn polish_within<M: Periodic + ?Sized>(&self, model: &M, budget: &Budget) -> Result<Cycle, ShootingError> {
+        self.polish_metered(&model, &budget.begin())
+    }
+
+    pub(super) fn polish_metered(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
         let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
-        Shooting::new().multiple(self.harmonics.periods()).run(model, &self.states(nodes)?)
+        Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
     }
 
     /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
@@ -370,6 +387,9 @@ impl Orbit {
         worst
     }
 }
+
+/// Orders further apart are not reached by turning from one to the next.
+const FAR: usize = 1000;
 
 /// sin 2πx and cos 2πx at several x.
 pub(super) fn turned<const K: usize>(x: [f64; K]) -> [[f64; K]; 2] {

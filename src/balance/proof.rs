@@ -5,6 +5,7 @@ use super::couplings::even;
 use super::pulses::pulses;
 use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
+use crate::budget::Meter;
 use crate::error::ParameterError;
 use crate::model::{Generic, Periodic};
 use crate::orbit::Cycle;
@@ -50,18 +51,18 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
     pub fn prove<M: Periodic + ?Sized>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
-        self.prove_any(&model, orbit)
+        self.prove_within(&model, orbit, &self.budget.begin())
     }
 
-    fn prove_any(&self, model: &dyn Periodic, orbit: &Orbit) -> Result<Proof, BalanceError> {
-        let finer = self.on(self.harmonics().extended()).solve(model, orbit)?;
+    fn prove_within(&self, model: &dyn Periodic, orbit: &Orbit, meter: &Meter<'_>) -> Result<Proof, BalanceError> {
+        let finer = self.on(self.harmonics().extended()).solve_within(model, orbit, meter)?;
         let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
         let better = match self.integrals {
             _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
             Integrals::Sampled { .. } if model.contacts() > 0 => Balance::new(self.harmonics().clone()).equations(model, orbit)?,
             _ => self.finer_equations(model, orbit)?,
         };
-        Ok(proof(model, orbit, finer, correction(better, orbit)))
+        proof(model, orbit, finer, correction(better, orbit), meter)
     }
 
     /// The same for an orbit of [`solve_truncating_forces`](Balance::solve_truncating_forces): on 1.3 H orders and with twice the samples, forces
@@ -70,9 +71,10 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one.
     pub fn prove_truncating_forces<M: Generic + Periodic>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
-        let finer = self.on(self.harmonics().extended()).solve_truncating_forces(model, orbit)?;
+        let meter = self.budget.begin();
+        let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
         let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
-        Ok(proof(&model, orbit, finer, aliasing))
+        proof(&model, orbit, finer, aliasing, &meter)
     }
 
     /// Adds orders until the truncation error, the correction of finer integrals and that of shooting, which sees what no kept order does, all
@@ -87,15 +89,15 @@ impl Balance {
         if highest < least {
             return Err(ParameterError::TooFew { name: "highest order".into(), value: highest, least }.into());
         }
-        let mut balance = self.clone();
-        let mut orbit = balance.solve(model, guess)?;
+        let (mut balance, meter) = (self.clone(), self.budget.begin());
+        let mut orbit = balance.solve_within(&model, guess, &meter)?;
         let mut reached = f64::INFINITY;
         loop {
             let further = balance.harmonics().extended();
             if further.highest() > highest {
                 return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit), cause: None });
             }
-            let proof = match balance.prove(model, &orbit) {
+            let proof = match balance.prove_within(&model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
                     let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
@@ -112,10 +114,13 @@ impl Balance {
     }
 }
 
-fn proof(model: &dyn Periodic, orbit: &Orbit, finer: Orbit, aliasing: f64) -> Proof {
-    let polished = orbit.polish(model).ok();
+fn proof(model: &dyn Periodic, orbit: &Orbit, finer: Orbit, aliasing: f64, meter: &Meter<'_>) -> Result<Proof, BalanceError> {
+    let polished = orbit.polish_metered(model, meter).ok();
+    if let Some(exhausted) = meter.exhausted() {
+        return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
+    }
     let shooting = polished.as_ref().map_or(f64::INFINITY, Cycle::first_correction);
-    Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished }
+    Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
 }
 
 /// What every solved orbit is checked for.

@@ -3,7 +3,7 @@
 use super::assembly::Layout;
 use super::closed::Closed;
 use super::couplings::{Couplings, free_motions, holds_pieces};
-use super::gauss::drive_edges;
+use super::gauss::any_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
 use super::orbit::Orbit;
@@ -89,7 +89,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let contacts = model.contacts();
         let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
-        let edges = !drive_edges(model, model.period()).is_empty();
+        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
         let by_panels = integrals == Integrals::Panels || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
         let ways = match holds {
             false => vec![None],

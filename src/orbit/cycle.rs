@@ -1,5 +1,6 @@
 //! A periodic orbit, known to the accuracy of the flow.
 
+use super::continued::Continued;
 use super::floquet::{Multipliers, Stability};
 use super::segments::{Round, Segments};
 use super::tangent::{NONE, finest};
@@ -29,7 +30,9 @@ pub struct Cycle {
     end: f64,
     multiple: usize,
     least: usize,
+    /// Units of the flow.
     scale: Vec<f64>,
+    range: Vec<f64>,
     drift: [Vec<f64>; 2],
     monodromy: DMatrix<f64>,
     multipliers: Multipliers,
@@ -54,8 +57,12 @@ impl Cycle {
     ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
         let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
-        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY)
-            .ok_or_else(|| ShootingError::NotConverged { last: last() })?;
+        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| ShootingError::NotConverged {
+            component: 0,
+            range: segments.range()[0],
+            correction: f64::NAN,
+            last: last(),
+        })?;
         let other = looser.and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = Cycle {
@@ -63,6 +70,7 @@ impl Cycle {
             multiple: shooting.periods(),
             least: shooting.periods(),
             scale: segments.scale().to_vec(),
+            range: segments.range().to_vec(),
             drift: segments.drift(&round.slack),
             monodromy: unscaled(&monodromy, segments.scale()),
             multipliers: multipliers.with_error(error),
@@ -121,7 +129,7 @@ impl Cycle {
     /// Range of motion of each coordinate, then of each velocity, as corrections are measured by: that of the guess, rigid motion left
     /// out.
     pub fn range(&self) -> &[f64] {
-        &self.scale
+        &self.range
     }
     /// The first Newton correction of the coordinates as a share of their range: how far off the guess was.
     pub fn first_correction(&self) -> f64 {
@@ -166,7 +174,8 @@ impl Cycle {
         let inside = (t - turns * period).clamp(start, self.end);
         let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
         let from = &self.states[node];
-        let mut state = if inside > from.t { self.solver(from).end(model, from, inside)? } else { from.clone() };
+        let held = Continued::new(model, &self.scale);
+        let mut state = if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
         // The rigid motion gains the drift with every turn, and what its speed has gained adds up.
         let since = inside - start;
         for ((q, v), (dq, dv)) in state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1])) {
@@ -182,10 +191,11 @@ impl Cycle {
     /// # Errors
     /// [`IntegrateError`].
     pub fn observe<M: Model + ?Sized, O: Observer>(&self, model: &M, observer: &mut O) -> Result<Stats, IntegrateError> {
+        let held = Continued::new(model, &self.scale);
         let mut all = Stats::default();
         for (i, from) in self.states.iter().enumerate() {
             let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
-            let run = self.solver(from).run(model, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
+            let run = self.solver(from).run(&held, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
             all.steps += run.stats.steps;
             all.rejected += run.stats.rejected;
             all.evaluations += run.stats.evaluations;

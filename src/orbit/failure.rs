@@ -30,7 +30,7 @@ pub struct Iterate {
 /// use gear_dynamics::{NfgPair, NfgParams, Shooting, ShootingError};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let error = Shooting::new().most_iterations(1).run(&pair, &[pair.static_start()?]).unwrap_err();
-/// assert!(matches!(&error, ShootingError::NotConverged { last } if last.corrections.len() == 1));
+/// assert!(matches!(&error, ShootingError::NotConverged { last, .. } if last.corrections.len() == 1));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -73,9 +73,18 @@ pub enum ShootingError {
         last: Iterate,
     },
     /// Corrections do not become small.
-    #[error("no orbit was met: after {} corrections the last was {:e} of the range of motion", last.corrections.len(),
-        last.corrections.last().copied().unwrap_or(f64::NAN))]
+    #[error(
+        "no orbit was met: after {} corrections the last moves component {component} of (coordinates, velocities), whose range is {range:e}, \
+         by {correction:e}",
+        last.corrections.len()
+    )]
     NotConverged {
+        /// The component that the last correction moves most as a share of its range, from 0.
+        component: usize,
+        /// Its range of motion.
+        range: f64,
+        /// By how much it is moved.
+        correction: f64,
         /// How far it came.
         last: Iterate,
     },
@@ -86,7 +95,9 @@ impl ShootingError {
     pub fn last(&self) -> Option<&Iterate> {
         match self {
             ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,
-            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last } => Some(last),
+            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last, .. } => {
+                Some(last)
+            }
         }
     }
 }

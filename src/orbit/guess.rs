@@ -2,22 +2,25 @@
 
 use super::ShootingError;
 use super::rigid::rigid_modes;
-use super::size::Sizes;
-use super::variation::coarse;
+use super::size::{Rounding, Sizes};
+use super::variation::{coarse, metered};
+use crate::budget::Meter;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
-use crate::ode::{IntegrateError, Integrator};
+use crate::ode::{IntegrateError, Step};
+use std::ops::ControlFlow;
 
 /// What is wanted of the guess.
 pub(super) struct Plan {
     pub(super) multiple: usize,
     pub(super) segments: Option<usize>,
+    pub(super) flow_tolerance: f64,
 }
 
 pub(super) struct Guess {
     pub(super) states: Vec<State>,
-    /// Ranges of coordinates and velocities, rigid motion left out.
-    pub(super) scale: Vec<f64>,
+    /// Units of coordinates and velocities, rigid motion left out, and their ranges.
+    pub(super) scales: [Vec<f64>; 2],
     pub(super) rigid: Vec<Vec<f64>>,
     pub(super) end: f64,
 }
@@ -29,7 +32,7 @@ const MOST: usize = 128;
 const SAME: f64 = 1e-9;
 
 impl Guess {
-    pub(super) fn of(model: &dyn Periodic, plan: &Plan, guess: &[State]) -> Result<Guess, ShootingError> {
+    pub(super) fn of(model: &dyn Periodic, plan: &Plan, guess: &[State], meter: &Meter<'_>) -> Result<Guess, ShootingError> {
         let Some(first) = guess.first() else {
             return Err(ParameterError::Empty { name: "guess".into(), least: 1 }.into());
         };
@@ -52,7 +55,7 @@ impl Guess {
         }
         let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
-        let mut sizes = Sizes::new(model.dof(), &rigid);
+        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &rigid), Rounding::new(model));
         let solver = coarse(first);
         let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Flow {
             segment,
@@ -62,14 +65,31 @@ impl Guess {
         for (i, state) in states.iter().enumerate() {
             sizes.see(state.t, &state.q, &state.v);
             let until = states.get(i + 1).map_or(end, |next| next.t);
-            solver.run(model, state, until, &mut sizes).map_err(|error| fail(i, error, &states))?;
+            metered(&solver, model, state, until, &mut (&mut sizes, &mut rounding), meter).map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
             let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MOST));
             let times: Vec<f64> = (0..count).map(|i| first.t + period * (i as f64 / count as f64)).collect();
-            let run = solver.sample(model, first, &times).map_err(|failed| fail(0, failed.error, &states))?;
-            states = (0..run.len()).map(|i| run.state(i)).collect();
+            let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
+            let mut left = &times[1..];
+            let mut keep = |step: &mut Step<'_>| {
+                while let [t, rest @ ..] = left
+                    && *t <= step.t1()
+                {
+                    step.at(*t, &mut y);
+                    let (q, v) = y.split_at(model.dof());
+                    nodes.push(State::new(*t, q, v));
+                    left = rest;
+                }
+                ControlFlow::Continue(())
+            };
+            if let Some(&last) = times[1..].last() {
+                metered(&solver, model, first, last, &mut keep, meter).map_err(|error| fail(0, error, &states))?;
+            }
+            states = nodes;
         }
-        Ok(Guess { states, scale: sizes.ranges(), rigid, end })
+        let ranges = sizes.ranges();
+        let units = rounding.units(&ranges, plan.flow_tolerance);
+        Ok(Guess { states, scales: [units, rounding.seen(ranges)], rigid, end })
     }
 }

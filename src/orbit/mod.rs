@@ -1,5 +1,6 @@
 //! Periodic orbits by shooting, their stability, and the growth of small differences.
 
+mod continued;
 mod cycle;
 mod cyclic;
 mod directions;
@@ -10,6 +11,7 @@ mod growth;
 mod guess;
 mod lyapunov;
 mod rigid;
+mod saltation;
 mod segments;
 mod shooting;
 mod size;

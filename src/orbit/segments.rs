@@ -2,6 +2,7 @@
 
 use super::size::remove;
 use super::variation::transition;
+use crate::budget::Meter;
 use crate::model::{Model, State};
 use crate::ode::IntegrateError;
 use nalgebra::{DMatrix, DVector};
@@ -9,8 +10,10 @@ use nalgebra::{DMatrix, DVector};
 /// What stays the same while an orbit is shot.
 pub(super) struct Segments<'m, M: ?Sized> {
     model: &'m M,
-    /// Ranges of coordinates and velocities.
+    /// Units of coordinates and velocities: their ranges, or what rounding allows.
     scale: Vec<f64>,
+    /// Ranges, of which corrections are reported as shares.
+    range: Vec<f64>,
     /// Rigid modes in units of range, orthonormal: along the coordinates, then along the velocities.
     rigid: DMatrix<f64>,
     end: f64,
@@ -27,7 +30,7 @@ pub(super) struct Round {
 }
 
 impl<'m, M: Model + ?Sized> Segments<'m, M> {
-    pub(super) fn new(model: &'m M, scale: Vec<f64>, modes: &[Vec<f64>], end: f64) -> Self {
+    pub(super) fn new(model: &'m M, [scale, range]: [Vec<f64>; 2], modes: &[Vec<f64>], end: f64) -> Self {
         let (m, n) = (scale.len(), scale.len() / 2);
         let mut rigid: Vec<DVector<f64>> = Vec::new();
         for half in 0..2 {
@@ -38,11 +41,14 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
             }
         }
         let rigid = if rigid.is_empty() { DMatrix::zeros(m, 0) } else { DMatrix::from_columns(&rigid) };
-        Segments { model, scale, rigid, end }
+        Segments { model, scale, range, rigid, end }
     }
 
     pub(super) fn scale(&self) -> &[f64] {
         &self.scale
+    }
+    pub(super) fn range(&self) -> &[f64] {
+        &self.range
     }
     pub(super) fn rigid(&self) -> &DMatrix<f64> {
         &self.rigid
@@ -58,13 +64,14 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         states: Vec<State>,
         slack: Option<&DVector<f64>>,
         tolerance: f64,
+        meter: &Meter<'_>,
     ) -> Result<Round, (usize, IntegrateError, Vec<State>)> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) = (Vec::with_capacity(count), Vec::with_capacity(count), 0);
         for (i, state) in states.iter().enumerate() {
             let next = states.get(i + 1).unwrap_or(&states[0]);
             let until = if i + 1 < count { next.t } else { self.end };
-            match transition(self.model, &self.scale, tolerance, state, until) {
+            match transition(self.model, &self.scale, tolerance, state, until, meter) {
                 Ok((end, matrix, crossed)) => {
                     crossings += crossed;
                     transitions.push(matrix);
@@ -105,9 +112,20 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     pub(super) fn norm(&self, step: &[DVector<f64>]) -> f64 {
         step.iter().fold(0.0, |m: f64, z| m.max(self.elastic(z).amax()))
     }
-    /// The same of the coordinates alone.
-    pub(super) fn norm_of_coordinates(&self, step: &[DVector<f64>]) -> f64 {
-        step.iter().fold(0.0, |m: f64, z| m.max(self.elastic(z).rows(0, z.len() / 2).amax()))
+    /// The component that moves most as a share of its range, and that share; of the coordinates alone, or of all.
+    pub(super) fn most(&self, step: &[DVector<f64>], coordinates: bool) -> (usize, f64) {
+        let count = if coordinates { self.scale.len() / 2 } else { self.scale.len() };
+        let mut most = (0, 0.0);
+        for z in step {
+            let z = self.elastic(z);
+            for i in 0..count {
+                let share = z[i].abs() * (self.scale[i] / self.range[i]);
+                if share > most.1 || share.is_nan() {
+                    most = (i, share);
+                }
+            }
+        }
+        most
     }
     pub(super) fn elastic(&self, z: &DVector<f64>) -> DVector<f64> {
         z - &self.rigid * self.rigid.tr_mul(z)

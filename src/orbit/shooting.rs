@@ -5,8 +5,10 @@ use super::cyclic::Cyclic;
 use super::guess::{Guess, Plan};
 use super::segments::{Round, Segments};
 use super::{Iterate, ShootingError};
+use crate::budget::{Budget, Meter};
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
+use crate::ode::IntegrateError;
 
 /// φ(x_i; t_i, t_{i+1}) = x_{i+1} around an orbit of p periods of the drives, x_N = x_0: Newton's method on the states at the nodes, with
 /// the exact derivative of the flow, tooth edges located. Damped by the natural monotonicity test.
@@ -29,13 +31,14 @@ use crate::model::{Model, Periodic, State};
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), gear_dynamics::ShootingError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Shooting {
     multiple: usize,
     segments: Option<usize>,
     tolerance: f64,
     flow_tolerance: f64,
     most_iterations: usize,
+    budget: Budget,
 }
 
 impl Default for Shooting {
@@ -44,6 +47,8 @@ impl Default for Shooting {
     }
 }
 
+/// Periods and segments of an orbit at most.
+const MOST: usize = 1_000_000;
 /// Damping below this is given up.
 const LEAST_DAMPING: f64 = 1.0 / 1024.0;
 /// A correction below this that no longer falls is the noise of the flow: rounding, and edges met as closely as they can be.
@@ -52,16 +57,17 @@ const NOISE: f64 = 1e-9;
 const LOOSER: f64 = 100.0;
 
 impl Shooting {
-    /// Orbits of one period, to corrections of 1e-12 of the range of motion, within 40 iterations, the flow held to 1e-13.
+    /// Orbits of one period, to corrections of 1e-12 of the range of motion, within 40 iterations, the flow held to 1e-13, within the
+    /// default [`Budget`].
     pub fn new() -> Self {
-        Shooting { multiple: 1, segments: None, tolerance: 1e-12, flow_tolerance: 1e-13, most_iterations: 40 }
+        Shooting { multiple: 1, segments: None, tolerance: 1e-12, flow_tolerance: 1e-13, most_iterations: 40, budget: Budget::new() }
     }
-    /// Periods of the drives in one period of the orbit.
+    /// Periods of the drives in one period of the orbit; at most 10⁶.
     pub fn multiple(self, multiple: usize) -> Self {
         Shooting { multiple, ..self }
     }
     /// Number of segments: by default one for each state of the guess, and from a single state as many as the motion asks for. More
-    /// segments make orbits that are very unstable reachable. A list of states is thinned to so many, never filled up.
+    /// segments make orbits that are very unstable reachable. A list of states is thinned to so many, never filled up. At most 10⁶.
     pub fn segments(self, segments: usize) -> Self {
         Shooting { segments: Some(segments), ..self }
     }
@@ -70,7 +76,7 @@ impl Shooting {
     pub fn tolerance(self, tolerance: f64) -> Self {
         Shooting { tolerance, ..self }
     }
-    /// Local error of the integration, as a share of the same ranges.
+    /// Local error of the integration, as a share of the same ranges, or the rounding of what a component is made of, whichever is larger.
     pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
         Shooting { flow_tolerance, ..self }
     }
@@ -79,18 +85,24 @@ impl Shooting {
         Shooting { most_iterations, ..self }
     }
 
+    /// The most steps and time of one call, all its flows together.
+    pub fn budget(self, budget: Budget) -> Self {
+        Shooting { budget, ..self }
+    }
+
     /// From states of a guess at increasing times within one period of the orbit, or from one state.
     ///
     /// # Errors
     /// [`ShootingError`]; once iterations have begun it holds the last iterate and the history of corrections.
     pub fn run<M: Periodic + ?Sized>(&self, model: &M, guess: &[State]) -> Result<Cycle, ShootingError> {
-        self.run_any(&model, guess)
+        self.run_within(&model, guess, &self.budget.begin())
     }
 
-    fn run_any(&self, model: &dyn Periodic, guess: &[State]) -> Result<Cycle, ShootingError> {
+    /// The same within what is left of a budget.
+    pub(crate) fn run_within(&self, model: &dyn Periodic, guess: &[State], meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
         self.check()?;
-        let plan = Plan { multiple: self.multiple, segments: self.segments };
-        self.newton(model, Guess::of(model, &plan, guess)?)
+        let plan = Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
+        self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
 
     /// The orbit of a neighbouring model, from a known one: nodes at the same phases, velocities in proportion to the frequency.
@@ -102,27 +114,35 @@ impl Shooting {
         let stretch = multiple as f64 * model.period() / cycle.period();
         let moved = |state: &State| State { t: state.t * stretch, q: state.q.clone(), v: state.v.iter().map(|v| v / stretch).collect() };
         let guess: Vec<State> = cycle.states().iter().map(moved).collect();
-        Shooting { multiple, ..*self }.run(model, &guess)
+        Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
     fn check(&self) -> Result<(), ShootingError> {
-        let count = |name: &str, value: usize| {
-            if value > 0 { Ok(()) } else { Err(ParameterError::TooFew { name: name.into(), value, least: 1 }) }
+        let count = |name: &str, value: usize| match value {
+            0 => Err(ParameterError::TooFew { name: name.into(), value, least: 1 }),
+            1..=MOST => Ok(()),
+            _ => Err(ParameterError::OutOfRange { name: name.into(), value: value as f64, allowed: "1 to 1000000" }),
         };
         count("multiple", self.multiple)?;
         count("segments", self.segments.unwrap_or(1))?;
-        count("most_iterations", self.most_iterations)?;
+        if self.most_iterations == 0 {
+            return Err(ParameterError::TooFew { name: "most_iterations".into(), value: 0, least: 1 }.into());
+        }
         check::positive("tolerance", self.tolerance)?;
         check::positive("flow_tolerance", self.flow_tolerance)?;
         Ok(())
     }
 
-    fn newton(&self, model: &dyn Model, guess: Guess) -> Result<Cycle, ShootingError> {
-        let segments = Segments::new(model, guess.scale, &guess.rigid, guess.end);
+    fn newton(&self, model: &dyn Model, guess: Guess, meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
+        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end);
         let mut corrections: Vec<f64> = Vec::new();
-        let mut first = 0.0;
+        let (mut first, mut before, mut most) = (0.0, f64::INFINITY, (0, f64::NAN));
         let fail = |states: &[State], corrections: &[f64]| Iterate { states: states.to_vec(), corrections: corrections.to_vec() };
-        let mut here = match segments.round(guess.states, None, self.flow_tolerance) {
+        let not_converged = |(component, share): (usize, f64), last: Iterate| {
+            let range = segments.range()[component];
+            ShootingError::NotConverged { component, range, correction: share * range, last }
+        };
+        let mut here = match segments.round(guess.states, None, self.flow_tolerance, meter) {
             Ok(round) => round,
             Err((segment, error, states)) => return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) }),
         };
@@ -135,22 +155,30 @@ impl Shooting {
             let (step, slack) = system.solve(&here.defects);
             let size = segments.norm(&step);
             if corrections.is_empty() {
-                first = segments.norm_of_coordinates(&step);
+                first = segments.most(&step, true).1;
             }
-            let stalled = corrections.last().is_some_and(|before| size > 0.5 * before);
-            corrections.push(size);
+            most = segments.most(&step, false);
+            let stalled = size > 0.5 * before;
+            before = size;
+            corrections.push(most.1);
             if size <= self.tolerance || (stalled && size <= NOISE) {
-                return self.finish(model, &segments, here, first, corrections);
+                return self.finish(model, &segments, here, first, corrections, meter);
             }
             // Natural monotonicity: the simplified correction must be smaller than the one just made.
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);
-                if let Ok(trial) = segments.round(states, Some(&slack), self.flow_tolerance) {
-                    let simplified = segments.norm(&system.solve(&trial.defects).0);
-                    if simplified <= (1.0 - 0.25 * damping) * size || simplified <= self.tolerance {
-                        break Some(trial);
+                match segments.round(states, Some(&slack), self.flow_tolerance, meter) {
+                    Ok(trial) => {
+                        let simplified = segments.norm(&system.solve(&trial.defects).0);
+                        if simplified <= (1.0 - 0.25 * damping) * size || simplified <= self.tolerance {
+                            break Some(trial);
+                        }
                     }
+                    Err((segment, error @ IntegrateError::Budget { .. }, _)) => {
+                        return Err(ShootingError::Flow { segment, error, last: last(&corrections) });
+                    }
+                    Err(_) => {}
                 }
                 damping *= 0.5;
                 if damping < LEAST_DAMPING || size <= NOISE {
@@ -159,11 +187,11 @@ impl Shooting {
             };
             here = match next {
                 Some(round) => round,
-                None if size <= NOISE => return self.finish(model, &segments, here, first, corrections),
-                None => return Err(ShootingError::NotConverged { last: last(&corrections) }),
+                None if size <= NOISE => return self.finish(model, &segments, here, first, corrections, meter),
+                None => return Err(not_converged(most, last(&corrections))),
             };
         }
-        Err(ShootingError::NotConverged { last: fail(&here.states, &corrections) })
+        Err(not_converged(most, fail(&here.states, &corrections)))
     }
 
     fn finish(
@@ -173,8 +201,9 @@ impl Shooting {
         round: Round,
         first: f64,
         corrections: Vec<f64>,
+        meter: &Meter<'_>,
     ) -> Result<Cycle, ShootingError> {
-        let looser = segments.round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance).ok();
+        let looser = segments.round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
         Cycle::new(model, segments, round, looser, self, first, corrections)
     }
 

@@ -1,5 +1,7 @@
 //! A model together with small differences of its motion: the variational equations as a model of their own.
 
+use super::continued::Continued;
+use super::saltation::Saltation;
 use crate::budget::Meter;
 use crate::model::{Contact, Model, State};
 use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
@@ -8,21 +10,24 @@ use crate::slopes::{Slopes, accelerate};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
-/// δq'' = ∂a/∂q δq + ∂a/∂v δv beside q'' = a(u, q, q'), for any number of differences; the contacts are those of the bare model.
+/// δq'' = ∂a/∂q δq + ∂a/∂v δv beside q'' = a(u, q, q'), for any number of differences; the contacts are those of the bare model, held on
+/// their pieces.
 ///
 /// Coordinates (q, δq_1, δq_2, ...), velocities likewise. Jacobians are the model's own, of the pieces held; central differences where it
 /// has none.
 pub(crate) struct Tangent<'m, M: ?Sized> {
-    model: &'m M,
-    n: usize,
-    columns: usize,
+    pub(super) model: Continued<'m, M>,
+    pub(super) n: usize,
+    pub(super) columns: usize,
     /// Sizes of coordinates and velocities.
-    scale: &'m [f64],
+    pub(super) scale: &'m [f64],
     slopes: RefCell<Slopes<'m, M>>,
 }
 
 /// Differences are held to the tolerance of the motion times this.
 const COLUMNS: f64 = 10.0;
+/// Growth of a difference after which its tolerance is set anew.
+const GROWTH: f64 = 10.0;
 /// Restarts at jumps of the force before a run is given up.
 const RESTARTS: usize = 1_000_000;
 /// A relative tolerance that leaves the absolute ones alone.
@@ -33,25 +38,36 @@ pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
     tolerance.max(4.0 * f64::EPSILON * value.abs())
 }
 
-/// A jump that changes the differences by less than this share is left out.
-const NEGLIGIBLE: f64 = 1e-10;
-
 impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64], tolerance: f64) -> Self {
         let n = model.dof();
-        Tangent { model, n, columns, scale, slopes: RefCell::new(Slopes::new(model, scale.to_vec(), tolerance)) }
+        let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
+        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes }
     }
 
     /// The motion held to `tolerance` of its size, or to rounding; the differences ten times looser.
     pub(crate) fn solver(&self, tolerance: f64, start: &State) -> Dop853 {
+        self.solver_for(tolerance, start, &vec![1.0; self.columns])
+    }
+
+    /// The same with differences held to a share of what they have grown to.
+    fn solver_for(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Dop853 {
         // The norm is a mean over all components: differences must not hide an error of the motion.
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
         let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
             let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
-            motion.chain((0..self.columns).flat_map(|_| scale.iter().map(|s| COLUMNS * tolerance * s))).collect()
+            motion.chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| COLUMNS * tolerance * size * s))).collect()
         };
         let (q, v) = self.scale.split_at(self.n);
         Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
+    }
+
+    /// The largest component of difference k, in units of size.
+    fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
+        let (of_q, of_v) = self.scale.split_at(self.n);
+        let column = self.n * (1 + k);
+        let largest = |x: &[f64], scale: &[f64]| x[column..].iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        largest(q, of_q).max(largest(v, of_v))
     }
 
     /// A state with difference k equal to the size of component k, in that component alone.
@@ -78,11 +94,6 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         State::new(state.t, &state.q[..self.n], &state.v[..self.n])
     }
 
-    /// Runs to `t_end`; where a contact force jumps at an edge the differences jump too. Returns the crossings as well.
-    pub(crate) fn run(&self, solver: &Dop853, start: State, t_end: f64) -> Result<(State, u64), IntegrateError> {
-        self.run_metered(solver, start, t_end, None)
-    }
-
     /// The same, every step taken from a budget: once that is spent, the state reached.
     pub(crate) fn run_metered(
         &self,
@@ -91,21 +102,51 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         t_end: f64,
         meter: Option<&Meter<'_>>,
     ) -> Result<(State, u64), IntegrateError> {
-        let (mut state, mut crossings) = (start, 0);
-        let mut saltation = Saltation { meter, ..Saltation::new(self) };
+        self.follow(start, t_end, meter, &mut |_, _| (solver.clone(), Vec::new()))
+    }
+
+    /// Runs to `t_end` with tolerances that follow the differences as they grow: their rounding does, and a fixed tolerance falls below it.
+    pub(crate) fn flow(&self, tolerance: f64, start: State, t_end: f64, meter: &Meter<'_>) -> Result<(State, u64), IntegrateError> {
+        let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state, step| {
+            let sizes: Vec<f64> = (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
+            let solver = self.solver_for(tolerance, state, &sizes);
+            let solver = if step > 0.0 { solver.first_step(step) } else { solver };
+            (solver, sizes.iter().map(|size| GROWTH * size).collect())
+        })?;
+        match meter.exhausted() {
+            Some(exhausted) => Err(IntegrateError::Budget { t: state.t, exhausted }),
+            None => Ok((state, crossings)),
+        }
+    }
+
+    /// `solver`: from a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
+    fn follow(
+        &self,
+        start: State,
+        t_end: f64,
+        meter: Option<&Meter<'_>>,
+        solver: &mut dyn FnMut(&State, f64) -> (Dop853, Vec<f64>),
+    ) -> Result<(State, u64), IntegrateError> {
+        let (mut state, mut crossings, mut step) = (start, 0, 0.0);
+        let mut watch = Watch { tangent: self, meter, saltation: Saltation::new(self), serves: Vec::new(), stop: Stop::Jump, step };
         for _ in 0..RESTARTS {
-            let finish = solver.run(self, &state, t_end, &mut saltation).map_err(|error| self.explain(error))?;
+            let (solver, serves) = solver(&state, step);
+            watch.serves = serves;
+            let finish = solver.run(self, &state, t_end, &mut watch).map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;
-            if meter.is_some_and(|meter| meter.exhausted().is_some()) {
-                return Ok((state, crossings));
-            }
-            if finish.stopped {
-                state.v.copy_from_slice(&saltation.v);
+            match watch.stop {
+                Stop::Jump if finish.stopped => state.v.copy_from_slice(watch.saltation.velocities()),
+                Stop::Budget => return Ok((state, crossings)),
+                _ => {}
             }
             if state.t >= t_end {
                 return Ok((state, crossings));
             }
+            step = match watch.stop {
+                Stop::Growth => watch.step.min(t_end - state.t),
+                _ => 0.0,
+            };
         }
         Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
     }
@@ -125,11 +166,11 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let n = self.n;
         let ((q, dq), (v, dv), (a, da)) = (q.split_at(n), v.split_at(n), a.split_at_mut(n));
-        if !accelerate(self.model, pieces, u, q, v, a) {
+        if !accelerate(&self.model, pieces, u, q, v, a) {
             return false;
         }
         let mut slopes = self.slopes.borrow_mut();
-        slopes.at(pieces, u, q, v);
+        slopes.read(&self.model, pieces, u, q, v);
         let (by_q, by_v) = (slopes.jacobian.q.as_slice(), slopes.jacobian.v.as_slice());
         for ((dq, dv), da) in dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)) {
             da.fill(0.0);
@@ -175,124 +216,44 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     }
 }
 
-/// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h', h the distance past the edge, h' = ∇h·f⁻ + ∂h/∂t its rate: the jump of the differences where the
-/// acceleration jumps by f⁺ - f⁻.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
-///
-/// A force without a jump leaves them as they are. So does a model that cannot hold its pieces: its force is taken to be continuous.
-struct Saltation<'t, M: ?Sized> {
-    model: &'t M,
-    n: usize,
-    scale: &'t [f64],
-    u: Vec<f64>,
-    pieces: Vec<Piece>,
-    contacts: Vec<Contact>,
-    gradient: Vec<f64>,
-    on_edge: Vec<f64>,
-    before: Vec<f64>,
-    jump: Vec<f64>,
-    moved: Vec<f64>,
-    /// Velocities of the motion and its differences behind the edges.
-    v: Vec<f64>,
+/// Why a run is interrupted.
+#[derive(Clone, Copy)]
+enum Stop {
+    /// The differences jump.
+    Jump,
+    /// One has outgrown its tolerance.
+    Growth,
+    /// The budget is spent.
+    Budget,
+}
+
+/// Watches the differences of one run.
+struct Watch<'t, 'm, M: ?Sized> {
+    tangent: &'t Tangent<'m, M>,
     meter: Option<&'t Meter<'t>>,
+    saltation: Saltation<'t, Continued<'m, M>>,
+    /// Sizes up to which the tolerances serve.
+    serves: Vec<f64>,
+    stop: Stop,
+    /// Length of the last step.
+    step: f64,
 }
 
-impl<'t, M: Model + ?Sized> Saltation<'t, M> {
-    fn new(tangent: &'t Tangent<'_, M>) -> Self {
-        let (model, n) = (tangent.model, tangent.n);
-        Saltation {
-            model,
-            n,
-            scale: tangent.scale,
-            u: vec![0.0; model.drives()],
-            pieces: vec![Piece::Gap; model.contacts()],
-            contacts: vec![Contact::default(); model.contacts()],
-            gradient: vec![0.0; n],
-            on_edge: vec![0.0; n],
-            before: vec![0.0; n],
-            jump: vec![0.0; n],
-            moved: vec![0.0; n],
-            v: vec![0.0; n * (1 + tangent.columns)],
-            meter: None,
-        }
-    }
-
-    /// ∂d/∂q of a contact. d' is linear in the velocities with these very coefficients, so the differences are exact.
-    fn gradient(&mut self, contact: usize, q: &[f64]) {
-        self.moved.copy_from_slice(&self.v[..self.n]);
-        for j in 0..self.n {
-            let here = self.moved[j];
-            let mut rate = [0.0; 2];
-            for (rate, side) in rate.iter_mut().zip([1.0, -1.0]) {
-                self.moved[j] = here + side * self.scale[self.n + j];
-                self.model.contact(&self.u, q, &self.moved, &mut self.contacts);
-                *rate = self.contacts[contact].rate;
-            }
-            self.moved[j] = here;
-            self.gradient[j] = (rate[0] - rate[1]) / (2.0 * self.scale[self.n + j]);
-        }
-    }
-
-    /// The coordinates moved by the little that the edge was missed by, so that a continuous force shows no jump.
-    fn move_onto(&mut self, missed: f64, q: &[f64]) {
-        let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
-        let part = if square > 0.0 { missed / square } else { 0.0 };
-        for ((on_edge, q), (g, s)) in self.on_edge.iter_mut().zip(q).zip(self.gradient.iter().zip(self.scale)) {
-            *on_edge = q - part * g * s * s;
-        }
-    }
-
-    /// One contact changes its piece. Whether the differences changed.
-    fn cross(&mut self, contact: usize, to: Piece, q: &[f64], dq: &[f64]) -> bool {
-        let n = self.n;
-        self.model.contact(&self.u, q, &self.v[..n], &mut self.contacts);
-        let c = self.contacts[contact];
-        // Without a gap the far flank is met at the same instant.
-        let to = match (self.pieces[contact], to) {
-            (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,
-            (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,
-            _ => to,
-        };
-        let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
-        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-        let rate = c.rate - edge_rate;
-        self.gradient(contact, q);
-        self.move_onto(c.deflection - edge, q);
-        let known = self.model.accel_on_pieces(&self.pieces, &self.u, &self.on_edge, &self.v[..n], &mut self.before);
-        self.pieces[contact] = to;
-        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, &self.on_edge, &self.v[..n], &mut self.jump);
-        if !known || rate == 0.0 {
-            return false;
-        }
-        self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
-        let (dv, mut changed) = (&mut self.v[n..], false);
-        let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
-        let (of_q, of_v) = self.scale.split_at(n);
-        let jump = largest(&self.jump, of_v);
-        for (dq, dv) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)) {
-            let share = crate::root::dot(&self.gradient, dq) / rate;
-            changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
-            dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);
-        }
-        changed
-    }
-}
-
-impl<M: Model + ?Sized> Observer for Saltation<'_, M> {
+impl<M: Model + ?Sized> Observer for Watch<'_, '_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if self.meter.is_some_and(|meter| meter.spend().is_err()) {
+            self.stop = Stop::Budget;
             return ControlFlow::Break(());
         }
-        let Some(pieces) = step.pieces().filter(|_| !step.crossings().is_empty()) else {
-            return ControlFlow::Continue(());
-        };
-        self.pieces.copy_from_slice(pieces);
-        self.model.drive(step.t1(), Side::Before, &mut self.u);
-        let (q, dq) = step.q1().split_at(self.n);
-        self.v.copy_from_slice(step.v1());
-        let mut changed = false;
-        for crossing in step.crossings() {
-            changed |= self.cross(crossing.contact, crossing.to, q, dq);
+        if self.saltation.changes(step) {
+            self.stop = Stop::Jump;
+            return ControlFlow::Break(());
         }
-        if changed { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        let grown = |(k, serves): (usize, &f64)| self.tangent.size(k, step.q1(), step.v1()) > *serves;
+        if self.serves.iter().enumerate().any(grown) {
+            (self.stop, self.step) = (Stop::Growth, step.t1() - step.t0());
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
     }
 }

@@ -1,17 +1,21 @@
 //! The flow with its derivative.
 
-use super::size::Sizes;
+use super::continued::Continued;
+use super::size::{Rounding, Sizes};
 use super::tangent::Tangent;
+use crate::budget::{Budget, Meter};
 use crate::model::{Model, State};
-use crate::ode::{Dop853, IntegrateError, Integrator};
+use crate::ode::{Dop853, IntegrateError, Integrator, Observer, Step};
 use nalgebra::DMatrix;
+use std::ops::ControlFlow;
 
 /// Runs a model together with the derivative of its motion by the start, tooth edges handled: located, and with the jump of the
 /// derivative (saltation matrix) where a contact force jumps.
 ///
 /// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' across them.
 ///
-/// A force that jumps is seen through [`accel_on_pieces`](Model::accel_on_pieces); a model without it is taken to be continuous.
+/// Both accelerations at an edge come from [`accel_on_pieces`](Model::accel_on_pieces); of a model without it, from the acceleration on
+/// either side of the edge.
 ///
 /// ```
 /// use gear_dynamics::{Model, State, Variation};
@@ -24,9 +28,10 @@ use nalgebra::DMatrix;
 /// assert!((turn.matrix[(0, 1)] - 1f64.sin()).abs() < 1e-9); // ∂q(1)/∂v(0)
 /// # Ok::<(), gear_dynamics::IntegrateError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     tolerance: f64,
+    budget: Budget,
 }
 
 impl Default for Variation {
@@ -36,14 +41,18 @@ impl Default for Variation {
 }
 
 impl Variation {
-    /// To 1e-12 of the range of motion.
+    /// To 1e-12 of the range of motion, within the default [`Budget`].
     pub fn new() -> Self {
-        Variation { tolerance: 1e-12 }
+        Variation { tolerance: 1e-12, budget: Budget::new() }
     }
-    /// Local error of the motion, as a share of the range of each coordinate and velocity; that of the derivative is ten times
-    /// larger.
+    /// Local error of the motion, as a share of the range of each coordinate and velocity or the rounding of its terms, whichever is larger;
+    /// that of the derivative is ten times larger, as a share of what each of its columns has grown to.
     pub fn tolerance(self, tolerance: f64) -> Self {
-        Variation { tolerance }
+        Variation { tolerance, ..self }
+    }
+    /// The most steps and time of a run.
+    pub fn budget(self, budget: Budget) -> Self {
+        Variation { budget, ..self }
     }
 
     /// From `start` to `t_end`.
@@ -55,11 +64,15 @@ impl Variation {
     }
 
     fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
-        let mut sizes = Sizes::new(model.dof(), &[]);
-        coarse(start).run(model, start, t_end, &mut sizes)?;
+        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
+            return Err(IntegrateError::Setting { name: "tolerance", value: self.tolerance, allowed: "positive and finite" });
+        }
+        let meter = self.budget.begin();
+        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));
+        metered(&coarse(start), model, start, t_end, &mut (&mut sizes, &mut rounding), &meter)?;
         sizes.see(start.t, &start.q, &start.v);
-        let scale = sizes.ranges();
-        let (state, scaled, crossings) = transition(model, &scale, self.tolerance, start, t_end)?;
+        let scale = rounding.units(&sizes.ranges(), self.tolerance);
+        let (state, scaled, crossings) = transition(model, &scale, self.tolerance, start, t_end, &meter)?;
         Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings })
     }
 }
@@ -85,8 +98,32 @@ pub struct Transition {
 
 /// A solver good enough to see how far things move.
 pub(super) fn coarse(start: &State) -> Dop853 {
+    Dop853::new().rtol(1e-9).atol(1e-12 * largest(start))
+}
+
+/// The largest coordinate or velocity; 1 if there is none.
+fn largest(start: &State) -> f64 {
     let largest = start.q.iter().chain(&start.v).fold(0.0, |m: f64, x| m.max(x.abs()));
-    Dop853::new().rtol(1e-9).atol(1e-12 * if largest > 0.0 && largest.is_finite() { largest } else { 1.0 })
+    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+}
+
+/// A run within a budget.
+pub(crate) fn metered<M: Model + ?Sized>(
+    solver: &Dop853,
+    model: &M,
+    start: &State,
+    t_end: f64,
+    observer: &mut dyn Observer,
+    meter: &Meter<'_>,
+) -> Result<State, IntegrateError> {
+    let crude = vec![largest(start); 2 * model.dof()];
+    let (model, mut spend) = (&Continued::new(model, &crude), meter);
+    let mut watch = |step: &mut Step<'_>| if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) };
+    let finish = solver.run(model, start, t_end, &mut watch)?;
+    match meter.exhausted() {
+        Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
+        None => Ok(finish.state),
+    }
 }
 
 /// The end of a run and its derivative, both differences and their change in units of size.
@@ -96,9 +133,10 @@ pub(super) fn transition<M: Model + ?Sized>(
     tolerance: f64,
     start: &State,
     t_end: f64,
+    meter: &Meter<'_>,
 ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
     let tangent = Tangent::new(model, scale.len(), scale, tolerance);
-    let (end, crossings) = tangent.run(&tangent.solver(tolerance, start), tangent.start(start), t_end)?;
+    let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter)?;
     let matrix = DMatrix::from_fn(scale.len(), scale.len(), |i, k| tangent.scaled(&end, i, k));
     Ok((tangent.motion(&end), matrix, crossings))
 }

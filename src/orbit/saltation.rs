@@ -1,0 +1,180 @@
+//! How small differences of a motion jump at tooth edges.
+
+use super::continued::{Continued, gradient};
+use super::tangent::Tangent;
+use crate::model::{Contact, Model};
+use crate::ode::Step;
+use crate::piece::{Piece, Side};
+use crate::root::dot;
+
+/// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h', h the distance past the edge, h' = ∇h·f⁻ + ∂h/∂t its rate: the jump of the differences where the
+/// acceleration jumps by f⁺ - f⁻.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
+///
+/// ∇h is taken by the coordinates and, where a deflection depends on them, by the velocities. A force without a jump leaves the differences
+/// as they are.
+pub(super) struct Saltation<'t, M: ?Sized> {
+    model: &'t M,
+    n: usize,
+    scale: &'t [f64],
+    u: Vec<f64>,
+    pieces: Vec<Piece>,
+    contacts: Vec<Contact>,
+    /// ∂h/∂q, then ∂h/∂v.
+    gradient: Vec<f64>,
+    /// The state moved onto the edge.
+    on_edge: Vec<f64>,
+    before: Vec<f64>,
+    jump: Vec<f64>,
+    moved: Vec<f64>,
+    /// Velocities of the motion and its differences behind the edges.
+    v: Vec<f64>,
+}
+
+/// A jump that changes the differences by less than this share is left out.
+const NEGLIGIBLE: f64 = 1e-10;
+/// Instants before an edge, in shares of the step, and weights of a one-sided difference of third order.
+const BACK: f64 = 1e-3;
+const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
+
+/// The distance from one edge.
+fn distance(c: &Contact, lower: bool) -> f64 {
+    c.deflection - if lower { c.lower } else { c.upper }
+}
+
+impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
+    pub(super) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+        let (model, n) = (&tangent.model, tangent.n);
+        Saltation {
+            model,
+            n,
+            scale: tangent.scale,
+            u: vec![0.0; model.drives()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            contacts: vec![Contact::default(); model.contacts()],
+            gradient: vec![0.0; 2 * n],
+            on_edge: vec![0.0; 2 * n],
+            before: vec![0.0; n],
+            jump: vec![0.0; n],
+            moved: vec![0.0; 2 * n],
+            v: vec![0.0; n * (1 + tangent.columns)],
+        }
+    }
+}
+
+impl<M: Model + ?Sized> Saltation<'_, M> {
+    /// Velocities of the motion and its differences behind the edges last crossed.
+    pub(super) fn velocities(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Whether the differences jump at the end of a step.
+    pub(super) fn changes(&mut self, step: &mut Step<'_>) -> bool {
+        let Some(pieces) = step.pieces().filter(|_| !step.crossings().is_empty()) else {
+            return false;
+        };
+        self.pieces.copy_from_slice(pieces);
+        self.v.copy_from_slice(step.v1());
+        let (q, dq) = step.q1().split_at(self.n);
+        let mut changed = false;
+        for crossing in step.crossings() {
+            changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()], q, dq);
+        }
+        changed
+    }
+
+    /// ∇h of a contact at an edge. d' is linear in the velocities with the very coefficients ∂d/∂q unless d depends on the velocities itself:
+    /// then differences are taken. Whether it does.
+    fn slope(&mut self, contact: usize, lower: bool, q: &[f64]) -> bool {
+        let n = self.n;
+        let (model, u, contacts) = (self.model, &self.u, &mut self.contacts);
+        self.moved[..n].copy_from_slice(q);
+        self.moved[n..].copy_from_slice(&self.v[..n]);
+        let mut by_velocity = false;
+        for j in 0..n {
+            let here = self.moved[n + j];
+            let (mut rate, mut value) = ([0.0; 2], [0.0; 2]);
+            for ((rate, value), side) in rate.iter_mut().zip(&mut value).zip([1.0, -1.0]) {
+                self.moved[n + j] = here + side * self.scale[n + j];
+                model.contact(u, q, &self.moved[n..], contacts);
+                (*rate, *value) = (contacts[contact].rate, distance(&contacts[contact], lower));
+            }
+            self.moved[n + j] = here;
+            self.gradient[j] = (rate[0] - rate[1]) / (2.0 * self.scale[n + j]);
+            self.gradient[n + j] = 0.0;
+            by_velocity |= value[0] != value[1];
+        }
+        if by_velocity {
+            let mut h = |q: &[f64], v: &[f64]| {
+                model.contact(u, q, v, contacts);
+                distance(&contacts[contact], lower)
+            };
+            gradient(&mut h, &mut self.moved, self.scale, &mut self.gradient);
+        }
+        by_velocity
+    }
+
+    /// The state moved by the little that the edge was missed by, so that a continuous force shows no jump.
+    fn move_onto(&mut self, missed: f64, q: &[f64]) {
+        let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
+        let part = if square > 0.0 { missed / square } else { 0.0 };
+        let here = q.iter().chain(&self.v[..self.n]);
+        for ((on_edge, y), (g, s)) in self.on_edge.iter_mut().zip(here).zip(self.gradient.iter().zip(self.scale)) {
+            *on_edge = y - part * g * s * s;
+        }
+    }
+
+    /// h' of a distance that depends on the velocities: ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'', the acceleration that before the edge.
+    fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2], q: &[f64]) -> f64 {
+        let (n, back) = (self.n, BACK * (to - from));
+        let mut by_time = 0.0;
+        for (k, weight) in ONE_SIDED.iter().enumerate() {
+            self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
+            self.model.contact(&self.u, q, &self.v[..n], &mut self.contacts);
+            by_time += weight * distance(&self.contacts[contact], lower) / back;
+        }
+        self.model.drive(to, Side::Before, &mut self.u);
+        let (by_q, by_v) = self.gradient.split_at(n);
+        by_time + dot(by_q, &self.v[..n]) + dot(by_v, &self.before)
+    }
+
+    /// One contact changes its piece. Whether the differences changed.
+    fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2], q: &[f64], dq: &[f64]) -> bool {
+        let n = self.n;
+        self.model.drive(times[1], Side::Before, &mut self.u);
+        self.model.contact(&self.u, q, &self.v[..n], &mut self.contacts);
+        let c = self.contacts[contact];
+        // Without a gap the far flank is met at the same instant.
+        let to = match (self.pieces[contact], to) {
+            (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,
+            (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,
+            _ => to,
+        };
+        let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
+        let by_velocity = self.slope(contact, lower, q);
+        self.move_onto(distance(&c, lower), q);
+        let (on_edge, v) = self.on_edge.split_at(n);
+        let known = self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
+        self.pieces[contact] = to;
+        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
+        let rate = match by_velocity {
+            true => self.rate(contact, lower, times, q),
+            false => c.rate - if lower { c.lower_rate } else { c.upper_rate },
+        };
+        if !known || rate == 0.0 {
+            return false;
+        }
+        self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
+        let (dv, mut changed) = (&mut self.v[n..], false);
+        let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        let (of_q, of_v) = self.scale.split_at(n);
+        let jump = largest(&self.jump, of_v);
+        let (by_q, by_v) = self.gradient.split_at(n);
+        for (dq, dv) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)) {
+            let along = dot(by_q, dq) + if by_velocity { dot(by_v, dv) } else { 0.0 };
+            let share = along / rate;
+            changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
+            dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);
+        }
+        changed
+    }
+}

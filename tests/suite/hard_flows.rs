@@ -1,0 +1,243 @@
+//! Flows with their derivative where it is hard: columns that grow, coordinates that nearly stand still, forces that jump, edges that depend
+//! on velocities; and the limits on work.
+
+use gear_dynamics::*;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// x'' + .1 x' + x = cos 2t beside y'' + .1 y' + y = 1 + e cos 2t.
+struct Still(f64);
+
+impl Model for Still {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let c = (2.0 * u[0]).cos();
+        a[0] = c - 0.1 * v[0] - q[0];
+        a[1] = 1.0 + self.0 * c - 0.1 * v[1] - q[1];
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        out.q.fill_with_identity();
+        out.v.fill_with_identity();
+        out.q.neg_mut();
+        out.v *= -0.1;
+        true
+    }
+}
+
+impl Periodic for Still {
+    fn period(&self) -> f64 {
+        PI
+    }
+}
+
+impl Still {
+    /// c cos 2t + s sin 2t.
+    fn orbit(&self) -> State {
+        let (c, s) = (-3.0 / 9.04, 0.2 / 9.04);
+        State::new(0.0, &[c, 1.0 + self.0 * c], &[2.0 * s, 2.0 * self.0 * s])
+    }
+}
+
+/// Steps that a call needs, to a factor of two: the least budget that serves.
+fn least_budget(mut serves: impl FnMut(Budget) -> bool) -> u64 {
+    let mut steps = 4;
+    while !serves(Budget::new().steps(steps)) && steps < 1 << 20 {
+        steps *= 2;
+    }
+    steps
+}
+
+#[test]
+fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
+    for tolerance in [1e-12, 1e-13] {
+        let steps = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 0.0].map(|e| {
+            least_budget(|budget| Variation::new().tolerance(tolerance).budget(budget).run(&Still(e), &Still(e).orbit(), PI).is_ok())
+        });
+        let (least, most) = (steps.iter().min().unwrap(), steps.iter().max().unwrap());
+        assert!(most <= &(2 * least), "{tolerance}: {steps:?}");
+    }
+    // x'' + .1 x' + x = 0: the first column is e^(-t/20) (cos νt + sin νt/(20 ν)).
+    let nu = (1.0f64 - 0.0025).sqrt();
+    let exact = (-0.05 * PI).exp() * ((nu * PI).cos() + 0.05 / nu * (nu * PI).sin());
+    for e in [1e-8, 1e-12] {
+        let through = Variation::new().run(&Still(e), &Still(e).orbit(), PI).unwrap();
+        assert!((through.matrix[(0, 0)] - exact).abs() < 1e-9 && (through.matrix[(1, 1)] - exact).abs() < 1e-9);
+        let cycle = Shooting::new().budget(Budget::new().steps(20_000)).run(&Still(e), &[Still(e).orbit()]).unwrap();
+        assert!((cycle.states()[0].q[1] - Still(e).orbit().q[1]).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn columns_that_grow_by_millions_end_in_time() {
+    let pair = NfgPair::new(&NfgParams { speed: 150.0, ..NfgParams::table1() }).unwrap();
+    let start = pair.static_start().unwrap();
+    let budget = Budget::new().steps(60_000);
+    let through = Variation::new().budget(budget).run(&pair, &start, 2.0 * pair.period()).unwrap();
+    assert!(through.matrix.amax() > 1e6, "{}", through.matrix);
+}
+
+/// x'' + .3 + .5 cos .9 t with a dead zone of half width 1, damping in contact: the force jumps. Pieces offered or not.
+struct Jumping {
+    pieces: bool,
+}
+
+impl Jumping {
+    fn on(piece: Piece, t: f64, q: f64, v: f64) -> f64 {
+        let tooth = |x: f64| 4.0 * x + 0.6 * v;
+        let force = match piece {
+            Piece::Lower => tooth(q + 1.0),
+            Piece::Gap => 0.0,
+            Piece::Upper => tooth(q - 1.0),
+        };
+        0.3 + 0.5 * (0.9 * t).cos() - force
+    }
+}
+
+impl Model for Jumping {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let mut out = [Contact::default()];
+        self.contact(u, q, v, &mut out);
+        a[0] = Jumping::on(out[0].piece(), u[0], q[0], v[0]);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        a[0] = Jumping::on(pieces[0], u[0], q[0], v[0]);
+        self.pieces
+    }
+}
+
+impl Periodic for Jumping {
+    fn period(&self) -> f64 {
+        TAU / 0.9
+    }
+}
+
+#[test]
+fn a_force_that_jumps_needs_no_held_pieces() {
+    let start = State::new(0.0, &[1.4], &[0.3]);
+    let [held, bare] = [true, false].map(|pieces| Variation::new().run(&Jumping { pieces }, &start, 40.0).unwrap());
+    assert_eq!(held.crossings, bare.crossings);
+    assert!((&held.matrix - &bare.matrix).amax() < 1e-10, "{} {}", held.matrix, bare.matrix);
+    let settled = Dop853::new().end(&Jumping { pieces: true }, &start, 40.0 * TAU / 0.9).unwrap();
+    let guess = [State { t: 0.0, ..settled }];
+    let [held, bare] = [true, false].map(|pieces| Shooting::new().run(&Jumping { pieces }, &guess).unwrap());
+    assert!((held.states()[0].q[0] - bare.states()[0].q[0]).abs() < 1e-10);
+    assert!((held.monodromy() - bare.monodromy()).amax() < 1e-9);
+}
+
+/// x'' + .05 x' + x + .3 (1 + .2 x') sgn(s) = 2 cos 1.3 t, s = x' - belt cos t - slope x: the contact is the sliding speed.
+struct Friction {
+    slope: f64,
+    belt: f64,
+}
+
+impl Friction {
+    fn sliding(&self, t: f64, q: f64, v: f64) -> f64 {
+        v - self.belt * t.cos() - self.slope * q
+    }
+    fn on(sign: f64, t: f64, q: f64, v: f64) -> f64 {
+        2.0 * (1.3 * t).cos() - 0.05 * v - q - 0.3 * sign * (1.0 + 0.2 * v)
+    }
+}
+
+impl Model for Friction {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let s = self.sliding(u[0], q[0], v[0]);
+        a[0] = Friction::on(if s == 0.0 { 0.0 } else { s.signum() }, u[0], q[0], v[0]);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let mut a = [0.0];
+        self.accel(u, q, v, &mut a);
+        let rate = a[0] + self.belt * u[0].sin() - self.slope * v[0];
+        out[0] = Contact { deflection: self.sliding(u[0], q[0], v[0]), rate, lower: 0.0, upper: 0.0, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let sign = match pieces[0] {
+            Piece::Lower => -1.0,
+            Piece::Gap => 0.0,
+            Piece::Upper => 1.0,
+        };
+        a[0] = Friction::on(sign, u[0], q[0], v[0]);
+        true
+    }
+}
+
+#[test]
+fn edges_that_depend_on_velocities_have_their_saltation() {
+    for (slope, belt) in [(0.0, 0.0), (0.0, 0.2), (0.3, 0.2)] {
+        let (model, start, end) = (Friction { slope, belt }, State::new(0.0, &[0.7], &[0.4]), 9.0);
+        let ours = Variation::new().run(&model, &start, end).unwrap();
+        assert!(ours.crossings >= 3);
+        let solver = Dop853::new().rtol(1e-13).atol(1e-13);
+        for j in 0..2 {
+            let moved = |h: f64| {
+                let mut from = start.clone();
+                *if j == 0 { &mut from.q[0] } else { &mut from.v[0] } += h;
+                let end = solver.end(&model, &from, end).unwrap();
+                [end.q[0], end.v[0]]
+            };
+            // Richardson: two central differences.
+            let h = 1e-4;
+            let (far, near) = ([moved(h), moved(-h)], [moved(0.5 * h), moved(-0.5 * h)]);
+            for i in 0..2 {
+                let slope = (4.0 * (near[0][i] - near[1][i]) / h - (far[0][i] - far[1][i]) / (2.0 * h)) / 3.0;
+                assert!((slope - ours.matrix[(i, j)]).abs() < 1e-8, "{i} {j}: {slope} {}", ours.matrix);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_budget_ends_flows_shooting_settling_and_balance() {
+    let pair = NfgPair::new(&NfgParams { speed: 150.0, ..NfgParams::table1() }).unwrap();
+    let start = pair.static_start().unwrap();
+    let stop = Arc::new(AtomicBool::new(true));
+    let spent = [Budget::new().steps(3), Budget::new().time(Duration::ZERO), Budget::new().cancel(stop)];
+    for budget in spent {
+        let flow = Variation::new().budget(budget.clone()).run(&pair, &start, pair.period());
+        assert!(matches!(flow, Err(IntegrateError::Budget { .. })));
+        let shot = Shooting::new().budget(budget.clone()).run(&pair, std::slice::from_ref(&start));
+        assert!(matches!(shot, Err(ShootingError::Flow { error: IntegrateError::Budget { .. }, .. })));
+        let settled = Settle::new().budget(budget.clone()).run(&Dop853::new(), &pair, &start);
+        assert!(matches!(settled, Err(Unsettled::Failed { error: IntegrateError::Budget { .. }, .. })));
+        let balance = Balance::new(Harmonics::up_to(70));
+        let guess = balance.linearised(&pair, Piece::Lower).unwrap();
+        let solved = balance.clone().budget(budget.clone()).solve(&pair, &guess);
+        assert!(matches!(solved, Err(BalanceError::Budget { .. })), "{solved:?}");
+        assert!(guess.multipliers_within(&pair, &budget).is_err());
+        assert!(guess.polish_within(&pair, &budget).is_err());
+    }
+}
+
+#[test]
+fn absurd_counts_are_refused_or_cost_nothing() {
+    let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
+    let error = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap_err();
+    assert!(matches!(error, ParameterError::OutOfRange { allowed: "0 to 1000", .. }));
+    assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
+    for shooting in [Shooting::new().multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
+        let error = shooting.run(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
+        assert!(matches!(error, ShootingError::Parameter(ParameterError::OutOfRange { allowed: "1 to 1000000", .. })));
+    }
+    let orbit = Orbit::new(&Harmonics::list(&[1, usize::MAX]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]]).unwrap();
+    assert_eq!(orbit.state(0.0).q, [0.75]);
+    assert!(orbit.state(0.3).q[0].is_finite());
+}
