@@ -55,7 +55,8 @@ const HOSTILE: [f64; 26] = [
 ];
 
 /// Counts that overflow or exhaust what is not bounded.
-const COUNTS: [usize; 13] = [0, 1, 2, 3, 1 << 12, 1 << 24, u32::MAX as usize, 1 << 32, 1 << 53, 1 << 62, 1 << 63, usize::MAX - 1, usize::MAX];
+const COUNTS: [usize; 13] =
+    [0, 1, 2, 3, 1 << 12, 1 << 24, u32::MAX as usize, 1 << 32, 1 << 53, 1 << 62, 1 << 63, usize::MAX - 1, usize::MAX];
 
 /// The random numbers of one case: number n is a mix of seed, target, index and n.
 pub struct Case {

@@ -24,6 +24,7 @@ mod roots;
 mod shooting;
 mod solvers;
 mod sweeps;
+mod torture;
 mod variation;
 mod workloads;
 

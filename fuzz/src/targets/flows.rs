@@ -17,12 +17,29 @@ pub enum Solver {
     Dop853(Dop853),
 }
 
+/// An observer behind one type.
+struct Watching<'o>(&'o mut dyn Observer);
+
+impl Observer for Watching<'_> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        self.0.step(step)
+    }
+}
+
 impl Integrator for Solver {
-    fn run<M: Model + ?Sized, O: Observer>(&self, model: &M, start: &State, t_end: f64, observer: &mut O) -> Result<Finish, IntegrateError> {
+    fn run<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+        observer: &mut O,
+    ) -> Result<Finish, IntegrateError> {
+        // One run is compiled for each tableau, whatever the model and the observer.
+        let (model, mut observer): (&dyn Model, _) = (&model, Watching(observer));
         match self {
-            Solver::Rk4(solver) => solver.run(model, start, t_end, observer),
-            Solver::Rk45(solver) => solver.run(model, start, t_end, observer),
-            Solver::Dop853(solver) => solver.run(model, start, t_end, observer),
+            Solver::Rk4(solver) => solver.run(model, start, t_end, &mut observer),
+            Solver::Rk45(solver) => solver.run(model, start, t_end, &mut observer),
+            Solver::Dop853(solver) => solver.run(model, start, t_end, &mut observer),
         }
     }
 }
@@ -148,7 +165,10 @@ pub fn observers(case: &mut Case) -> Run {
     all_finite("end", &finish.state.q)?;
     for name in names {
         if let Some(summary) = case.accept(statistics.summary(name)) {
-            all_finite(format_args!("summary of {name}"), &[summary.mean, summary.rms, summary.min, summary.max, summary.standard_deviation()])?;
+            all_finite(
+                format_args!("summary of {name}"),
+                &[summary.mean, summary.rms, summary.min, summary.max, summary.standard_deviation()],
+            )?;
         }
     }
     Ok(())

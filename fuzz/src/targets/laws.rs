@@ -53,7 +53,8 @@ pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Sto
         1 => PhaseLaw::ramp(case.number(speed), case.number(speed), case.number(time))?,
         2 => PhaseLaw::fluctuation(case.number(speed), case.number(0.3), case.number(speed))?,
         _ => {
-            let speeds: Vec<f64> = case.list(5, speed).into_iter().map(|speed| if case.chance(0.1) { speed } else { speed.abs() }).collect();
+            let speeds: Vec<f64> =
+                case.list(5, speed).into_iter().map(|speed| if case.chance(0.1) { speed } else { speed.abs() }).collect();
             let mut times = vec![0.0];
             while times.len() < speeds.len() {
                 times.push(times[times.len() - 1] + case.number(0.2 * time));
@@ -80,7 +81,9 @@ pub fn phases(case: &mut Case) -> Run {
         let back = law.time(phase);
         finite(format_args!("time of phase {phase:e}"), back)?;
         let again = law.phase(back);
-        holds((again - phase).abs() <= 1e-6 * phase.abs().max(1e-6), || format!("phase {phase:e} at {t:e}: time {back:e}, phase {again:e}"))?;
+        holds((again - phase).abs() <= 1e-6 * phase.abs().max(1e-6), || {
+            format!("phase {phase:e} at {t:e}: time {back:e}, phase {again:e}")
+        })?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use crate::case::{Case, Run, all_finite, finite, holds};
 use crate::models::{self, Erased};
+use crate::targets::flows::Solver;
 use gear_dynamics::*;
 use std::f64::consts::TAU;
 
@@ -113,8 +114,11 @@ pub fn lyapunov(case: &mut Case) -> Run {
         lyapunov = lyapunov.align(case.count(1));
     }
     case.note(|| format!("{lyapunov:?}"));
-    let exponents =
-        if case.chance(0.8) { lyapunov.run(&model, &start)? } else { lyapunov.run_over(&model, &start, case.number(1.0) * model.period())? };
+    let exponents = if case.chance(0.8) {
+        lyapunov.run(&model, &start)?
+    } else {
+        lyapunov.run_over(&model, &start, case.number(1.0) * model.period())?
+    };
     all_finite("exponents", &exponents.values())?;
     all_finite("exponents per period", &exponents.per_period())?;
     holds(exponents.standard_error().iter().all(|bar| !bar.is_nan()), || format!("bars {:?}", exponents.standard_error()))?;
@@ -174,14 +178,10 @@ pub fn balance(case: &mut Case) -> Run {
     let samples = case.count(200);
     let all = [Integrals::Exact, Integrals::Sampled { samples }, Integrals::Panels, Integrals::Kinks, Integrals::Closed];
     let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all)).budget(budget());
-    balance = if case.chance(0.7) {
-        balance.newton(super::roots::newton(case))
-    } else {
-        balance.broyden(super::roots::broyden(case))
-    };
+    balance = if case.chance(0.7) { balance.newton(super::roots::newton(case)) } else { balance.broyden(super::roots::broyden(case)) };
     case.note(|| format!("{balance:?}"));
     let guess = match case.below(4) {
-        0 => Orbit::project(&Rk4::new(0.01 * model.period()).max_steps(10_000), &model, &start, balance.harmonics())?,
+        0 => Orbit::project(&Solver::Rk4(Rk4::new(0.01 * model.period()).max_steps(10_000)), &model, &start, balance.harmonics())?,
         1 => {
             let width = balance.harmonics().unknowns().min(1 << 12);
             let coefficients: Vec<Vec<f64>> = (0..model.dof()).map(|_| case.list(width, 1e-4)).collect();
@@ -220,7 +220,7 @@ pub fn truncated(case: &mut Case) -> Run {
     let samples = case.count(400).min(1 << 16);
     let balance = Balance::new(harmonics(case)?).integrals(Integrals::Sampled { samples }).budget(budget());
     case.note(|| format!("{balance:?}"));
-    let guess = balance.linearised(&pair, Piece::Lower)?;
+    let guess = balance.linearised(&Erased::new(pair.clone(), pair.period()), Piece::Lower)?;
     let orbit = balance.solve_truncating_forces(&pair, &guess)?;
     finite("residual", orbit.residual())?;
     let period = TAU / orbit.frequency();

@@ -64,7 +64,9 @@ pub fn solve(case: &mut Case) -> Run {
             let mut r = vec![0.0; n];
             residual(&root.x, &mut r);
             let largest = r.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
-            holds((largest - root.residual).abs() <= 1e-9 * (1.0 + largest.abs()), || format!("residual {largest:e}, said {:e}", root.residual))?;
+            holds((largest - root.residual).abs() <= 1e-9 * (1.0 + largest.abs()), || {
+                format!("residual {largest:e}, said {:e}", root.residual)
+            })?;
             let scale = a.abs() + b.abs() + root.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             let sensible = scale < 1e3 && n > 0;
             holds(!sensible || largest < 0.1 * scale.max(1e-3), || format!("a root of residual {largest:e}: {:?}", root.x))
