@@ -27,7 +27,9 @@ pub fn any(case: &mut Case) -> Run {
     for _ in 0..10 {
         let t = case.signed();
         let edges = law.edges(t, Side::After);
-        holds(!(edges.lower > edges.upper), || format!("edges {edges:?}"))?;
+        // A half width that varies may be told below zero: `check_model` names it.
+        let told = matches!(law, AnyLaw::Varying(_));
+        holds(told || !(edges.lower > edges.upper), || format!("edges {edges:?}"))?;
         for value in [edges.lower, edges.upper] {
             holds(!value.is_nan(), || format!("edges {edges:?}"))?;
         }
