@@ -99,10 +99,12 @@ pub use sweep::{
     Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
 
-/// Guide pages: theory, periodic orbits, the two models, sweeps, errata of their papers, references.
+/// Guide pages: theory, events, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
+    #[doc = include_str!("../docs/events.md")]
+    pub mod events {}
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
     #[doc = include_str!("../docs/models.md")]

@@ -28,6 +28,7 @@ mod shooting;
 mod slips;
 mod solvers;
 mod sweeps;
+mod torture;
 mod variation;
 mod workloads;
 

@@ -1,0 +1,183 @@
+//! One case: its random numbers, a function of seed, target and index alone, and what may come out of it.
+
+use std::fmt::Display;
+
+/// Why a case ends before its end.
+#[derive(Debug)]
+pub enum Stop {
+    /// An error of the crate: what hostile values should give.
+    Typed(String),
+    /// A result that is no number, or infinite where no infinity is documented.
+    NotFinite(String),
+    /// A promise that does not hold: an edge that does not lie ahead, a sum that is not kept.
+    Broken(String),
+}
+
+/// Any error of the crate ends a case in an orderly way.
+impl<E: std::error::Error> From<E> for Stop {
+    fn from(error: E) -> Self {
+        let text = error.to_string();
+        if text.is_empty() { Stop::Broken("an error without a text".into()) } else { Stop::Typed(text) }
+    }
+}
+
+/// What a target gives.
+pub type Run = Result<(), Stop>;
+
+/// Numbers that break what is not guarded.
+const HOSTILE: [f64; 26] = [
+    0.0,
+    -0.0,
+    5e-324,
+    -5e-324,
+    1e-310,
+    f64::MIN_POSITIVE,
+    1e-308,
+    -1e-308,
+    1e-200,
+    1e-160,
+    1e-100,
+    1e-16,
+    -1.0,
+    1.0,
+    9_007_199_254_740_993.0,
+    1e100,
+    1e154,
+    1e160,
+    1e200,
+    1e308,
+    -1e308,
+    f64::MAX,
+    f64::MIN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NAN,
+];
+
+/// Counts that overflow or exhaust what is not bounded.
+const COUNTS: [usize; 13] =
+    [0, 1, 2, 3, 1 << 12, 1 << 24, u32::MAX as usize, 1 << 32, 1 << 53, 1 << 62, 1 << 63, usize::MAX - 1, usize::MAX];
+
+/// The random numbers of one case: number n is a mix of seed, target, index and n.
+pub struct Case {
+    state: u64,
+    /// Share of hostile values.
+    temper: f64,
+    verbose: bool,
+    /// Errors met on the way that did not end the case.
+    refused: Option<String>,
+}
+
+impl Case {
+    /// The case `index` of a target. Four tempers take turns: sensible throughout, a hostile value now and then, often, in every other place.
+    pub fn new(seed: u64, target: &str, index: u64, verbose: bool) -> Self {
+        let name = target.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        let state = mix(mix(seed ^ name) ^ mix(index));
+        Case { state, temper: [0.0, 0.03, 0.1, 0.5][index as usize % 4], verbose, refused: None }
+    }
+
+    /// Says what the case is about to use, when it is run by name.
+    pub fn note(&self, what: impl FnOnce() -> String) {
+        if self.verbose {
+            eprintln!("  {}", what());
+        }
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        mix(self.state)
+    }
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+    /// 0 .. n.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+    /// True with this probability.
+    pub fn chance(&mut self, p: f64) -> bool {
+        self.unit() < p
+    }
+    /// One of the list.
+    pub fn pick<T: Clone>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len())].clone()
+    }
+    /// Any 64 bits.
+    pub fn seed(&mut self) -> u64 {
+        if self.hostile() { self.pick(&[0, 1, u64::MAX, 1 << 63]) } else { self.bits() }
+    }
+    /// Whether the next value is to be a hostile one.
+    pub fn hostile(&mut self) -> bool {
+        let temper = self.temper;
+        self.chance(temper)
+    }
+
+    /// Within a factor of e of a sensible value, or a hostile one.
+    pub fn number(&mut self, sensible: f64) -> f64 {
+        if !self.hostile() {
+            return sensible * self.signed().exp();
+        }
+        match self.below(4) {
+            0 => sensible * 10f64.powi(self.below(25) as i32 - 12),
+            1 => -sensible,
+            _ => self.pick(&HOSTILE),
+        }
+    }
+    /// The sensible value itself, as a period that has to fit, or a hostile one.
+    pub fn exactly(&mut self, sensible: f64) -> f64 {
+        if self.hostile() { self.number(sensible) } else { sensible }
+    }
+    /// 0 .. 2 of a sensible count, or a hostile one.
+    pub fn count(&mut self, sensible: usize) -> usize {
+        if self.hostile() { self.pick(&COUNTS) } else { self.effort(sensible) }
+    }
+    /// A count of work that is asked for and then done: never more than twice a sensible one.
+    pub fn effort(&mut self, sensible: usize) -> usize {
+        if self.hostile() { self.below(2) } else { 1 + self.below(2 * sensible) }
+    }
+    /// As many numbers about a sensible value, or too few or too many.
+    pub fn list(&mut self, length: usize, sensible: f64) -> Vec<f64> {
+        let length = if self.hostile() { self.pick(&[0, 1, length + 1, length / 2]) } else { length };
+        (0..length).map(|_| self.number(sensible) * if self.chance(0.3) { -1.0 } else { 1.0 }).collect()
+    }
+    /// Cosine and sine amplitudes.
+    pub fn pairs(&mut self, most: usize, sensible: f64) -> Vec<[f64; 2]> {
+        (0..self.below(most + 1)).map(|_| [self.number(sensible), self.number(sensible) * self.signed()]).collect()
+    }
+
+    /// What was accepted; a refusal is remembered and the case goes on.
+    pub fn accept<T, E: std::error::Error>(&mut self, result: Result<T, E>) -> Option<T> {
+        result.map_err(|error| self.refused = Some(error.to_string())).ok()
+    }
+    /// A refusal met on the way.
+    pub fn refused(self) -> Option<String> {
+        self.refused
+    }
+}
+
+/// A finite number.
+pub fn finite(what: impl Display, value: f64) -> Run {
+    if value.is_finite() { Ok(()) } else { Err(Stop::NotFinite(format!("{what} is {value}"))) }
+}
+
+/// Finite numbers.
+pub fn all_finite(what: impl Display, values: &[f64]) -> Run {
+    values.iter().enumerate().try_for_each(|(i, &value)| finite(format_args!("{what}[{i}]"), value))
+}
+
+/// A promise.
+pub fn holds(promise: bool, what: impl FnOnce() -> String) -> Run {
+    if promise { Ok(()) } else { Err(Stop::Broken(what())) }
+}
+
+/// The finaliser of SplitMix64.   Source: Steele, Lea & Flood, OOPSLA 2014.
+fn mix(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}

@@ -1,0 +1,130 @@
+//! Constructors of models, and what an accepted model says of itself.
+
+use super::laws;
+use crate::case::{Case, Run, Stop, all_finite, finite, holds};
+use crate::models;
+use gear_dynamics::*;
+
+/// Drives, acceleration and contacts at a start are numbers.
+pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {
+    let n = model.dof();
+    let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
+    let mut contacts = vec![Contact::default(); model.contacts()];
+    model.drive(state.t, Side::After, &mut u);
+    all_finite("drives", &u)?;
+    model.accel(&u, &state.q, &state.v, &mut a);
+    all_finite("acceleration", &a)?;
+    model.contact(&u, &state.q, &state.v, &mut contacts);
+    for (i, contact) in contacts.iter().enumerate() {
+        all_finite(format_args!("contact {i}"), &[contact.deflection, contact.rate, contact.force])?;
+        holds(contact.lower <= contact.upper, || format!("contact {i}: {contact:?}"))?;
+    }
+    let mut jacobian = Jacobian::new(n);
+    if model.jacobian(None, &u, &state.q, &state.v, &mut jacobian) {
+        all_finite("∂a/∂q", jacobian.q.as_slice())?;
+        all_finite("∂a/∂v", jacobian.v.as_slice())?;
+    }
+    let edge = model.next_edge(state.t);
+    holds(edge.is_none_or(|edge| edge > state.t), || format!("next_edge({:e}) is {edge:?}", state.t))
+}
+
+/// The face gear pair of one degree of freedom.
+pub fn pair(case: &mut Case) -> Run {
+    let (params, reading) = (models::pair_params(case), models::reading(case));
+    let pair = NfgPair::with_reading(&params, reading)?;
+    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.centre_frequency(), pair.period()];
+    all_finite("mean radius, natural frequency, half width, frequency of the centre, period", &figures)?;
+    holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
+    let start = pair.static_start()?;
+    all_finite("static start", &[start.t, start.q[0], start.v[0]])?;
+    speaks(&pair, &start)
+}
+
+/// That of two degrees of freedom.
+pub fn pair2(case: &mut Case) -> Run {
+    let (params, reading) = (models::pair_params(case), models::reading(case));
+    let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
+    all_finite("radius, damping, period", &[pair.pinion_radius(), pair.damping(), pair.period()])?;
+    holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
+    let start = pair.static_start()?;
+    all_finite("static start", &[start.q[0], start.q[1], start.v[0], start.v[1]])?;
+    speaks(&pair, &start)
+}
+
+/// Rings, their matrices, modes and relative coordinates.
+pub fn ring(case: &mut Case) -> Run {
+    let ring = models::ring(case)?;
+    let n = ring.gears();
+    all_finite("imbalance, acceleration, period", &[ring.torque_imbalance(), ring.rigid_acceleration(), ring.period()])?;
+    all_finite("rigid motion", ring.rigid_motion())?;
+    let mean = ring.mean_mesh_stiffness();
+    all_finite("mean mesh stiffness", &mean)?;
+    speaks(&ring, &State::at_rest(ring.dof()))?;
+    all_finite("mass", ring.mass_matrix().as_slice())?;
+    all_finite("damping", ring.damping_matrix().as_slice())?;
+    let stiffness = if case.chance(0.5) { mean } else { case.list(n, 1e8) };
+    all_finite("stiffness", ring.stiffness_matrix(&stiffness)?.as_slice())?;
+    if let Some(modes) = case.accept(ring.modes(&stiffness)) {
+        all_finite("frequencies", modes.frequencies())?;
+        all_finite("hertz", &modes.hertz())?;
+        all_finite("shapes", modes.shapes().as_slice())?;
+        modes.eigenvalues().iter().try_for_each(|value| all_finite("eigenvalue", &[value.re, value.im]))?;
+    }
+    let view = ring.relative(case.number(1e-5), case.number(1e4))?;
+    let (q, v) = view.of(&State::at_rest(ring.dof()));
+    all_finite("relative q", &q)?;
+    all_finite("relative v", &v)?;
+    let mut moved: (Vec<f64>, Vec<f64>) = (case.list(q.len(), 1.0), case.list(v.len(), 1.0));
+    let t = case.number(1e-3);
+    if moved.0.len() == q.len() && moved.1.len() == v.len() {
+        view.close(t, &mut moved.0, &mut moved.1)?;
+    }
+    let state = view.to_angles(t, &moved.0, &moved.1)?;
+    all_finite("angles", &state.q)?;
+    let (c, k) = view.coefficients(&stiffness)?;
+    all_finite("relative damping", c.as_slice())?;
+    all_finite("relative stiffness", k.as_slice())
+}
+
+/// A model with random drives on slots that it has, or has not.
+pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
+    let pair = NfgPair::new(&models::pair_params(case))?;
+    let start = pair.static_start()?;
+    let mut held = Held::new(pair);
+    for _ in 0..1 + case.below(3) {
+        let process = laws::process(case, 20.0, 1e-3)?;
+        let slots: Vec<usize> = (0..case.below(3)).map(|_| if case.hostile() { case.count(12) } else { case.below(13) }).collect();
+        let gain = case.number(1.0);
+        case.note(|| format!("slots {slots:?}, gain {gain:e}, {process:?}"));
+        held = match case.below(4) {
+            0 => held.shared(&slots, gain, process)?,
+            1 => held.per_slot(&slots, gain, process)?,
+            2 => {
+                let gains = case.list(slots.len(), 1.0);
+                held.per_slot_with_gains(&slots, &gains, process)?
+            }
+            _ => {
+                let pairs: Vec<[usize; 2]> = slots.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+                held.clearance(&pairs, gain, process)?
+            }
+        };
+    }
+    Ok((held, start))
+}
+
+/// Held drives as the model sees them.
+pub fn held(case: &mut Case) -> Run {
+    let (held, start) = held_pair(case)?;
+    finite("speed", held.bare().params().speed)?;
+    let mut t = 0.0;
+    for _ in 0..10 {
+        let mut u = vec![0.0; held.drives()];
+        held.drive(t, case.pick(&[Side::Before, Side::After]), &mut u);
+        all_finite(format_args!("drives at {t:e}"), &u)?;
+        let edge = held.next_edge(t);
+        holds(edge.is_none_or(|edge| edge > t), || format!("next_edge({t:e}) is {edge:?}"))?;
+        t = edge.unwrap_or(t + 1.0);
+    }
+    let _ = start;
+    Ok(())
+}

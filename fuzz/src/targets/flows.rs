@@ -1,0 +1,257 @@
+//! Runs in time: every integrator and setting, every observer.
+
+use super::{build, laws};
+use crate::case::{Case, Run, Stop, all_finite, finite, holds};
+use crate::models::{self, Erased};
+use gear_dynamics::*;
+use std::ops::ControlFlow;
+
+/// Steps after which a run gives up: what makes a case short.
+const STEPS: usize = 20_000;
+
+/// A solver behind one type.
+#[derive(Clone, Debug)]
+pub enum Solver {
+    Rk4(Rk4),
+    Rk45(Rk45),
+    Dop853(Dop853),
+}
+
+/// An observer behind one type.
+struct Watching<'o>(&'o mut dyn Observer);
+
+impl Observer for Watching<'_> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        self.0.step(step)
+    }
+}
+
+impl Integrator for Solver {
+    fn run<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+        observer: &mut O,
+    ) -> Result<Finish, IntegrateError> {
+        // One run is compiled for each tableau, whatever the model and the observer.
+        let (model, mut observer): (&dyn Model, _) = (&model, Watching(observer));
+        match self {
+            Solver::Rk4(solver) => solver.run(model, start, t_end, &mut observer),
+            Solver::Rk45(solver) => solver.run(model, start, t_end, &mut observer),
+            Solver::Dop853(solver) => solver.run(model, start, t_end, &mut observer),
+        }
+    }
+}
+
+/// Any settings on either adaptive solver; the tableau that tells them apart has no public name.
+macro_rules! adaptive {
+    ($case:ident, $solver:expr, $period:expr, $components:expr) => {{
+        let mut solver = $solver.rtol($case.number(1e-7)).atol($case.number(1e-10)).max_steps(STEPS);
+        if $case.chance(0.2) {
+            let each: Vec<f64> = $case.list($components, 1e-10).into_iter().map(f64::abs).collect();
+            solver = solver.atol_each(&each);
+        }
+        if $case.chance(0.2) {
+            solver = solver.first_step($case.number(0.01 * $period));
+        }
+        if $case.chance(0.2) {
+            solver = solver.max_step($case.number(0.1 * $period));
+        }
+        if $case.chance(0.1) {
+            solver = solver.pi_beta($case.number(0.04));
+        }
+        if $case.chance(0.1) { solver.plain() } else { solver }
+    }};
+}
+
+/// Any solver with any setting, for a model of such a period.
+pub fn solver(case: &mut Case, period: f64, components: usize) -> Solver {
+    let period = if period.is_finite() && period > 0.0 { period } else { 1.0 };
+    let solver = match case.below(3) {
+        0 => {
+            let rk4 = Rk4::new(case.number(2e-3 * period)).max_steps(STEPS);
+            Solver::Rk4(if case.chance(0.2) { rk4.plain() } else { rk4 })
+        }
+        1 => Solver::Rk45(adaptive!(case, Rk45::new(), period, components)),
+        _ => Solver::Dop853(adaptive!(case, Dop853::new(), period, components)),
+    };
+    case.note(|| format!("{solver:?}"));
+    solver
+}
+
+fn span(case: &mut Case, period: f64) -> f64 {
+    case.number(2.0) * if period.is_finite() && period > 0.0 { period } else { 1.0 }
+}
+
+/// Ends of runs, samples, whole trajectories and their channels.
+pub fn runs(case: &mut Case) -> Run {
+    let (model, start) = models::any(case)?;
+    let solver = solver(case, model.period(), 2 * model.dof());
+    let end = start.t + span(case, model.period());
+    case.note(|| format!("end {end:e}"));
+    let trajectory = match case.below(3) {
+        0 => {
+            let state = solver.end(&model, &start, end)?;
+            holds(state.t == end, || format!("ends at {:e} in place of {end:e}", state.t))?;
+            all_finite("q", &state.q)?;
+            return all_finite("v", &state.v);
+        }
+        1 => {
+            let times = uniform_times(start.t, end, case.effort(20));
+            solver.sample(&model, &start, &times)
+        }
+        _ => solver.trajectory(&model, &start, end),
+    };
+    let (trajectory, failed) = match trajectory {
+        Ok(trajectory) => (trajectory, None),
+        Err(failed) => ((*failed.trajectory).clone(), Some(failed.error)),
+    };
+    for i in 0..trajectory.len() {
+        finite("time", trajectory.times()[i])?;
+        all_finite("q of a trajectory", trajectory.q(i))?;
+        all_finite("v of a trajectory", trajectory.v(i))?;
+    }
+    holds(trajectory.times().is_sorted(), || "times are not sorted".into())?;
+    if trajectory.len() < 2000 {
+        channels(case, &model, &trajectory)?;
+    }
+    failed.map_or(Ok(()), |error| Err(error.into()))
+}
+
+fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
+    let names: Vec<String> = Probe::new(model).channels().iter().map(|channel| channel.name.clone()).collect();
+    for name in names.iter().take(6) {
+        let values = trajectory.channel(model, name)?;
+        all_finite(format_args!("channel {name}"), &values)?;
+        if !values.is_empty() {
+            let summary = Summary::of(&values)?;
+            finite("standard deviation", summary.standard_deviation())?;
+        }
+    }
+    case.accept(trajectory.channel(model, "no such channel"));
+    Ok(())
+}
+
+/// Statistics, rattle and sections watch one run.
+pub fn observers(case: &mut Case) -> Run {
+    let (model, start) = models::any(case)?;
+    let solver = solver(case, model.period(), 2 * model.dof());
+    let end = start.t + span(case, model.period());
+    let names: Vec<String> = Probe::new(&model).channels().iter().map(|channel| channel.name.clone()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut statistics = Statistics::new(&model, &names)?;
+    let mut rattle = Rattle::new(&model);
+    let name = if names.is_empty() { "q1" } else { case.pick(&names) };
+    let level = case.number(1e-4) * case.signed();
+    let mut section = Section::new(&model, name, level, case.pick(&[Direction::Rising, Direction::Falling, Direction::Both]))?;
+    let mut three = (&mut statistics, &mut rattle);
+    let outcome = solver.run(&model, &start, end, &mut (&mut three, &mut section));
+    let lasted = outcome.as_ref().map_or(0.0, |finish| finish.state.t - start.t);
+    for state in section.states() {
+        finite("time of a section", state.t)?;
+        all_finite("q of a section", &state.q)?;
+        all_finite("v of a section", &state.v)?;
+    }
+    for contact in rattle.contacts() {
+        all_finite("times on pieces", &contact.time)?;
+        let sum: f64 = contact.time.iter().sum();
+        holds(outcome.is_err() || (sum - lasted).abs() <= 1e-9 * lasted.abs().max(end.abs()), || format!("{contact:?} of {lasted:e}"))?;
+        if sum > 0.0 {
+            finite("loss fraction", contact.loss_fraction())?;
+        }
+    }
+    let finish = outcome?;
+    all_finite("end", &finish.state.q)?;
+    for name in names {
+        if let Some(summary) = case.accept(statistics.summary(name)) {
+            all_finite(
+                format_args!("summary of {name}"),
+                &[summary.mean, summary.rms, summary.min, summary.max, summary.standard_deviation()],
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Strobing and settling.
+pub fn settling(case: &mut Case) -> Run {
+    let (model, start) = models::any(case)?;
+    let solver = solver(case, model.period(), 2 * model.dof());
+    if case.chance(0.5) {
+        let points = strobe(&solver, &model, &start, case.effort(5))?;
+        for i in 0..points.len() {
+            all_finite("strobed q", points.q(i))?;
+        }
+        return Ok(());
+    }
+    let settle = Settle::new().tolerance(case.number(1e-6)).most_periods(case.effort(20)).largest_multiple(case.count(4));
+    case.note(|| format!("{settle:?}"));
+    match settle.run(&solver, &model, &start) {
+        Ok(steady) => {
+            all_finite("steady q", &steady.state.q)?;
+            finite("change", steady.change)
+        }
+        Err(error) => {
+            all_finite("last q", &error.state().q)?;
+            Err(error.into())
+        }
+    }
+}
+
+/// Random drives, runs under a law of phase, and a waterfall.
+pub fn varying(case: &mut Case) -> Run {
+    let (held, start) = build::held_pair(case)?;
+    let period = held.bare().period();
+    let held = Erased::new(held, period);
+    let solver = solver(case, period, 2);
+    let state = solver.end(&held, &start, span(case, 0.3 * period))?;
+    all_finite("q under random drives", &state.q)?;
+
+    let pair = NfgPair::new(&models::pair_params(case))?;
+    let (speed, turn, start) = (pair.centre_frequency(), pair.period(), pair.static_start()?);
+    let law = laws::phase_law(case, speed, turn)?;
+    case.note(|| format!("{law:?}"));
+    let varying = Varying::new(pair, law);
+    let end = span(case, 0.5 * turn);
+    let waterfall = Waterfall::new(case.count(1), case.count(16))?;
+    let name = case.pick(&["q1", "deflection", "mesh force", "no such channel"]);
+    for line in waterfall.run(&solver, &varying, &start, end, name)? {
+        all_finite("time and speed of a line", &[line.t, line.speed])?;
+        all_finite("orders", &line.orders)?;
+        all_finite("amplitudes", &line.amplitudes)?;
+        finite("order 1", line.order(case.number(1.0)))?;
+    }
+    Ok(())
+}
+
+/// What the checks of models say: never a panic, and every finding has figures.
+pub fn checks(case: &mut Case) -> Run {
+    let (model, start) = models::any(case)?;
+    let findings = if case.chance(0.5) { check_model(&model, &start) } else { check_periodic(&model, &start) };
+    case.note(|| format!("{findings:?}"));
+    if case.chance(0.2) {
+        let pair = NfgPair::new(&models::pair_params(case))?;
+        let start = pair.static_start()?;
+        let _ = check_generic(&pair, &start);
+    }
+    Ok(())
+}
+
+/// A run that the observer stops.
+pub fn stopped(case: &mut Case) -> Result<(), Stop> {
+    let (model, start) = models::any(case)?;
+    let solver = solver(case, model.period(), 2 * model.dof());
+    let mut left = case.effort(30);
+    let end = start.t + span(case, model.period());
+    let mut watch = |step: &mut Step<'_>| {
+        left = left.saturating_sub(1);
+        let mut y = vec![0.0; step.y1().len()];
+        step.at(0.5 * (step.t0() + step.t1()), &mut y);
+        if left == 0 || y.iter().any(|y| !y.is_finite()) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let finish = solver.run(&model, &start, end, &mut watch)?;
+    holds(finish.stopped || finish.state.t == end, || format!("{finish:?}"))?;
+    all_finite("q where it stopped", &finish.state.q)?;
+    holds(!finish.stopped || left == 0, || "dense output is no number".into())
+}

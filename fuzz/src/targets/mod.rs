@@ -1,0 +1,60 @@
+//! What is called: one target per theme of the crate.
+
+mod build;
+pub mod excitations;
+mod flows;
+pub mod laws;
+mod orbits;
+mod roots;
+mod samples;
+mod sweeps;
+
+use crate::case::{Case, Run};
+
+/// One theme: a name, how many of its cases are run in a row, and what a case does.
+pub struct Target {
+    pub name: &'static str,
+    pub batch: u64,
+    pub run: fn(&mut Case) -> Run,
+}
+
+const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Target {
+    Target { name, batch, run }
+}
+
+/// All of them. A case is named by the target's name, so new ones may stand anywhere.
+pub const TARGETS: [Target; 33] = [
+    target("excitation", 200, excitations::any),
+    target("table", 200, excitations::tables),
+    target("law", 200, laws::any),
+    target("phase", 200, laws::phases),
+    target("jet", 200, excitations::jets),
+    target("held", 200, laws::held),
+    target("summary", 100, samples::summaries),
+    target("spectrum", 50, samples::spectra),
+    target("distribution", 100, samples::distributions),
+    target("pair", 100, build::pair),
+    target("pair2", 100, build::pair2),
+    target("ring", 20, build::ring),
+    target("held-model", 50, build::held),
+    target("root", 100, roots::solve),
+    target("matrix", 50, roots::matrices),
+    target("orders", 20, orbits::orders),
+    target("points", 20, sweeps::points),
+    target("sobol", 20, sweeps::sobol),
+    target("run", 20, flows::runs),
+    target("observer", 20, flows::observers),
+    target("stop", 20, flows::stopped),
+    target("settle", 5, flows::settling),
+    target("varying", 5, flows::varying),
+    target("check", 20, flows::checks),
+    target("shooting", 5, orbits::shooting),
+    target("variation", 10, orbits::variation),
+    target("lyapunov", 5, orbits::lyapunov),
+    target("balance", 5, orbits::balance),
+    target("truncated", 5, orbits::truncated),
+    target("sweep", 5, sweeps::users),
+    target("lanes", 5, sweeps::lanes),
+    target("bifurcation", 5, sweeps::bifurcation),
+    target("ensemble", 5, sweeps::ensembles),
+];

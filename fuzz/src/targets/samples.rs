@@ -1,0 +1,63 @@
+//! What is read off samples: summaries, spectra, distributions.
+
+use crate::case::{Case, Run, all_finite, finite, holds};
+use gear_dynamics::*;
+
+/// Mean, RMS, extremes and deviation of any samples.
+pub fn summaries(case: &mut Case) -> Run {
+    let (length, size) = (1 + case.below(50), case.number(1.0));
+    let samples = case.list(length, size);
+    case.note(|| format!("samples {samples:?}"));
+    let summary = Summary::of(&samples)?;
+    case.note(|| format!("{summary:?}"));
+    all_finite("summary", &[summary.mean, summary.rms, summary.min, summary.max])?;
+    all_finite("range and deviation", &[summary.peak_to_peak(), summary.standard_deviation()])?;
+    let slack = 1e-9 * summary.min.abs().max(summary.max.abs());
+    holds(summary.mean >= summary.min - slack && summary.mean <= summary.max + slack, || format!("{summary:?}"))?;
+    holds(summary.rms <= summary.min.abs().max(summary.max.abs()) + slack, || format!("{summary:?}"))?;
+    holds(summary.standard_deviation() <= summary.peak_to_peak() + 1e-6 * slack + f64::MIN_POSITIVE, || {
+        format!("deviation {} of {summary:?}", summary.standard_deviation())
+    })
+}
+
+/// Amplitudes and orders of any samples in any window.
+pub fn spectra(case: &mut Case) -> Run {
+    let window = case.pick(&[Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop]);
+    let n = case.effort(64);
+    all_finite("window", &window.coefficients(n))?;
+    let (length, size) = (1 + case.below(100), case.number(1.0));
+    let (samples, spacing) = (case.list(length, size), case.number(0.1));
+    case.note(|| format!("spacing {spacing:e}, {window:?}, samples {samples:?}"));
+    let spectrum = Spectrum::of(&samples, spacing, window)?;
+    all_finite("frequencies", spectrum.frequencies())?;
+    all_finite("amplitudes", spectrum.amplitudes())?;
+    all_finite("phases", spectrum.phases())?;
+    let base = case.number(1.0);
+    all_finite("orders", &spectrum.orders(base)?)
+}
+
+/// Moments and quantiles; numbers that are not finite are counted apart.
+pub fn distributions(case: &mut Case) -> Run {
+    let (length, size) = (1 + case.below(200), case.number(1.0));
+    let values = case.list(length, size);
+    case.note(|| format!("values {values:?}"));
+    let mut all = Distribution::of(values.iter().copied());
+    all.add(case.number(size));
+    let (p, spans) = (case.number(0.5), case.count(10).min(1 << 40));
+    holds(all.count() + all.not_finite() == values.len() as u64 + 1, || format!("{} + {}", all.count(), all.not_finite()))?;
+    if all.count() == 0 {
+        return Ok(());
+    }
+    all_finite("mean and extremes", &[all.mean(), all.min(), all.max(), all.resolution()])?;
+    if all.count() > 1 {
+        all_finite("variance, error", &[all.variance(), all.standard_error()])?;
+        all_finite("confidence", &all.confidence(2.0))?;
+    }
+    let quantile = all.quantile(p)?;
+    finite("quantile", quantile)?;
+    holds((all.min()..=all.max()).contains(&quantile), || format!("quantile {p} is {quantile}, of {} .. {}", all.min(), all.max()))?;
+    let histogram = all.histogram(spans);
+    let total: u64 = histogram.iter().map(|(_, count)| count).sum();
+    histogram.iter().try_for_each(|(edge, _)| finite("edge of a histogram", *edge))?;
+    holds(spans == 0 || total == all.count(), || format!("histogram of {spans} spans counts {total} of {}", all.count()))
+}

@@ -1,0 +1,230 @@
+//! Points, sweeps on every engine, diagrams, attractors, ensembles, sensitivity.
+
+use crate::case::{Case, Run, Stop, all_finite, finite, holds};
+use crate::models::{self, Erased, User};
+use crate::targets::flows::{self, Solver};
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+fn axis(case: &mut Case, name: &str, from: f64, to: f64, count: usize) -> Result<Axis, ParameterError> {
+    if case.chance(0.5) {
+        Axis::linear(name, case.number(from), case.number(to), count)
+    } else {
+        let values = case.list(count.min(20), from);
+        Axis::list(name, &values)
+    }
+}
+
+/// Axes, grids and lists with any counts.
+pub fn points(case: &mut Case) -> Run {
+    let axes = (0..case.below(3)).map(|i| {
+        let (count, same) = (case.count(5), case.chance(0.1));
+        axis(case, if same { "same" } else { ["x", "y", "z"][i] }, 1.0, 20.0, count)
+    });
+    let points = Points::grid(axes.collect::<Result<_, _>>()?)?;
+    case.note(|| format!("{} points", points.len()));
+    for index in [0, points.len() / 2, points.len().saturating_sub(1)] {
+        if index < points.len() {
+            all_finite("point", points.point(index).values())?;
+        }
+    }
+    let rows: Vec<Vec<f64>> = (0..case.below(4)).map(|_| case.list(2, 1.0)).collect();
+    let list = Points::list(&["x", "y"], &rows)?;
+    holds(list.len() == rows.len() && !list.is_empty(), || format!("{} points of {}", list.len(), rows.len()))
+}
+
+/// Sweep settings of moderate work.
+fn sweep(case: &mut Case, points: Points) -> Sweep {
+    let mut sweep = Sweep::over(points).settle(case.effort(2)).measure(case.effort(2));
+    if case.chance(0.3) {
+        sweep = sweep.until_repeats(case.number(1e-6));
+    }
+    if case.chance(0.3) {
+        sweep = sweep.periodic_within(case.number(1e-6));
+    }
+    if case.chance(0.7) {
+        sweep = sweep.channels(if case.hostile() { &["q1", "q9"] } else { &["q1", "v1"] });
+    }
+    if case.chance(0.5) {
+        sweep = sweep.rattle();
+    }
+    if case.chance(0.5) {
+        sweep = sweep.strobe(case.count(2));
+    }
+    if case.chance(0.2) {
+        sweep = sweep.lyapunov(Lyapunov::new().periods(case.effort(2)).tolerance(case.number(1e-6)));
+    }
+    if case.chance(0.2) {
+        sweep = sweep.check_every(case.count(2));
+    }
+    sweep.carry(case.pick(&[Carry::No, Carry::No, Carry::Up, Carry::Down]))
+}
+
+/// Rows hold numbers, bring back what they wrote, and go together again.
+fn judge(case: &mut Case, sweep: &Sweep, rows: Rows) -> Run {
+    for row in rows.iter() {
+        holds(row.channel("q1").map_or(true, |s| s.mean.is_finite() && s.rms.is_finite() && s.max.is_finite()), || {
+            format!("row {}: {:?}", row.index(), row.channel("q1"))
+        })?;
+        holds(row.lyapunov().is_none_or(f64::is_finite), || format!("row {}: exponent {:?}", row.index(), row.lyapunov()))?;
+        holds(!row.change().is_nan() && !row.scatter().is_nan(), || format!("row {}: {} {}", row.index(), row.change(), row.scatter()))?;
+        row.strobes().try_for_each(|state| all_finite("strobed state", state))?;
+        let _ = (row.grazes(), row.is_sensitive(), row.checked().is_some(), row.error("q1"), row.period_multiple(), row.settled_after());
+    }
+    let bytes = rows.to_bytes();
+    let back = sweep.rows_from_bytes(&bytes)?;
+    holds(back.fingerprint() == rows.fingerprint(), || "bytes do not bring back the rows".into())?;
+    if !bytes.is_empty() && case.chance(0.5) {
+        let mut broken = bytes;
+        let at = case.below(broken.len());
+        broken[at] ^= 1 << case.below(8);
+        if case.chance(0.3) {
+            broken.truncate(at);
+        }
+        let read = case.accept(sweep.rows_from_bytes(&broken));
+        holds(read.is_none(), || format!("bytes changed at {at} are read"))?;
+    }
+    let found = Attractors::of(&rows, case.number(1e-3))?;
+    holds(found.list().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
+}
+
+fn user(case: &mut Case) -> User {
+    User { stop: Some([10.0, 0.5]), ..User::any(case) }
+}
+
+fn erased(user: &User, force: f64) -> Result<Erased, ParameterError> {
+    Ok(Erased::new(User { force, ..user.clone() }, TAU / user.omega))
+}
+
+/// A user's model on fixed steps and on any solver.
+pub fn users(case: &mut Case) -> Run {
+    let user = user(case);
+    let count = 1 + case.below(4);
+    let points = Points::along(axis(case, "force", 0.1, 1.0, count)?);
+    let sweep = sweep(case, points);
+    case.note(|| format!("{sweep:?}"));
+    let family = |p: &Point<'_>| erased(&user, p["force"]);
+    let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
+    let rows = if case.chance(0.5) {
+        let engine = TableRk4::new(if case.hostile() { case.count(100) } else { 20 + case.below(200) });
+        sweep.run(&engine, family, start)?
+    } else {
+        let engine: Located<Solver> = Located(flows::solver(case, TAU / user.omega, 2 * user.dof));
+        sweep.run(&engine, family, start)?
+    };
+    judge(case, &sweep, rows)
+}
+
+/// The face gear pair in lanes, in chunks, resumed.
+pub fn lanes(case: &mut Case) -> Run {
+    let params = models::pair_params(case);
+    let count = 1 + case.below(6);
+    let points = Points::along(axis(case, "load", 20.0, 60.0, count)?);
+    let sweep = sweep(case, points);
+    let steps = if case.hostile() { case.count(200) } else { 64 + case.below(400) };
+    let set = case.pick(&InstructionSet::available());
+    let engine = LaneRk4::<4>::new(steps).instructions(set);
+    case.note(|| format!("{sweep:?}, {engine:?}"));
+    let family = |p: &Point<'_>| NfgPair::new(&NfgParams { load_torque: p["load"], ..params.clone() });
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let (chunk, chunks) = if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
+    let rows = if chunks == 1 {
+        sweep.run(&engine, family, start)?
+    } else {
+        let first = sweep.run_chunk(chunk, chunks, &engine, family, start, &Watch::new())?;
+        let second = sweep.run_chunk(1, chunks, &engine, family, start, &Watch::new())?;
+        Rows::merge(vec![first, second])?
+    };
+    judge(case, &sweep, rows)
+}
+
+/// Diagrams, up and down.
+pub fn bifurcation(case: &mut Case) -> Run {
+    let user = user(case);
+    let count = 2 + case.below(4);
+    let points = Points::along(axis(case, "force", 0.1, 1.0, count)?);
+    let sweep = sweep(case, points);
+    let name = if case.hostile() { "contact force 9" } else { "q1" };
+    let diagram = if case.chance(0.5) { Bifurcation::strobed(sweep, name) } else { Bifurcation::extremes(sweep, name) };
+    case.note(|| format!("{diagram:?}"));
+    let engine = TableRk4::new(100);
+    let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
+    let drawn = diagram.run(&engine, |p| erased(&user, p["force"]), start)?;
+    for point in drawn.up().iter().chain(drawn.down()) {
+        finite("parameter", point.parameter)?;
+        all_finite("drawn values", &point.values)?;
+    }
+    all_finite("hysteresis", &drawn.hysteresis(case.number(1e-3))?)?;
+    all_finite("undecided", &drawn.undecided())
+}
+
+/// Members of a random family, and what varies with what.
+pub fn ensembles(case: &mut Case) -> Run {
+    let user = user(case);
+    let (members, spans) = (if case.hostile() { case.count(5) as u64 } else { 1 + case.below(8) as u64 }, case.count(5));
+    let end = case.number(5.0);
+    let mut ensemble = Ensemble::new(members, end, spans)?;
+    if members > 1 << 16 {
+        return Ok(());
+    }
+    ensemble = ensemble.channels(&["q1"]);
+    if case.chance(0.5) {
+        ensemble = ensemble.peaks(&["v1"]);
+    }
+    if case.chance(0.5) {
+        ensemble = ensemble.rattle();
+    }
+    let uncertain = uncertain(case)?;
+    let solver = flows::solver(case, TAU / user.omega, 2 * user.dof);
+    let family = |member: u64| {
+        let model = erased(&user, uncertain.sample(member)[0])?;
+        let start = State::at_rest(model.dof());
+        Ok::<_, ParameterError>((model, start))
+    };
+    let bands = ensemble.run(&solver, family)?;
+    all_finite("times", bands.times())?;
+    all_finite("mean", &bands.mean("q1")?)?;
+    all_finite("band", &bands.band("q1", case.number(0.5))?)?;
+    let i = case.count(3);
+    if let Some(at) = case.accept(bands.at("q1", i)) {
+        holds(i < bands.times().len(), || format!("time {i} of {}", bands.times().len()))?;
+        finite("mean at a time", at.mean())?;
+    }
+    if let Some(peak) = case.accept(bands.peak("v1")) {
+        finite("mean peak", peak.mean())?;
+    }
+    Ok(())
+}
+
+fn uncertain(case: &mut Case) -> Result<Uncertain, Stop> {
+    let (mean, deviation) = (case.number(0.5), case.number(0.1));
+    let (low, high) = (case.number(1.0), case.number(3.0));
+    let seed = case.seed();
+    Ok(Uncertain::new(seed).with("a", rand_distr::Normal::new(mean, deviation)?).with("b", rand_distr::Uniform::new(low, high)?))
+}
+
+/// Samples of uncertain parameters and Sobol indices of a measure.
+pub fn sobol(case: &mut Case) -> Run {
+    let uncertain = uncertain(case)?;
+    let count = case.count(20);
+    case.note(|| format!("{uncertain:?}, {count} points"));
+    if let Some(points) = case.accept(uncertain.points(count)) {
+        holds(points.len() == count, || format!("{} points of {count}", points.len()))?;
+        all_finite("sample", points.point(count / 2).values())?;
+    }
+    let samples = case.count(16);
+    let design = uncertain.sobol(samples)?;
+    let length = design.points().len();
+    let mut measure: Vec<f64> = (0..length).map(|i| design.points().point(i).values().iter().sum()).collect();
+    if case.hostile() && !measure.is_empty() {
+        let at = case.below(measure.len());
+        measure[at] = case.number(1.0);
+    }
+    if case.hostile() {
+        measure.pop();
+    }
+    for index in design.indices(&measure)? {
+        all_finite(format_args!("index of {}", index.name), &[index.first, index.first_error, index.total, index.total_error])?;
+    }
+    Ok(())
+}
