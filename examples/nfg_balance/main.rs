@@ -14,13 +14,14 @@ mod support;
 mod sweeps;
 
 use gear_dynamics::{
-    Balance, BalanceError, Fourier, Harmonics, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic, Piece, RattleState,
-    uniform_times,
+    Balance, BalanceError, Broyden, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit,
+    Periodic, Piece, RattleState, uniform_times,
 };
 use motions::{
     ELASTIC, MEASURE, MESH, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting, solver,
 };
 use plotters::prelude::SeriesLabelPosition;
+use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -119,29 +120,45 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
     figure(folder.join("fig8_10.svg"), 3, &panels)
 }
 
-/// Roots of the balance P at one speed, from many starts: turns of runs in time seen through the 15 orders, with their oscillation scaled.
+/// Roots of the balance P at one speed, from many starts: turns of runs in time at this and other speeds, seen through the 15 orders, as they
+/// are and with each coefficient shifted at random.
 fn roots_of_p(speed: f64) -> Outcome<()> {
-    const TURNS: usize = 40;
-    const SCALES: [f64; 5] = [0.25, 0.5, 1.0, 1.5, 2.0];
-    let pair = pair(&NfgParams { speed, ..NfgParams::table1() })?;
+    const TURNS: usize = 12;
+    const SHIFTED: u64 = 6;
+    let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
-    let (mut roots, mut starts): (Vec<(Point, Orbit)>, usize) = (Vec::new(), 0);
-    let mut state = pair.static_start()?;
-    for _ in 0..TURNS {
-        let turn = Orbit::project(&solver(), &pair, &state, newton.harmonics())?;
-        for scale in SCALES {
-            let scaled = turn.coefficients(0).iter().enumerate().map(|(i, c)| if i == 0 { *c } else { scale * c }).collect();
-            let start = Orbit::new(newton.harmonics(), pair.period(), &[scaled])?;
-            starts += 2;
-            for found in [&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, &start).ok()) {
-                if roots.iter().all(|(_, known)| known.distance(&found) > 1e-3) {
-                    roots.push((paper_point(&pair, &found)?, found));
+    // Shifts by up to a half of each coefficient.
+    let shifts = HeldProcess::new(1.0, Uniform::new(-0.5, 0.5)?)?.with_seed(2021);
+    let speeds: Vec<f64> = (0..=20).map(|i| speed - 20.0 + 4.0 * f64::from(i)).collect();
+    let found: Result<Vec<Vec<Orbit>>, String> = speeds
+        .par_iter()
+        .map(|&other| {
+            let near = || -> Outcome<Vec<Orbit>> {
+                let (other_pair, mut orbits) = (pair_at(other)?, Vec::new());
+                let mut state = other_pair.static_start()?;
+                for turn in 0..TURNS as u64 {
+                    let seen = Orbit::project(&solver(), &other_pair, &state, newton.harmonics())?;
+                    for k in 0..=SHIFTED {
+                        let shift = |i: usize| if k == 0 { 0.0 } else { shifts.held(i as u64, k + (SHIFTED + 1) * turn) };
+                        let shifted = seen.coefficients(0).iter().enumerate().map(|(i, c)| c * (1.0 + shift(i))).collect();
+                        let start = Orbit::new(newton.harmonics(), pair.period(), &[shifted])?;
+                        orbits.extend([&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, &start).ok()));
+                    }
+                    state = solver().end(&other_pair, &state, state.t + other_pair.period())?;
                 }
-            }
+                Ok(orbits)
+            };
+            near().map_err(|e| e.to_string())
+        })
+        .collect();
+    let mut roots: Vec<(Point, Orbit)> = Vec::new();
+    for orbit in found?.into_iter().flatten() {
+        if roots.iter().all(|(_, known)| known.distance(&orbit) > 1e-3) {
+            roots.push((paper_point(&pair, &orbit)?, orbit));
         }
-        state = solver().end(&pair, &state, state.t + pair.period())?;
     }
-    println!("\nRoots of P at {speed} rad/s from {starts} starts ({TURNS} turns in time, oscillation scaled by {SCALES:?}):");
+    let starts = 2 * speeds.len() * TURNS * (SHIFTED as usize + 1);
+    println!("\nRoots of P at {speed} rad/s from {starts} starts, runs in time at {} .. {} rad/s:", speeds[0], speeds[20]);
     for wanted in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral] {
         let of = |value: fn(&Point) -> f64| {
             let values = roots.iter().filter(|r| r.0.state == wanted).map(|r| value(&r.0));
@@ -156,6 +173,10 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
     Ok(())
 }
 
+fn pair_at(speed: f64) -> Outcome<NfgPair> {
+    pair(&NfgParams { speed, ..NfgParams::table1() })
+}
+
 /// P over the load at 125 rad/s, by the number of samples: where its branch off the back flank ends on the way up, and below which load contact
 /// is first lost on the way down.
 fn load_limits_of_p() -> Outcome<()> {
@@ -167,8 +188,16 @@ fn load_limits_of_p() -> Outcome<()> {
             let limits = || -> Outcome<(f64, f64)> {
                 let balance = Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
                 let at = |load: f64| pair(&NfgParams { speed: 125.0, load_torque: load, ..NfgParams::table1() });
-                let mut load = 10.0;
-                let mut orbit = balance.solve_truncating_forces(&at(load)?, &run(&at(load)?)?)?;
+                // A load at which a run in time leads to the bilateral branch.
+                let bilateral = |load: f64| -> Option<(f64, Orbit)> {
+                    let (pair, way) = (at(load).ok()?, balance.clone().broyden(Broyden::new()));
+                    let run = run(&pair).ok()?;
+                    let found = [&balance, &way].into_iter().filter_map(|b| b.solve_truncating_forces(&pair, &run).ok());
+                    let on_both = |o: &Orbit| o.contacts(&pair).is_ok_and(|c| c[0].statistics.state() == RattleState::Bilateral);
+                    found.into_iter().find(on_both).map(|orbit| (load, orbit))
+                };
+                let first = (2..=12).rev().find_map(|load| bilateral(f64::from(load)));
+                let (mut load, mut orbit) = first.ok_or("no bilateral orbit")?;
                 while let Ok(next) = balance.solve_truncating_forces(&at(load + STEP)?, &orbit)
                     && next.contacts(&at(load + STEP)?)?[0].statistics.state() == RattleState::Bilateral
                 {
