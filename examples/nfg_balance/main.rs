@@ -14,8 +14,8 @@ mod support;
 mod sweeps;
 
 use gear_dynamics::{
-    Balance, BalanceError, Broyden, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit,
-    Periodic, Piece, RattleState, uniform_times,
+    Balance, BalanceError, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic, Piece,
+    RattleState, uniform_times,
 };
 use motions::{
     ELASTIC, MEASURE, MESH, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting, solver,
@@ -120,45 +120,37 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
     figure(folder.join("fig8_10.svg"), 3, &panels)
 }
 
-/// Roots of the balance P at one speed, from many starts: turns of runs in time at this and other speeds, seen through the 15 orders, as they
-/// are and with each coefficient shifted at random.
+/// Roots of the balance P at one speed, from many starts: turns of a run in time seen through the 15 orders, and coefficients drawn at random
+/// within the half width of the gap and parts of it.
 fn roots_of_p(speed: f64) -> Outcome<()> {
-    const TURNS: usize = 12;
-    const SHIFTED: u64 = 6;
+    const TURNS: usize = 20;
+    const DRAWN: u64 = 1500;
+    const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
-    // Shifts by up to a half of each coefficient.
-    let shifts = HeldProcess::new(1.0, Uniform::new(-0.5, 0.5)?)?.with_seed(2021);
-    let speeds: Vec<f64> = (0..=20).map(|i| speed - 20.0 + 4.0 * f64::from(i)).collect();
-    let found: Result<Vec<Vec<Orbit>>, String> = speeds
-        .par_iter()
-        .map(|&other| {
-            let near = || -> Outcome<Vec<Orbit>> {
-                let (other_pair, mut orbits) = (pair_at(other)?, Vec::new());
-                let mut state = other_pair.static_start()?;
-                for turn in 0..TURNS as u64 {
-                    let seen = Orbit::project(&solver(), &other_pair, &state, newton.harmonics())?;
-                    for k in 0..=SHIFTED {
-                        let shift = |i: usize| if k == 0 { 0.0 } else { shifts.held(i as u64, k + (SHIFTED + 1) * turn) };
-                        let shifted = seen.coefficients(0).iter().enumerate().map(|(i, c)| c * (1.0 + shift(i))).collect();
-                        let start = Orbit::new(newton.harmonics(), pair.period(), &[shifted])?;
-                        orbits.extend([&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, &start).ok()));
-                    }
-                    state = solver().end(&other_pair, &state, state.t + other_pair.period())?;
-                }
-                Ok(orbits)
-            };
-            near().map_err(|e| e.to_string())
-        })
-        .collect();
+    let mut starts = Vec::new();
+    let mut state = pair.static_start()?;
+    for _ in 0..TURNS {
+        starts.push(Orbit::project(&solver(), &pair, &state, newton.harmonics())?);
+        state = solver().end(&pair, &state, state.t + pair.period())?;
+    }
+    let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.with_seed(2021);
+    for k in 0..DRAWN {
+        let size = PARTS[k as usize % PARTS.len()] * pair.half_width();
+        let drawn = (0..newton.harmonics().unknowns()).map(|i| size * draws.held(i as u64, k)).collect();
+        starts.push(Orbit::new(newton.harmonics(), pair.period(), &[drawn])?);
+    }
+    let solved = |start: &Orbit| [&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, start).ok()).collect();
+    let found: Vec<Vec<Orbit>> = starts.par_iter().map(solved).collect();
     let mut roots: Vec<(Point, Orbit)> = Vec::new();
-    for orbit in found?.into_iter().flatten() {
+    for orbit in found.into_iter().flatten() {
         if roots.iter().all(|(_, known)| known.distance(&orbit) > 1e-3) {
             roots.push((paper_point(&pair, &orbit)?, orbit));
         }
     }
-    let starts = 2 * speeds.len() * TURNS * (SHIFTED as usize + 1);
-    println!("\nRoots of P at {speed} rad/s from {starts} starts, runs in time at {} .. {} rad/s:", speeds[0], speeds[20]);
+    println!(
+        "\nRoots of P at {speed} rad/s by Newton and Broyden, from {TURNS} turns of a run in time and {DRAWN} random starts within {PARTS:?} b/L:"
+    );
     for wanted in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral] {
         let of = |value: fn(&Point) -> f64| {
             let values = roots.iter().filter(|r| r.0.state == wanted).map(|r| value(&r.0));
@@ -177,43 +169,36 @@ fn pair_at(speed: f64) -> Outcome<NfgPair> {
     pair(&NfgParams { speed, ..NfgParams::table1() })
 }
 
-/// P over the load at 125 rad/s, by the number of samples: where its branch off the back flank ends on the way up, and below which load contact
-/// is first lost on the way down.
+/// P over the load at 125 rad/s from above, by the number of samples: below which load contact is first lost, and where the branch off the
+/// back flank ends.
 fn load_limits_of_p() -> Outcome<()> {
     const STEP: f64 = 0.01;
-    println!("\nP over the load at 125 rad/s, in steps of {STEP} N m:");
+    println!("\nP over the load at 125 rad/s, downwards from 25 N m in steps of {STEP} N m:");
     let lines: Result<Vec<String>, String> = [512, 1024, 2048, 16_384]
         .par_iter()
         .map(|&samples| {
-            let limits = || -> Outcome<(f64, f64)> {
+            let limits = || -> Outcome<(f64, f64, &str)> {
                 let balance = Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
-                let at = |load: f64| pair(&NfgParams { speed: 125.0, load_torque: load, ..NfgParams::table1() });
-                // A load at which a run in time leads to the bilateral branch.
-                let bilateral = |load: f64| -> Option<(f64, Orbit)> {
-                    let (pair, way) = (at(load).ok()?, balance.clone().broyden(Broyden::new()));
-                    let run = run(&pair).ok()?;
-                    let found = [&balance, &way].into_iter().filter_map(|b| b.solve_truncating_forces(&pair, &run).ok());
-                    let on_both = |o: &Orbit| o.contacts(&pair).is_ok_and(|c| c[0].statistics.state() == RattleState::Bilateral);
-                    found.into_iter().find(on_both).map(|orbit| (load, orbit))
-                };
-                let first = (2..=12).rev().find_map(|load| bilateral(f64::from(load)));
-                let (mut load, mut orbit) = first.ok_or("no bilateral orbit")?;
-                while let Ok(next) = balance.solve_truncating_forces(&at(load + STEP)?, &orbit)
-                    && next.contacts(&at(load + STEP)?)?[0].statistics.state() == RattleState::Bilateral
-                {
-                    (load, orbit) = (load + STEP, next);
+                let at = |i: u32| pair(&NfgParams { speed: 125.0, load_torque: 25.0 - STEP * f64::from(i), ..NfgParams::table1() });
+                let mut orbit = balance.linearised(&at(0)?, Piece::Lower)?;
+                let mut lost = None;
+                for i in 0.. {
+                    let pair = at(i)?;
+                    let load = pair.params().load_torque;
+                    let Ok(next) = balance.solve_truncating_forces(&pair, &orbit) else {
+                        return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
+                    };
+                    match next.contacts(&pair)?[0].statistics.state() {
+                        RattleState::Bilateral => return Ok((lost.unwrap_or(f64::NAN), load + STEP, "meets the back flank")),
+                        RattleState::None => {}
+                        _ => lost = lost.or(Some(load)),
+                    }
+                    orbit = next;
                 }
-                let fold = load;
-                load = 25.0;
-                orbit = balance.solve_truncating_forces(&at(load)?, &balance.linearised(&at(load)?, Piece::Lower)?)?;
-                while orbit.contacts(&at(load)?)?[0].statistics.state() == RattleState::None {
-                    load -= STEP;
-                    orbit = balance.solve_truncating_forces(&at(load)?, &orbit)?;
-                }
-                Ok((fold, load + STEP))
+                Err("no end".into())
             };
-            let (fold, lost) = limits().map_err(|e| format!("{samples} samples: {e}"))?;
-            Ok(format!("  {samples:5} samples: bilateral up to {fold:.2} N m, contact first lost below {lost:.2} N m"))
+            let (lost, end, how) = limits().map_err(|e| format!("{samples} samples: {e}"))?;
+            Ok(format!("  {samples:5} samples: contact lost from {lost:.2} N m on, the branch {how} at {end:.2} N m"))
         })
         .collect();
     lines?.iter().for_each(|line| println!("{line}"));
