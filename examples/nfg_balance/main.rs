@@ -120,37 +120,50 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
     figure(folder.join("fig8_10.svg"), 3, &panels)
 }
 
-/// Roots of the balance P at one speed, from many starts: turns of a run in time seen through the 15 orders, and coefficients drawn at random
-/// within the half width of the gap and parts of it.
+/// Roots of the balance P at one speed, from many starts: turns of runs in time at this and other speeds seen through the 15 orders,
+/// coefficients drawn at random within the half width of the gap, and the roots already found with each coefficient shifted at random.
 fn roots_of_p(speed: f64) -> Outcome<()> {
-    const TURNS: usize = 20;
-    const DRAWN: u64 = 1500;
-    const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
+    const TURNS: usize = 6;
+    const DRAWN: u64 = 600;
+    const SHIFTED: u64 = 40;
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
+    let orbit_of = |coefficients: Vec<f64>| Orbit::new(newton.harmonics(), pair.period(), &[coefficients]);
     let mut starts = Vec::new();
-    let mut state = pair.static_start()?;
-    for _ in 0..TURNS {
-        starts.push(Orbit::project(&solver(), &pair, &state, newton.harmonics())?);
-        state = solver().end(&pair, &state, state.t + pair.period())?;
+    for other in [0.0, 10.0, 20.0, 30.0, 40.0, 50.0].map(|more| pair_at(speed + more)) {
+        let other = other?;
+        let mut state = other.static_start()?;
+        for _ in 0..TURNS {
+            let seen = Orbit::project(&solver(), &other, &state, newton.harmonics())?;
+            starts.push(orbit_of(seen.coefficients(0).to_vec())?);
+            state = solver().end(&other, &state, state.t + other.period())?;
+        }
     }
     let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.with_seed(2021);
     for k in 0..DRAWN {
-        let size = PARTS[k as usize % PARTS.len()] * pair.half_width();
-        let drawn = (0..newton.harmonics().unknowns()).map(|i| size * draws.held(i as u64, k)).collect();
-        starts.push(Orbit::new(newton.harmonics(), pair.period(), &[drawn])?);
+        let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
+        starts.push(orbit_of(drawn.collect())?);
     }
     let solved = |start: &Orbit| [&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, start).ok()).collect();
-    let found: Vec<Vec<Orbit>> = starts.par_iter().map(solved).collect();
-    let mut roots: Vec<(Point, Orbit)> = Vec::new();
-    for orbit in found.into_iter().flatten() {
-        if roots.iter().all(|(_, known)| known.distance(&orbit) > 1e-3) {
+    let (mut roots, mut count): (Vec<(Point, Orbit)>, usize) = (Vec::new(), 0);
+    // New roots are starts themselves, until there are none.
+    while !starts.is_empty() {
+        count += starts.len();
+        let found: Vec<Vec<Orbit>> = starts.par_iter().map(solved).collect();
+        starts.clear();
+        for orbit in found.into_iter().flatten() {
+            if roots.iter().any(|(_, known)| known.distance(&orbit) < 1e-3) {
+                continue;
+            }
+            for k in 0..SHIFTED {
+                let k = DRAWN + SHIFTED * roots.len() as u64 + k;
+                let shifted = orbit.coefficients(0).iter().enumerate().map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
+                starts.push(orbit_of(shifted.collect())?);
+            }
             roots.push((paper_point(&pair, &orbit)?, orbit));
         }
     }
-    println!(
-        "\nRoots of P at {speed} rad/s by Newton and Broyden, from {TURNS} turns of a run in time and {DRAWN} random starts within {PARTS:?} b/L:"
-    );
+    println!("\nRoots of P at {speed} rad/s by Newton and Broyden from {count} starts:");
     for wanted in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral] {
         let of = |value: fn(&Point) -> f64| {
             let values = roots.iter().filter(|r| r.0.state == wanted).map(|r| value(&r.0));
