@@ -8,7 +8,10 @@
 
 mod support;
 
-use gear_dynamics::{Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Radius, Settle, Shooting, State};
+use gear_dynamics::{
+    Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Residual, Settle, Shooting, State,
+};
+use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
@@ -60,14 +63,49 @@ fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> R
     }
 }
 
+/// Orders that pass the fastest local natural frequency: H > 1.2 √(max F)/ω_c. Both factors of F are largest at the start, where the static
+/// deflection B0/F is known.
+fn needed(pair: &NfgPair) -> Outcome<f64> {
+    let params = pair.params();
+    let load = params.load_torque / (params.inertia * pair.natural_frequency().powi(2));
+    let stiffness = load / (-pair.static_start()?.q[0] - pair.half_width());
+    Ok(1.2 * stiffness.sqrt() / pair.centre_frequency())
+}
+
+/// One residual and one Jacobian by every way of integrating, at the projected orbit.
+fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
+    let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())?;
+    let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.static_start()?)?;
+    let guess = Orbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
+    let look = |integrals| -> Outcome<(DVector<f64>, DMatrix<f64>)> {
+        let mut equations = Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(&pair, &guess)?;
+        let x = equations.unknowns(&guess);
+        let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
+        equations.residual(&x, &mut r);
+        equations.jacobian(&x, &mut matrix);
+        Ok((DVector::from_vec(r), DMatrix::from(&matrix)))
+    };
+    let (r, jacobian) = look(Integrals::Closed)?;
+    let switches = guess.contacts(&pair)?[0].intervals.len();
+    println!(
+        "\n{speed} rad/s, H = {highest}, {switches} switches a turn: largest difference to closed integrals, equations scaled as solved"
+    );
+    for integrals in [Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }, Integrals::Sampled { samples: 65_536 }] {
+        let (other, slopes) = look(integrals)?;
+        println!("  {:28} residual {:.0e}, Jacobian {:.0e}", format!("{integrals:?}"), (other - &r).amax(), (slopes - &jacobian).amax());
+    }
+    Ok(())
+}
+
 fn main() -> Outcome<()> {
     let folder = gallery("balance_convergence")?;
     let bar = progress("orders", SPEEDS.len() * ORDERS.len() * WAYS.len());
     let mut csv = Csv::new(folder.join("convergence.csv"), "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations")?;
     let mut panels = Vec::new();
+    let mut failures = [0, 0];
     for speed in SPEEDS {
-        let reading = NfgReading { radius: Radius::Base, ..NfgReading::published() };
-        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)?;
+        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())?;
+        let needed = needed(&pair)?;
         let (truth, crossings) = truth(&pair)?;
         let cases: Vec<(usize, usize)> = (0..WAYS.len()).flat_map(|w| (0..ORDERS.len()).map(move |h| (w, h))).collect();
         let rows: Vec<Row> = cases
@@ -92,6 +130,12 @@ fn main() -> Outcome<()> {
                     short(fine.error)
                 );
             }
+            let low: Vec<usize> = (0..ORDERS.len()).filter(|&h| (ORDERS[h] as f64) < needed).collect();
+            let failed = low.iter().filter(|&&h| rows[h].error.is_nan()).count();
+            failures = [failures[0] + failed, failures[1] + low.len()];
+            let slope = (rows[7].error / rows[5].error).ln() / (ORDERS[7] as f64 / ORDERS[5] as f64).ln();
+            println!("{needed:.0} orders pass the fastest local natural frequency; Newton fails at {failed} of {} below", low.len());
+            println!("from {} to {} orders the error falls like H^{slope:.1}", ORDERS[5], ORDERS[7]);
         });
         for (&(w, h), r) in cases.iter().zip(&rows) {
             csv.row(&[&speed, &WAYS[w].0, &ORDERS[h], &r.error, &r.truncation, &r.shooting, &r.aliasing, &r.iterations])?;
@@ -112,6 +156,8 @@ fn main() -> Outcome<()> {
     }
     bar.finish_and_clear();
     figure(folder.join("convergence.svg"), 2, &panels)?;
+    println!("\nbelow 1.2 √(max F)/ω_c, from the truth itself, Newton fails {} times of {}", failures[0], failures[1]);
+    ways_of_integrating(180.0, 500)?;
     println!("\n-: no orbit found from the truth itself. pictures and tables: {}", folder.display());
     Ok(())
 }

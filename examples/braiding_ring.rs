@@ -6,7 +6,8 @@
 mod support;
 
 use gear_dynamics::{
-    Dop853, Frame, Held, HeldProcess, Integrator, Model, Ring, RingSet, Spectrum, State, Statistics, Step, Summary, Window, uniform_times,
+    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, Rattle, Ring, RingSet, Spectrum, State, Statistics, Step,
+    Summary, Window, uniform_times,
 };
 use rand_distr::Uniform;
 use rayon::prelude::*;
@@ -38,6 +39,8 @@ fn history<M: Model>(model: &M, channels: &[&str], end: f64, spacing: f64) -> Ou
 struct Point {
     dte: Summary,
     force: Summary,
+    /// Of the first mesh.
+    contact: ContactStatistics,
 }
 
 /// From rest, measured over [5, 5.5) s.
@@ -45,9 +48,80 @@ fn at_speed(set: &RingSet) -> Outcome<Point> {
     let ring = ring(set)?;
     let solver = solver(&ring);
     let settled = solver.end(&ring, &State::at_rest(ring.dof()), 5.0)?;
-    let mut statistics = Statistics::new(&ring, &["deflection 1", "mesh force 1"])?;
-    solver.run(&ring, &settled, 5.5, &mut statistics)?;
-    Ok(Point { dte: statistics.summary("deflection 1")?, force: statistics.summary("mesh force 1")? })
+    let (mut rattle, mut statistics) = (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
+    solver.run(&ring, &settled, 5.5, &mut (&mut rattle, &mut statistics))?;
+    let (dte, force) = (statistics.summary("deflection 1")?, statistics.summary("mesh force 1")?);
+    Ok(Point { dte, force, contact: rattle.contact(0) })
+}
+
+/// The mesh force of the first pair from rest: extremes located inside the steps, before and after 7 s.
+struct Force {
+    /// Largest |W| before and after [N].
+    peak: [f64; 2],
+    /// Largest |K d| without the dead zone [N].
+    spring: [f64; 2],
+    /// Peak-to-peak of W after [N].
+    steady: f64,
+}
+
+fn force<M: Model>(model: &M) -> Outcome<Force> {
+    let channels = ["mesh force 1", "stiffness times deflection 1"];
+    let (mut early, mut late) = (Statistics::new(model, &channels)?, Statistics::new(model, &channels)?);
+    let solver = solver(model);
+    let at_seven = solver.run(model, &State::at_rest(model.dof()), 7.0, &mut early)?.state;
+    solver.run(model, &at_seven, 8.0, &mut late)?;
+    let of = |channel: &str| -> Outcome<[Summary; 2]> { Ok([early.summary(channel)?, late.summary(channel)?]) };
+    let size = |x: Summary| x.max.abs().max(x.min.abs());
+    let (w, kd) = (of(channels[0])?, of(channels[1])?);
+    Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
+}
+
+/// What disturbs the ring at 1000 r/min.
+#[derive(Clone, Copy)]
+enum Disturbance {
+    /// C_D [N s/m], the same in all meshes at all times.
+    Constant(f64),
+    /// C_D uniform on 0 .. this [N s/m], mesh by mesh.
+    Damping(f64),
+    /// The motor torque uniform within this share of itself.
+    Torque(f64),
+    /// b uniform within this share of itself, mesh by mesh.
+    Clearance(f64),
+}
+
+impl Disturbance {
+    fn name(&self) -> String {
+        match self {
+            Disturbance::Constant(c) => format!("C_D = {c:.1} N s/m, constant"),
+            Disturbance::Damping(c) => format!("C_D = U(0, {c:.1}) N s/m"),
+            Disturbance::Torque(share) => format!("T_M within +-{:.0} %", 100.0 * share),
+            Disturbance::Clearance(share) => format!("b within +-{:.0} %", 100.0 * share),
+        }
+    }
+
+    /// Random values are held for one mesh period.
+    fn force(&self, set: &RingSet) -> Outcome<Force> {
+        let seed = 2020;
+        let bare = ring(set)?;
+        let hold = std::f64::consts::TAU / set.omega();
+        let (share, both) = (HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?, HeldProcess::new(hold, Uniform::new(-1.0, 1.0)?)?);
+        let (share, both) = (share.with_seed(seed), both.with_seed(seed));
+        match *self {
+            Disturbance::Constant(more) => force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?),
+            Disturbance::Damping(most) => {
+                let slots: Vec<usize> = (0..3).map(|mesh| bare.damping_slot(mesh)).collect();
+                force(&Held::new(bare).per_slot(&slots, most, share)?)
+            }
+            Disturbance::Torque(part) => {
+                let slot = bare.motor_torque_slot();
+                force(&Held::new(bare).shared(&[slot], part * set.motor_torque, both)?)
+            }
+            Disturbance::Clearance(part) => {
+                let slots: Vec<[usize; 2]> = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect();
+                force(&Held::new(bare).clearance(&slots, part * set.half_backlash, both)?)
+            }
+        }
+    }
 }
 
 fn main() -> Outcome<()> {
@@ -124,16 +198,35 @@ fn main() -> Outcome<()> {
         .collect();
     bar.finish_and_clear();
     let points: Vec<Point> = points.into_iter().collect::<Result<_, _>>()?;
-    let mut csv = Csv::new(folder.join("speed_sweep.csv"), "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max")?;
+    let mut csv = Csv::new(folder.join("speed_sweep.csv"), "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max,apart,back_flank")?;
     println!(
-        "{:>4} {:>8} {:>11} {:>11} {:>11} {:>11} {:>11}",
-        "set", "r/min", "mean [μm]", "RMS [μm]", "p-p [μm]", "W min [N]", "W max [N]"
+        "{:>4} {:>8} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11}",
+        "set", "r/min", "mean [μm]", "RMS [μm]", "p-p [μm]", "W min [N]", "W max [N]", "apart", "back flank"
     );
+    let flanks = |c: &ContactStatistics| (100.0 * c.loss_fraction(), 100.0 * c.time[0] / c.time.iter().sum::<f64>());
     for ((name, set), p) in cases.iter().zip(&points) {
-        csv.row(&[name, &set.rpm, &p.dte.mean, &p.dte.rms, &p.dte.peak_to_peak(), &p.force.min, &p.force.max])?;
+        let (apart, back) = flanks(&p.contact);
+        csv.row(&[name, &set.rpm, &p.dte.mean, &p.dte.rms, &p.dte.peak_to_peak(), &p.force.min, &p.force.max, &apart, &back])?;
         if set.rpm % 1000.0 == 0.0 {
             let [mean, rms, p2p] = [p.dte.mean, p.dte.rms, p.dte.peak_to_peak()].map(|x| 1e6 * x);
-            println!("{name:>4} {:8} {mean:11.3} {rms:11.3} {p2p:11.4} {:11.1} {:11.1}", set.rpm, p.force.min, p.force.max);
+            println!(
+                "{name:>4} {:8} {mean:11.3} {rms:11.3} {p2p:11.4} {:11.1} {:11.1} {apart:6.1}% {back:10.1}%",
+                set.rpm, p.force.min, p.force.max
+            );
+        }
+    }
+    for (name, _) in sets {
+        for (words, slow) in [("up to 5000 r/min", true), ("above", false)] {
+            let of = |value: &dyn Fn(&Point) -> f64| {
+                let chosen = cases.iter().zip(&points).filter(|((n, set), _)| *n == name && (set.rpm <= 5000.0) == slow);
+                chosen.map(|(_, p)| value(p)).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+            };
+            let (rms, mean) = (of(&|p| 1e6 * p.dte.rms), of(&|p| 1e6 * p.dte.mean));
+            let (apart, back) = (of(&|p| flanks(&p.contact).0), of(&|p| flanks(&p.contact).1));
+            println!(
+                "set {name} {words}: RMS {:.2} .. {:.2} μm, mean {:.2} .. {:.2} μm, apart {:.1} .. {:.1} %, on the back flank {:.1} .. {:.1} %",
+                rms[0], rms[1], mean[0], mean[1], apart[0], apart[1], back[0], back[1]
+            );
         }
     }
     let curve = |name: &str, of: &dyn Fn(&Point) -> f64| {
@@ -146,33 +239,52 @@ fn main() -> Outcome<()> {
     let mean = both("mean of the transmission error", "[m]", &|p| p.dte.mean);
     figure(folder.join("fig9_10_speed.svg"), 1, &[rms, mean, both("peak-to-peak", "[m]", &|p| p.dte.peak_to_peak())])?;
 
-    println!("\nFigs. 11-13: mesh force of the first pair, set E, 1000 r/min, with held random damping C_D");
+    println!("\nFigs. 11-13 and conclusion 4: mesh force of the first pair, 1000 r/min, random values held for one mesh period");
+    println!(
+        "{:>4} {:28} {:>13} {:>13} {:>13} {:>16} {:>15}",
+        "set", "disturbance", "|W|, t < 7 s", "|W|, t > 7 s", "p-p, t > 7 s", "|K d|, t < 7 s", "t > 7 s [N]"
+    );
+    let c_g = RingSet::e(3, 1000.0).mesh_damping;
+    let mut disturbances: Vec<Disturbance> = [0.0, 0.5, 1.0, 10.0, 100.0, c_g, 2.0 * c_g].map(Disturbance::Constant).into();
+    disturbances.extend([1.0, c_g, 2.0 * c_g].map(Disturbance::Damping));
+    disturbances.extend([Disturbance::Torque(0.1), Disturbance::Clearance(0.01), Disturbance::Clearance(0.1)]);
+    let cases: Vec<(&str, RingSet, Disturbance)> =
+        sets.iter().flat_map(|(name, set)| disturbances.iter().map(|d| (*name, set(1000.0), *d))).collect();
+    let bar = progress("disturbances", cases.len());
+    let forces: Vec<Result<Force, String>> = cases
+        .par_iter()
+        .map(|(name, set, disturbance)| {
+            let force = disturbance.force(set).map_err(|e| format!("set {name}, {}: {e}", disturbance.name()));
+            bar.inc(1);
+            force
+        })
+        .collect();
+    bar.finish_and_clear();
+    let mut csv = Csv::new(folder.join("mesh_force.csv"), "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late")?;
+    for ((name, _, disturbance), f) in cases.iter().zip(forces) {
+        let (f, what) = (f?, disturbance.name());
+        csv.row(&[name, &what.replace(", ", " "), &f.peak[0], &f.peak[1], &f.steady, &f.spring[0], &f.spring[1]])?;
+        println!("{name:>4} {what:28} {:13.2} {:13.3} {:13.3} {:16.1} {:15.1}", f.peak[0], f.peak[1], f.steady, f.spring[0], f.spring[1]);
+    }
+
     let bare = ring(&RingSet::e(3, 1000.0))?;
     let hold = 2.0 * std::f64::consts::PI / bare.params().omega; // one mesh period
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020);
     let slots: Vec<usize> = (0..3).map(|mesh| bare.damping_slot(mesh)).collect();
-    let damping = bare.params().meshes[0].damping();
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
-    let force = |label: &str, model: &dyn Fn() -> Outcome<History>| -> Outcome<Panel> {
-        let (times, values) = model()?;
-        let (w, kd) = (&values[0], &values[1]);
-        let peak = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let split = w.len() * 7 / 8;
-        println!(
-            "{label:24} |W| {:6.1} N, then {:5.1} N after 7 s; K d without dead zone {:6.1} N, then {:6.1} N",
-            peak(w),
-            peak(&w[split..]),
-            peak(kd),
-            peak(&kd[split..])
-        );
-        Ok(Panel::new(format!("mesh force, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, envelope(&times, w, 800)))
-    };
     let channels = ["mesh force 1", "stiffness times deflection 1"];
+    let drawn = |label: &str, (times, values): History| -> Panel {
+        Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, envelope(&times, &values[0], 800))
+    };
+    let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::e(3, 1000.0) })?;
     let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
-    let mut panels = vec![Panel::new("held values of C_D (first mesh)", "hold number", "value [1]").with("", Mark::Dots, values)];
-    panels.push(force("C_D = 0", &|| history(&bare, &channels, 8.0, 1e-4))?);
-    panels.push(force("C_D = U(0,1) N s/m", &|| history(&noisy(1.0)?, &channels, 8.0, 1e-4))?);
-    panels.push(force("C_D = U(0,1) C_g", &|| history(&noisy(damping)?, &channels, 8.0, 1e-4))?);
+    let panels = [
+        Panel::new("held values of C_D (first mesh)", "hold number", "value [1]").with("", Mark::Dots, values),
+        drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?),
+        drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?),
+        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?),
+        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?),
+    ];
     figure(folder.join("fig11_13_mesh_force.svg"), 1, &panels)?;
 
     // Exact extremes of the force while settling, from inside the steps.
@@ -185,7 +297,7 @@ fn main() -> Outcome<()> {
     })?;
     let (w, kd) = (statistics.summary(channels[0])?, statistics.summary(channels[1])?);
     println!(
-        "extremes located inside the steps, t < 7 s: W {:.2} .. {:.2} N, K d up to {:.2} N, {seen} edges crossed",
+        "set E, extremes located inside the steps, t < 7 s: W {:.2} .. {:.2} N, K d up to {:.2} N, {seen} edges crossed",
         w.min, w.max, kd.max
     );
     println!("\npictures and tables: {}", folder.display());

@@ -5,8 +5,8 @@
 mod support;
 
 use gear_dynamics::{
-    Dop853, Integrator, NfgPair, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle, Spectrum, State, Statistics, Summary,
-    Unsettled, Window, uniform_times,
+    Dop853, Integrator, NfgPair, NfgPair2, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle, Spectrum, State, Statistics,
+    Summary, Unsettled, Window, uniform_times,
 };
 use rayon::prelude::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
@@ -16,6 +16,8 @@ const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.
 const SETTLE: usize = 60;
 const MEASURE: usize = 40;
+/// Spacing of the speeds on which thresholds are looked for [rad/s], a whole part of 1.
+const FINE: f64 = 0.5;
 
 fn solver() -> Dop853 {
     Dop853::new().rtol(1e-10).atol_each(&[1e-15, 1e-16])
@@ -25,6 +27,8 @@ fn solver() -> Dop853 {
 struct Run {
     state: RattleState,
     q: Summary,
+    /// f(q).
+    elastic: Summary,
     deflection: Summary,
     loss: f64,
     impacts_per_turn: f64,
@@ -42,13 +46,14 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
     };
     let turns = if multiple > 0 { multiple } else { MEASURE };
     let mut rattle = Rattle::new(pair);
-    let mut statistics = Statistics::new(pair, &["q1", "deflection"])?;
+    let mut statistics = Statistics::new(pair, &["q1", "elastic part", "deflection"])?;
     let mut both = (&mut rattle, &mut statistics);
     solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
     let contact = rattle.contact(0);
     Ok(Run {
         state: contact.state(),
         q: statistics.summary("q1")?,
+        elastic: statistics.summary("elastic part")?,
         deflection: statistics.summary("deflection")?,
         loss: contact.loss_fraction(),
         impacts_per_turn: contact.impact_count() as f64 / turns as f64,
@@ -76,13 +81,34 @@ fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
     ])
 }
 
+/// The model of two degrees of freedom tends to that of one as the pinion grows heavy.
+fn two_degrees_of_freedom() -> Outcome<()> {
+    println!("\nTwo degrees of freedom beside one, third turn from the same start: max|Δx| over the peak-to-peak of x");
+    for speed in [120.0, 140.0] {
+        for inertia in [10.0, 1000.0] {
+            let params = NfgParams { speed, ..NfgParams::table1() };
+            let (one, two) = (NfgPair::new(&params)?, NfgPair2::new(&params, inertia)?);
+            let times = uniform_times(0.0, 3.0 * two.period(), 30_000);
+            let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
+            let x1 = solver().sample(&one, &one.static_start()?, &taus)?.channel(&one, "deflection")?;
+            let two_solver = Dop853::new().rtol(1e-10).atol(1e-16);
+            let x2 = two_solver.sample(&two, &two.static_start()?, &times)?.channel(&two, "deflection")?;
+            // The drive flank of the one is the lower, that of the other the upper.
+            let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs()));
+            let share = worst / Summary::of(&x1[20_000..])?.peak_to_peak();
+            println!("{speed} rad/s, I1 = {inertia:4} kg m²: {share:.1e}");
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Outcome<()> {
     let folder = gallery("nfg_rattle")?;
 
     println!("Figs. 8-10: the pair of Table 1 at three speeds (the paper sees none, unilateral, bilateral)\n");
     println!(
-        "{:10} {:>6}  {:10} {:>10} {:>10} {:>6} {:>12} {:>7}",
-        "reading", "rad/s", "state", "ppv q", "mean q", "apart", "impacts/turn", "period"
+        "{:10} {:>6}  {:10} {:>10} {:>10} {:>12} {:>10} {:>6} {:>12} {:>7}",
+        "reading", "rad/s", "state", "ppv q", "ppv f(q)", "ppv r_b2 q", "mean q", "apart", "impacts/turn", "period"
     );
     for (name, reading) in READINGS {
         let mut panels = Vec::new();
@@ -91,9 +117,11 @@ fn main() -> Outcome<()> {
             let run = measure(&pair)?;
             let period = if run.multiple > 0 { run.multiple.to_string() } else { "none".into() };
             println!(
-                "{name:10} {speed:6}  {:10} {:10.4e} {:10.3e} {:5.1}% {:12.1} {period:>7}",
+                "{name:10} {speed:6}  {:10} {:10.4e} {:10.4e} {:10.3e} m {:10.3e} {:5.1}% {:12.1} {period:>7}",
                 run.state.to_string(),
                 run.q.peak_to_peak(),
+                run.elastic.peak_to_peak(),
+                run.deflection.peak_to_peak(),
                 run.q.mean,
                 100.0 * run.loss,
                 run.impacts_per_turn
@@ -111,42 +139,67 @@ fn main() -> Outcome<()> {
     println!("\nFig. 11: speed sweep from the static start");
     let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
     let bar = progress("speed sweep", 2 * speeds.len());
-    let mut csv = Csv::new(folder.join("speed_sweep.csv"), "reading,omega_1,state,ppv,mean,min,max,deflection_p2p,period_multiple")?;
+    let mut csv =
+        Csv::new(folder.join("speed_sweep.csv"), "reading,omega_1,state,ppv,elastic_ppv,mean,min,max,deflection_p2p,period_multiple")?;
     let mut states = Panel::new("rattle state (0 none, 1 unilateral, 2 bilateral)", "ω1 [rad/s]", "state");
     let mut ppv = Panel::new("peak-to-peak of q", "ω1 [rad/s]", "ppv [rad]");
+    let mut elastic = Panel::new("peak-to-peak of f(q)", "ω1 [rad/s]", "[rad]");
     let mut deflection = Panel::new("peak-to-peak of the deflection r_b2 q", "ω1 [rad/s]", "[m]");
+    let run_at = |reading: fn() -> NfgReading, speed: f64| -> Result<Run, String> {
+        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading()).map_err(|e| e.to_string())?;
+        measure(&pair).map_err(|e| format!("{speed} rad/s: {e}"))
+    };
     for (name, reading) in READINGS {
         let runs: Result<Vec<Run>, String> = speeds
             .par_iter()
             .map(|&speed| {
-                let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading()).map_err(|e| e.to_string())?;
-                let run = measure(&pair).map_err(|e| format!("{name} at {speed} rad/s: {e}"));
+                let run = run_at(reading, speed);
                 bar.inc(1);
                 run
             })
             .collect();
         let runs = runs?;
         for (speed, run) in speeds.iter().zip(&runs) {
-            let (p2p, deflection) = (run.q.peak_to_peak(), run.deflection.peak_to_peak());
-            csv.row(&[&name, speed, &(run.state as u8), &p2p, &run.q.mean, &run.q.min, &run.q.max, &deflection, &run.multiple])?;
+            let [p2p, f_p2p, deflection] = [run.q, run.elastic, run.deflection].map(|s| s.peak_to_peak());
+            let state = run.state as u8;
+            csv.row(&[&name, speed, &state, &p2p, &f_p2p, &run.q.mean, &run.q.min, &run.q.max, &deflection, &run.multiple])?;
         }
         let curve = |of: &dyn Fn(&Run) -> f64| speeds.iter().zip(&runs).map(|(s, r)| (*s, of(r))).collect::<Vec<_>>();
         states = states.with(name, Mark::Dots, curve(&|r| f64::from(r.state as u8)));
         ppv = ppv.with(name, Mark::Line, curve(&|r| r.q.peak_to_peak()));
+        elastic = elastic.with(name, Mark::Line, curve(&|r| r.elastic.peak_to_peak()));
         deflection = deflection.with(name, Mark::Line, curve(&|r| r.deflection.peak_to_peak()));
-        let first = |state: RattleState| speeds.iter().zip(&runs).find(|(_, r)| r.state == state).map_or(f64::NAN, |(s, _)| *s);
-        let aperiodic: Vec<f64> = speeds.iter().zip(&runs).filter(|(_, r)| r.multiple == 0).map(|(s, _)| *s).collect();
+        // The whole speed at which something is first seen, and the finer bracket in the interval before it.
+        let threshold = |seen: &dyn Fn(&Run) -> bool| -> Result<String, String> {
+            let Some(first) = runs.iter().position(seen) else { return Ok("nowhere".into()) };
+            let mut upper = speeds[first];
+            while upper - FINE > speeds[first] - 1.0 && seen(&run_at(reading, upper - FINE)?) {
+                upper -= FINE;
+            }
+            Ok(format!("{}-{upper} rad/s", upper - FINE))
+        };
+        let lost = threshold(&|r| r.state != RattleState::None)?;
+        let bilateral = threshold(&|r| r.state == RattleState::Bilateral)?;
+        // The last speed without period one, and the motion there.
+        let last = runs.iter().rposition(|r| r.multiple != 1);
+        let again = last.map_or("always of period one".into(), |last| {
+            let there = match runs[last].multiple {
+                0 => "none".into(),
+                p => p.to_string(),
+            };
+            format!("period one again from {} rad/s (period at {}: {there})", speeds[last] + 1.0, speeds[last])
+        });
+        let list = |wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
+            speeds.iter().zip(&runs).filter(|(_, r)| wanted(r.multiple)).map(|(s, _)| *s).collect()
+        };
+        let (aperiodic, longer) = (list(&|p| p == 0), list(&|p| p > 1));
         bar.suspend(|| {
-            println!(
-                "{name:10} unilateral from {} rad/s, bilateral from {} rad/s",
-                first(RattleState::Unilateral),
-                first(RattleState::Bilateral)
-            );
-            println!("{:10} no period up to 8 turns at {aperiodic:?} rad/s", "");
+            println!("{name:10} contact first lost {lost}, bilateral from {bilateral}; {again}");
+            println!("{:10} no period up to 8 turns at {aperiodic:?} rad/s; of 2 to 8 turns at {longer:?}", "");
         });
     }
     bar.finish_and_clear();
-    figure(folder.join("fig11_speed_sweep.svg"), 1, &[states, ppv, deflection])?;
+    figure(folder.join("fig11_speed_sweep.svg"), 1, &[states, ppv, elastic, deflection])?;
 
     println!("\nFig. 13b: eccentric ratio 0 beside 0.2 at 160 rad/s");
     let mut panels = Vec::new();
@@ -154,12 +207,14 @@ fn main() -> Outcome<()> {
         for eccentric_ratio in [0.0, 0.2] {
             let pair = NfgPair::with_reading(&NfgParams { eccentric_ratio, ..NfgParams::table1() }, reading())?;
             let run = measure(&pair)?;
-            println!("{name:10} eps = {eccentric_ratio}: {:10} ppv {:.4e} rad", run.state.to_string(), run.q.peak_to_peak());
+            let [q, f] = [run.q, run.elastic].map(|s| s.peak_to_peak());
+            println!("{name:10} eps = {eccentric_ratio}: {:10} ppv of q {q:.4e}, of f(q) {f:.4e} rad", run.state.to_string());
             let [history, ..] = portrait(&pair, &run, &format!("{name}, 160 rad/s, eccentric ratio {eccentric_ratio}"))?;
             panels.push(history);
         }
     }
     figure(folder.join("fig13b_eccentric_ratio.svg"), 2, &panels)?;
+    two_degrees_of_freedom()?;
     println!("\npictures and tables: {}", folder.display());
     Ok(())
 }

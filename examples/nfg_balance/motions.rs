@@ -3,16 +3,20 @@
 use crate::support::Outcome;
 use gear_dynamics::{
     Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic,
-    Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics, Unsettled,
+    Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics, Summary, Unsettled,
 };
 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.
 pub const SETTLE: usize = 20;
 pub const MEASURE: usize = 20;
 
+/// The channel of f(q).
+pub const ELASTIC: &str = "elastic part";
+
 /// Mesh order: teeth of the face gear.
 pub const MESH: usize = 63;
 
+/// The published equations.
 pub fn pair(params: &NfgParams) -> Outcome<NfgPair> {
     Ok(NfgPair::with_reading(params, NfgReading::published())?)
 }
@@ -25,7 +29,10 @@ pub fn solver() -> Dop853 {
 #[derive(Clone, Copy)]
 pub struct Point {
     pub state: RattleState,
+    /// Peak-to-peak of q [rad].
     pub ppv: f64,
+    /// Peak-to-peak of f(q), the elastic part [rad].
+    pub elastic: f64,
     /// `stable`, `unstable`, `undecided` or `aperiodic`.
     pub stable: &'static str,
 }
@@ -74,10 +81,13 @@ pub fn broyden() -> Result<Balance, BalanceError> {
 }
 
 pub fn paper_point(pair: &NfgPair, orbit: &Orbit) -> Outcome<Point> {
+    /// Hardly less than the true extremes: 500 in each period of the highest order.
+    const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.state();
+    let elastic = Summary::of(&orbit.history(SAMPLES).channel(pair, ELASTIC)?)?.peak_to_peak();
     // Of the published equations linearised along the series: the paper gives none.
     let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
-    Ok(Point { state, ppv: orbit.peak_to_peak(0), stable })
+    Ok(Point { state, ppv: orbit.peak_to_peak(0), elastic, stable })
 }
 
 /// Where a converged sweep stands: an orbit, or a state somewhere on a motion that never repeats.
@@ -113,15 +123,18 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         let point = on_cycle(pair, &cycle)?;
         return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
     }
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
     let run = solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
-    let point = Point { state: rattle.contact(0).state(), ppv: statistics.summary("q1")?.peak_to_peak(), stable: "aperiodic" };
-    Ok((motion(run.state, None), point))
+    Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
+}
+
+fn seen(rattle: &Rattle<'_, NfgPair>, statistics: &Statistics<'_, NfgPair>, stable: &'static str) -> Outcome<Point> {
+    let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
+    Ok(Point { state: rattle.contact(0).state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
 }
 
 pub fn on_cycle(pair: &NfgPair, cycle: &Cycle) -> Outcome<Point> {
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1"])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
     cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
-    let (state, ppv) = (rattle.contact(0).state(), statistics.summary("q1")?.peak_to_peak());
-    Ok(Point { state, ppv, stable: word(Some(cycle.stability())) })
+    seen(&rattle, &statistics, word(Some(cycle.stability())))
 }

@@ -1,8 +1,8 @@
 //! Parameters carried from end to end.
 
-use crate::motions::{Point, converged, pair, paper, paper_orbit, paper_point};
+use crate::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::Outcome;
-use gear_dynamics::{NfgPair, NfgParams, Orbit};
+use gear_dynamics::{NfgPair, NfgParams, NfgReading, Orbit, RattleState};
 
 /// A parameter carried from end to end.
 pub struct Sweep {
@@ -12,7 +12,7 @@ pub struct Sweep {
     pub axis: &'static str,
     pub from: f64,
     pub to: f64,
-    /// Intervals of reading P and of the converged sweep.
+    /// Intervals of reading P and of the converged sweeps.
     pub intervals: [usize; 2],
     pub speed: f64,
     pub with: fn(f64, NfgParams) -> NfgParams,
@@ -32,7 +32,7 @@ pub const fn stiffness(speed: f64) -> Sweep {
     }
 }
 
-pub const SWEEPS: [Sweep; 7] = [
+pub const SWEEPS: [Sweep; 8] = [
     Sweep {
         file: "speed",
         figure: "Fig. 11",
@@ -80,6 +80,17 @@ pub const SWEEPS: [Sweep; 7] = [
     stiffness(140.0),
     stiffness(145.0),
     stiffness(160.0),
+    Sweep {
+        file: "circular",
+        figure: "Fig. 13b, ε = 0",
+        parameter: "omega_1",
+        axis: "ω1 [rad/s]",
+        from: 100.0,
+        to: 250.0,
+        intervals: [60, 60],
+        speed: f64::NAN,
+        with: |x, p| NfgParams { speed: x, eccentric_ratio: 0.0, ..p },
+    },
 ];
 
 impl Sweep {
@@ -87,20 +98,23 @@ impl Sweep {
         let x = self.from + (self.to - self.from) * i as f64 / intervals as f64;
         (1e9 * x).round() / 1e9
     }
-    pub fn pair(&self, x: f64) -> Outcome<NfgPair> {
+    pub fn pair(&self, reading: usize, x: f64) -> Outcome<NfgPair> {
         let base = NfgParams::table1();
         let speed = if self.speed.is_nan() { base.speed } else { self.speed };
-        pair(&(self.with)(x, NfgParams { speed, ..base }))
+        let equations = if reading == EXACT { NfgReading::exact() } else { NfgReading::published() };
+        Ok(NfgPair::with_reading(&(self.with)(x, NfgParams { speed, ..base }), equations)?)
     }
 }
 
-pub const READINGS: [&str; 2] = ["P", "converged"];
+/// The paper's balance of the published equations; converged motions of the published equations; those of the exact ones.
+pub const READINGS: [&str; 3] = ["P", "published", "exact"];
+const EXACT: usize = 2;
 
 pub const BRANCHES: [&str; 2] = ["up", "down"];
 
 /// The orbit carried from one value of the parameter to another, in halved steps where Newton fails; `None` at a fold.
 pub fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) -> Outcome<Option<Orbit>> {
-    if let Ok(orbit) = paper()?.solve_truncating_forces(&sweep.pair(to)?, orbit) {
+    if let Ok(orbit) = paper()?.solve_truncating_forces(&sweep.pair(0, to)?, orbit) {
         return Ok(Some(orbit));
     }
     if halvings == 0 {
@@ -115,13 +129,13 @@ pub fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) 
 
 /// The points of one sweep of one reading in one direction, in order of the parameter; `None` where no orbit was found.
 pub fn follow(sweep: &Sweep, reading: usize, branch: usize, tick: impl Fn()) -> Outcome<Vec<(f64, Option<Point>)>> {
-    let n = sweep.intervals[reading];
+    let n = sweep.intervals[reading.min(1)];
     let mut orbit: Option<(f64, Orbit)> = None;
     let mut motion = None;
     let mut points = Vec::new();
     for i in 0..=n {
         let x = sweep.value(if branch == 0 { i } else { n - i }, n);
-        let pair = sweep.pair(x)?;
+        let pair = sweep.pair(reading, x)?;
         let point = if reading == 0 {
             let carried = match orbit.take() {
                 Some((before, orbit)) => carry(sweep, &orbit, before, x, 6)?,
@@ -162,9 +176,60 @@ pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, m
     list.join(", ")
 }
 
+/// Where the first bilateral point follows a unilateral one: by how much the peak-to-peak of q and of f(q) grow from the one to the other.
+pub fn onset(points: &[(f64, Option<Point>)]) -> String {
+    let known = known(points);
+    let first = known.windows(2).find(|w| w[0].1.state != RattleState::Bilateral && w[1].1.state == RattleState::Bilateral);
+    first.map_or("no onset of bilateral rattle".into(), |w| {
+        let ([a, b], [x0, x1]) = ([w[0].1, w[1].1], [w[0].0, w[1].0]);
+        let grown = |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e} rad, x {:.2}", of(&a), of(&b), of(&b) / of(&a));
+        format!("bilateral onset {x0}..{x1}: q {}; f(q) {}", grown(|p| p.ppv), grown(|p| p.elastic))
+    })
+}
+
+/// Within each state: the peak-to-peak at its first and last point, and how many of the intervals between neighbours of that state fall.
+pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
+    let known = known(points);
+    let states = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral];
+    let words = states.iter().filter_map(|&state| {
+        let (first, last) = (known.iter().find(|p| p.1.state == state)?, known.iter().rfind(|p| p.1.state == state)?);
+        let pairs: Vec<f64> =
+            known.windows(2).filter(|w| w[0].1.state == state && w[1].1.state == state).map(|w| of(&w[1].1) / of(&w[0].1) - 1.0).collect();
+        let falls = pairs.iter().filter(|change| **change < -1e-4).count();
+        let deepest = pairs.iter().fold(0.0f64, |m, x| m.min(*x));
+        Some(format!(
+            "{state} {:.3e} at {} to {:.3e} at {}, {falls} of {} intervals fall, by up to {:.0} %",
+            of(&first.1),
+            first.0,
+            of(&last.1),
+            last.0,
+            pairs.len(),
+            -100.0 * deepest
+        ))
+    });
+    words.collect::<Vec<_>>().join("; ")
+}
+
+fn known(points: &[(f64, Option<Point>)]) -> Vec<(f64, Point)> {
+    points.iter().filter_map(|(x, p)| p.map(|p| (*x, p))).collect()
+}
+
+/// How far the peak-to-peak of P is from that of the converged motion, at the parameters both were computed for: the worst of those with one
+/// rattle state in both, and the worst of all.
+pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> String {
+    let both: Vec<(f64, f64, bool)> = known(truth)
+        .iter()
+        .filter_map(|(x, t)| known(p).iter().find(|(y, _)| y == x).map(|(_, p)| (*x, p.ppv / t.ppv - 1.0, p.state == t.state)))
+        .collect();
+    let worst = |same: bool| both.iter().filter(|m| m.2 || !same).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let say = |m: Option<&(f64, f64, bool)>| m.map_or("nothing".into(), |m| format!("{:+.0} % at {}", 100.0 * m.1, m.0));
+    let same = both.iter().filter(|m| m.2).count();
+    format!("{} where both have one state ({same} of {} points), {} over all", say(worst(true)), both.len(), say(worst(false)))
+}
+
 /// Where peak-to-peak changes by more than a third from point to point.
 pub fn jumps(points: &[(f64, Option<Point>)]) -> String {
-    let known: Vec<(f64, f64)> = points.iter().filter_map(|(x, p)| p.map(|p| (*x, p.ppv))).collect();
+    let known: Vec<(f64, f64)> = known(points).iter().map(|(x, p)| (*x, p.ppv)).collect();
     let jump = |w: &&[(f64, f64)]| (w[1].1 / w[0].1).ln().abs() > 0.3;
     let list: Vec<String> =
         known.windows(2).filter(jump).map(|w| format!("{:.4e} to {:.4e} rad at {}..{}", w[0].1, w[1].1, w[0].0, w[1].0)).take(3).collect();

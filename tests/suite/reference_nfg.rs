@@ -159,3 +159,33 @@ fn two_degrees_of_freedom_tend_to_one() {
         assert!((0.8..1.25).contains(&(worst / expected)), "{speed} rad/s, I1 = {inertia}: {worst}");
     }
 }
+
+/// f(q) as a channel: q without its gap b̄(t), in metres and against the drive flank's sign for two degrees of freedom.
+#[test]
+fn the_elastic_part_is_a_channel() {
+    for reading in [NfgReading::exact(), NfgReading::published()] {
+        let pair = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap();
+        let mut probe = Probe::new(&pair);
+        let [elastic, radius] = ["elastic part", "base radius"].map(|name| probe.index(name).unwrap());
+        for (i, q) in [-7e-4, -5.1e-4, -1e-5, 0.0, 4e-4, 2e-3].into_iter().enumerate() {
+            let t = pair.period() * i as f64 / 6.0;
+            let values = probe.read(t, Side::After, &[q], &[1e-6]);
+            let half_width = match reading.half_width {
+                HalfWidth::Mean => pair.half_width(),
+                HalfWidth::Instant => pair.params().half_backlash / values[radius],
+            };
+            let expected = (q - half_width).max(0.0) - (-q - half_width).max(0.0);
+            assert!((values[elastic] - expected).abs() < 1e-17, "{q} at {t}: {} against {expected}", values[elastic]);
+        }
+    }
+    let pair = NfgPair2::new(&NfgParams::table1(), 0.01).unwrap();
+    let mut probe = Probe::new(&pair);
+    let [elastic, deflection] = ["elastic part", "deflection"].map(|name| probe.index(name).unwrap());
+    let b = NfgParams::table1().half_backlash;
+    for q in [-5e-3, 0.0, 5e-3] {
+        let values = probe.read(0.0, Side::After, &[q, 0.0], &[0.0, 0.0]);
+        let x = values[deflection];
+        let expected = (x - b).max(0.0) - (-x - b).max(0.0);
+        assert!((values[elastic] - expected).abs() < 1e-18, "{q}: {} against {expected}", values[elastic]);
+    }
+}

@@ -19,13 +19,19 @@ use std::ops::Range;
 /// x = ω̄_c τ. How b̄, D, θ2'' and ē'' are read is up to [`NfgReading`].
 ///
 /// Its contact is in metres: deflection r_b2 q, edges ∓ r_b2 b̄; the mesh force is in newtons. The drive flank under positive load
-/// is the lower one.
+/// is the lower one. Channels of its own: `base radius` r_b2 `[m]` and `elastic part` f(q) `[rad]`, what is left of q without the gap.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams};
+/// use gear_dynamics::{NfgPair, NfgParams, Probe, Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
 /// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);
+///
+/// let start = pair.static_start()?; // q = -b̄ - B0/F
+/// let mut probe = Probe::new(&pair);
+/// let elastic = probe.index("elastic part")?;
+/// let f = probe.read(start.t, Side::After, &start.q, &start.v)[elastic];
+/// assert!((f + 6.0871e-6).abs() < 1e-9); // B0/F(0)
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -306,10 +312,12 @@ impl Model for NfgPair {
         dual_jacobian(self, pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::new("base radius", "m")]
+        vec![Channel::new("base radius", "m"), Channel::new("elastic part", "rad")]
     }
-    fn observe(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+        let b = self.at(u).half_width;
         out[0] = u[LENGTH] * u[RADIUS];
+        out[1] = AsIs.force(0, &self.law, q[0], v[0], -b, b);
     }
 }
 

@@ -19,6 +19,8 @@ use std::ops::Range;
 /// f is the dead zone of half width b `[m]`. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
 /// [`NfgPair`](crate::NfgPair) as 1/I1. Of the readings, radius and centre forcing apply; the rest has no counterpart here.
 ///
+/// Channels of its own: `base radius` r_b2 and `elastic part` f(x), both `[m]`.
+///
 /// Under positive load the drive flank is the upper one.   Source: Liu 2021, Eq. (4), corrected.
 ///
 /// ```
@@ -243,10 +245,12 @@ impl Model for NfgPair2 {
         dual_jacobian(self, pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::new("base radius", "m")]
+        vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]
     }
-    fn observe(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+        let (x, rate) = self.deflection(u, q, v);
         out[0] = u[RADIUS];
+        out[1] = AsIs.force(0, &self.law, x, rate, -u[WIDTH], u[WIDTH]);
     }
 }
 
