@@ -81,6 +81,24 @@ pub enum ParameterError {
         /// The smallest count that works.
         least: usize,
     },
+    /// A count beyond what there is room or time for.
+    #[error("{name} is {value}: at most {most} are allowed")]
+    TooMany {
+        /// What was counted.
+        name: String,
+        /// What it was; `usize::MAX` if it is more than can be counted.
+        value: usize,
+        /// The largest count allowed.
+        most: usize,
+    },
+    /// A figure beyond the largest number.
+    #[error("{name} overflows: the largest value in it is {value}")]
+    Overflow {
+        /// Which figure.
+        name: String,
+        /// The value, of all that enter it, that is largest in size.
+        value: f64,
+    },
     /// A ring of an odd number of ordinary external meshes.
     #[error(
         "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so an odd ring \
@@ -133,6 +151,11 @@ pub(crate) mod check {
 
     type Checked = Result<f64, E>;
 
+    /// Most numbers in one list: half a gigabyte.
+    pub(crate) const NUMBERS: usize = 1 << 26;
+    /// Highest order of a Fourier series: each is summed at every evaluation.
+    pub(crate) const ORDERS: usize = 10_000;
+
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
     }
@@ -154,6 +177,24 @@ pub(crate) mod check {
         }
     }
 
+    /// Zero, or no larger than a [`scale`].
+    pub(crate) fn up_to_scale(name: impl Into<String>, value: f64) -> Checked {
+        match value {
+            0.0..=1e100 => Ok(value),
+            _ if value < 0.0 => not_negative(name, value),
+            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1e100]" }),
+        }
+    }
+
+    /// A size that enters with its fourth power: narrower than a [`scale`].
+    pub(crate) fn size(name: impl Into<String>, value: f64) -> Checked {
+        match value {
+            1e-50..=1e50 => Ok(value),
+            _ if value <= 0.0 => positive(name, value),
+            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[1e-50, 1e50]" }),
+        }
+    }
+
     /// 0 <= value < 1, for ratios such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
         if (0.0..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1)" }) }
@@ -170,6 +211,21 @@ pub(crate) mod check {
             Some(i) => Err(E::NotFinite { name: format!("{name}[{i}]"), value: values[i] }),
             None => Ok(()),
         }
+    }
+
+    /// A count of numbers to be stored or of rounds to be made, given as its factors.
+    pub(crate) fn count(name: impl Into<String>, factors: &[usize], most: usize) -> Result<usize, E> {
+        let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
+        if value <= most { Ok(value) } else { Err(E::TooMany { name: name.into(), value, most }) }
+    }
+
+    /// A figure of `values`, if it has not overflowed.
+    pub(crate) fn representable<'v>(name: impl Into<String>, figure: f64, values: impl IntoIterator<Item = &'v f64>) -> Checked {
+        if figure.is_finite() {
+            return Ok(figure);
+        }
+        let value = values.into_iter().fold(0.0, |m: f64, x| if x.abs() > m.abs() { *x } else { m });
+        Err(E::Overflow { name: name.into(), value })
     }
 
     pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {

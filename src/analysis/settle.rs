@@ -56,6 +56,11 @@ impl Settle {
         };
         positive("tolerance", self.tolerance)?;
         positive("largest_multiple", self.largest_multiple as f64)?;
+        if self.largest_multiple > LONGEST {
+            let (value, allowed) = (self.largest_multiple as f64, "at most 65536 periods");
+            let error = IntegrateError::Setting { name: "largest_multiple", value, allowed };
+            return Err(Unsettled::Failed { error, state: start.clone(), periods: 0 });
+        }
         let period = model.period();
         let components = 2 * model.dof();
         let mut section: Vec<State> = vec![start.clone()];
@@ -99,6 +104,9 @@ impl Settle {
         Err(Unsettled::Aperiodic { state, periods: self.most_periods, closest, multiple: self.largest_multiple })
     }
 }
+
+/// The longest orbit that can be looked for, in periods.
+const LONGEST: usize = 1 << 16;
 
 /// A motion that winds into an orbit comes back closer after some multiples of its period than after one; it is p periods long only if it comes
 /// back this much closer than after any divisor of p.

@@ -15,7 +15,7 @@ fn all() -> Vec<(&'static str, Shared)> {
         ("radius", shared(centre.radius(0.08).unwrap())),
         ("ratio", shared(centre.ratio(3.5).unwrap())),
         ("forcing", shared(centre.forcing())),
-        ("forcing series", shared(centre.forcing_series(7))),
+        ("forcing series", shared(centre.forcing_series(7).unwrap())),
         ("table", shared(Table::new(&samples, TAU / 5.0).unwrap())),
         ("sum", shared(Sum::new(vec![shared(fourier.clone()), shared(centre.forcing())]))),
         (

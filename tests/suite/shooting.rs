@@ -281,7 +281,7 @@ fn guesses_and_instants() {
     let model = |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 };
     let at = model(0.75);
     let one = Shooting::new().run(&at, &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
-    let times = uniform_times(0.0, at.period(), 40);
+    let times = uniform_times(0.0, at.period(), 40).unwrap();
     let run = Dop853::new().sample(&at, &one.states()[0], &times).unwrap();
     let list: Vec<State> = (0..run.len()).map(|i| run.state(i)).collect();
     let many = Shooting::new().run(&at, &list).unwrap();
