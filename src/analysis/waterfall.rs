@@ -3,7 +3,7 @@
 use super::{Spectrum, Window};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Generic, Periodic, State};
+use crate::model::{Generic, Model, Periodic, State};
 use crate::ode::{Failed, Integrator};
 use crate::phase::Varying;
 use std::f64::consts::TAU;

@@ -21,7 +21,7 @@ impl Axis {
     /// `count` equally spaced values, both ends included.
     ///
     /// # Errors
-    /// Ends that are not finite or not in order; fewer than two values.
+    /// Ends that are not finite or not in order, or so far apart that their distance is not finite; fewer than two values or more than 2²⁶.
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
         check::finite(format!("start of axis {name}"), from)?;
         check::finite(format!("end of axis {name}"), to)?;
@@ -29,6 +29,7 @@ impl Axis {
         if count < 2 {
             return Err(ParameterError::TooFew { name: format!("values on axis {name}"), value: count, least: 2 });
         }
+        check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
         let last = (count - 1) as f64;
         let value = |i: usize| if i + 1 == count { to } else { from + (to - from) * (i as f64 / last) };
         Ok(Axis { name: name.into(), values: (0..count).map(value).collect() })
@@ -56,6 +57,9 @@ impl Axis {
     }
 }
 
+/// Most points of a grid: they are counted, not stored.
+const MOST_POINTS: usize = u32::MAX as usize;
+
 /// The points of a sweep: a grid of axes, the last one running fastest, or a list.
 ///
 /// ```
@@ -82,16 +86,12 @@ impl Points {
     /// Every combination of the values of the axes.
     ///
     /// # Errors
-    /// No axis at all, two of one name, more points than can be counted.
+    /// No axis at all, two of one name, more than 2³² - 1 points.
     pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
         if axes.is_empty() {
             return Err(ParameterError::Empty { name: "axes of the grid".into(), least: 1 });
         }
-        let lengths = || axes.iter().map(|axis| axis.values.len());
-        if lengths().try_fold(1, usize::checked_mul).is_none() {
-            let value = lengths().map(|length| length as f64).product();
-            return Err(ParameterError::OutOfRange { name: "points of the grid".into(), value, allowed: "[1, usize::MAX]" });
-        }
+        check::count("points of the grid", &axes.iter().map(|axis| axis.values.len()).collect::<Vec<_>>(), MOST_POINTS)?;
         Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
     }
 
@@ -113,6 +113,19 @@ impl Points {
             check::all_finite(&format!("point {i}"), row)?;
         }
         Ok(Points { names: different(names.iter().copied())?, kind: Kind::List(rows.concat()) })
+    }
+
+    /// The same from rows that follow one another.
+    pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
+        if values.is_empty() || names.is_empty() {
+            return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
+        }
+        for (i, row) in values.chunks(names.len()).enumerate() {
+            if row.iter().any(|x| !x.is_finite()) {
+                check::all_finite(&format!("point {i}"), row)?;
+            }
+        }
+        Ok(Points { names: different(names.iter().map(String::as_str))?, kind: Kind::List(values) })
     }
 
     /// How many points.

@@ -56,10 +56,10 @@ impl Uncertain {
     /// Samples 0 to `count - 1` as the points of a sweep.
     ///
     /// # Errors
-    /// No samples, no parameters, a distribution that draws what is not a number.
+    /// No samples, no parameters, more than 2²⁶ numbers; a distribution that draws what is not a number.
     pub fn points(&self, count: usize) -> Result<Points, ParameterError> {
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        Points::list(&names, &(0..count as u64).map(|k| self.sample(k)).collect::<Vec<_>>())
+        check::count("numbers of the samples", &[count, self.names.len()], check::NUMBERS)?;
+        Points::flat(&self.names, (0..count as u64).flat_map(|k| self.sample(k)).collect())
     }
     /// The points that Sobol indices of `samples` samples need.
     ///
@@ -69,18 +69,19 @@ impl Uncertain {
         if samples < 2 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
         }
-        let mut rows = Vec::with_capacity(samples * (self.names.len() + 2));
+        let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
+        let mut rows = Vec::with_capacity(check::count("numbers of the samples", &[samples, count, width], check::NUMBERS)?);
         for k in 0..samples as u64 {
             let (a, b) = (self.draw(0, k), self.draw(1, k));
             for i in 0..self.names.len() {
                 let mut mixed = a.clone();
                 mixed[i] = b[i];
-                rows.push(mixed);
+                rows.extend(mixed);
             }
-            rows.extend([a, b]);
+            rows.extend(a);
+            rows.extend(b);
         }
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        Ok(SobolDesign { points: Points::list(&names, &rows)?, parameters: self.names.len() })
+        Ok(SobolDesign { points: Points::flat(&self.names, rows)?, parameters: width })
     }
 }
 
@@ -143,7 +144,7 @@ impl SobolDesign {
             return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), least: 2 });
         }
         let both = super::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
-        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance())?);
+        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
