@@ -6,7 +6,7 @@ use super::rows::{Layout, Rows};
 use super::run::Sweep;
 
 /// What every list of bytes begins with: name and version of the form.
-const MARK: u64 = u64::from_le_bytes(*b"gd-rows2");
+const MARK: u64 = u64::from_le_bytes(*b"gd-rows3");
 
 impl Rows {
     /// The rows as bytes, little end first, the same on every machine: for a file from which a sweep is resumed, or for a chunk computed

@@ -41,7 +41,7 @@ impl Row<'_> {
         self.rows.points.point(self.index)
     }
 
-    /// Mean, RMS and extremes of a channel over the measured periods.
+    /// Mean, RMS, extremes and deviation of a channel over the measured periods.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`] for one that was not asked for.
@@ -50,7 +50,8 @@ impl Row<'_> {
         let place = self.rows.names.iter().position(|n| n == name);
         let i = place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: known() })?;
         let at = self.rows.layout.channel(i);
-        Ok(Summary { mean: self.data[at], rms: self.data[at + 1], min: self.data[at + 2], max: self.data[at + 3] })
+        let [mean, rms, min, max, deviation] = std::array::from_fn(|k| self.data[at + k]);
+        Ok(Summary { mean, rms, min, max, deviation })
     }
 
     /// Rattle of contact `i`: shares of the time, and impacts over all measured periods.

@@ -23,8 +23,10 @@ pub(crate) struct Layout {
 impl Layout {
     /// Period multiple, change, periods settled, margin to grazing, scatter.
     pub(crate) const HEAD: usize = 5;
+    /// Of a channel: mean, RMS, least and largest value, deviation from the mean.
+    const FIGURES: usize = 5;
     pub(crate) fn channel(&self, i: usize) -> usize {
-        Layout::HEAD + 4 * i
+        Layout::HEAD + Layout::FIGURES * i
     }
     pub(crate) fn contact(&self, i: usize) -> usize {
         self.channel(self.channels) + 5 * i
@@ -42,7 +44,7 @@ impl Layout {
     /// The stride, if it can be counted.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
-        let rest = self.channels.checked_mul(4)?.checked_add(self.contacts.checked_mul(5)?)?;
+        let rest = self.channels.checked_mul(Layout::FIGURES)?.checked_add(self.contacts.checked_mul(5)?)?;
         strobes.checked_add(rest)?.checked_add(Layout::HEAD + self.exponents)
     }
     pub(crate) fn stride(&self) -> usize {

@@ -134,6 +134,8 @@ impl SobolDesign {
     ///
     /// S_i = E[f(B) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
     ///
+    /// Standard errors by the jackknife over samples: numerator, mean and V hang on the same ones.   Source: Efron & Stein, Ann. Stat. 9 (1981) 586.
+    ///
     /// # Errors
     /// A list of another length; a measure that does not vary, or less than two good samples.
     pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
@@ -148,13 +150,39 @@ impl SobolDesign {
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    let all = super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance));
-                    (all.mean(), all.standard_error())
+                    super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance)).mean()
                 };
-                let (first, first_error) = average(&|mixed, a, b| (b - mean) * (mixed - a));
-                let (total, total_error) = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
+                let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                // In units of the deviation about the mean, so that sums of squares do not cancel.
+                let unit = variance.sqrt();
+                let sample = |s: &&[f64]| [s[i], s[n], s[n + 1]].map(|x| (x - mean) / unit);
+                let [first_error, total_error] = jackknife(&samples.iter().map(sample).collect::<Vec<_>>());
                 SobolIndex { name: self.points.names()[i].clone(), first, first_error, total, total_error }
             })
             .collect())
     }
+}
+
+/// Standard errors of S and T from values at A_i, A and B: √((m - 1)/m Σ (x_k - x̄)²), x_k without sample k.
+fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
+    // Sums over samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2.
+    let terms = |[mixed, a, b]: &[f64; 3]| [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)];
+    let mut sums = [0.0; 5];
+    for sample in samples {
+        sums.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum += x);
+    }
+    let m = samples.len() as f64;
+    let mut without = [super::moments::Distribution::new(), super::moments::Distribution::new()];
+    for sample in samples {
+        let mut left = sums;
+        left.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum -= x);
+        let count = 2.0 * (m - 1.0);
+        let mean = left[0] / count;
+        let variance = (left[1] - count * mean * mean) / (count - 1.0);
+        without[0].add((left[2] - mean * left[3]) / (m - 1.0) / variance);
+        without[1].add(left[4] / (m - 1.0) / variance);
+    }
+    // The standard error of the mean of m values, times m - 1.
+    without.map(|all| all.standard_error() * (m - 1.0))
 }
