@@ -78,13 +78,17 @@ impl Row<'_> {
         Some(self.data[0] as usize).filter(|p| *p > 0)
     }
     /// The largest Lyapunov exponent per period, if [`lyapunov`](crate::Sweep::lyapunov) was asked for: positive in chaos, negative where
-    /// small differences die out.
+    /// small differences die out. `None` if it could not be computed: [`lyapunov_failure`](Row::lyapunov_failure) tells why.
     pub fn lyapunov(&self) -> Option<f64> {
-        self.exponents().first().copied()
+        self.exponents().first().copied().filter(|x| !x.is_nan())
+    }
+    /// Why there is no exponent, although it was asked for.
+    pub fn lyapunov_failure(&self) -> Option<&PointError> {
+        self.rows.exponent_errors.get(&self.index).filter(|_| self.lyapunov().is_none())
     }
     /// Standard error of [`lyapunov`](Row::lyapunov), from the scatter of up to 16 batches of periods.
     pub fn lyapunov_error(&self) -> Option<f64> {
-        self.exponents().get(1).copied()
+        self.exponents().get(1).copied().filter(|x| !x.is_nan())
     }
     fn exponents(&self) -> &[f64] {
         let layout = &self.rows.layout;
