@@ -16,8 +16,8 @@ impl Model for Swing {
         a[0] = u[0].cos() - 0.3 * v[0] - self.stiffness * q[0];
     }
     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
-        out.stiffness[0] = if self.no_slope { f64::NAN } else { -self.stiffness };
-        out.damping[0] = -0.3;
+        out.q[0] = if self.no_slope { f64::NAN } else { -self.stiffness };
+        out.v[0] = -0.3;
         true
     }
 }
@@ -112,6 +112,10 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         }
         fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
             self.drive(phase, side, u);
+        }
+        fn constants(&self, _: &mut [f64]) {}
+        fn shares_lanes_with(&self, _: &Self) -> bool {
+            true
         }
     }
     impl Periodic for Far {
