@@ -24,7 +24,8 @@ use std::ops::ControlFlow;
 pub fn strobe<I: Integrator, M: Periodic + ?Sized>(integrator: &I, model: &M, start: &State, count: usize) -> Result<Trajectory, Failed> {
     let width = 2 * model.dof() + 1;
     if check::count("states", &[count, width], check::NUMBERS).is_err() {
-        let error = IntegrateError::Setting { name: "count", value: count as f64, allowed: "at most 2^26 numbers, a state and a time each" };
+        let error =
+            IntegrateError::Setting { name: "count", value: count as f64, allowed: "at most 2^26 numbers, a state and a time each" };
         return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
     }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();

@@ -29,7 +29,10 @@ impl InstantCentre {
     /// An eccentric ratio outside [0, 0.999999]; a frequency outside 1e-50 .. 1e50.
     pub fn new(eccentric: f64, omega: f64) -> Result<Self, ParameterError> {
         // The second derivative of the forcing holds ω_c⁴ and (1 - ε)⁻⁸.
-        Ok(InstantCentre { eccentric: Self::check_ratio("eccentric ratio", eccentric)?, omega: check::size("frequency of the centre", omega)? })
+        Ok(InstantCentre {
+            eccentric: Self::check_ratio("eccentric ratio", eccentric)?,
+            omega: check::size("frequency of the centre", omega)?,
+        })
     }
 
     /// An eccentric ratio so far from 1 that 1 - 2 ε + ε² is not lost in rounding.

@@ -37,13 +37,7 @@ impl RectangularWave {
     pub fn new(low: f64, high: f64, duty: f64, period: f64) -> Result<Self, ParameterError> {
         let (low, high) = (check::finite("low level", low)?, check::finite("high level", high)?);
         check::representable("high level less the low one", 2.0 * (high - low), &[low, high])?;
-        Ok(RectangularWave {
-            low,
-            high,
-            duty: check::fraction("duty", duty)?,
-            period: check::scale("period", period)?,
-            centre: 0.0,
-        })
+        Ok(RectangularWave { low, high, duty: check::fraction("duty", duty)?, period: check::scale("period", period)?, centre: 0.0 })
     }
 
     /// The duty is the contact ratio less its whole part: 0.52 of the period with two pairs for a contact ratio of 1.52. `low` is the stiffness

@@ -139,7 +139,8 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
-        let figures = check::count("distributions, one for each channel and time", &[self.channels.len(), self.times.len() - 1], MOST_FIGURES)?;
+        let figures =
+            check::count("distributions, one for each channel and time", &[self.channels.len(), self.times.len() - 1], MOST_FIGURES)?;
         let mut failure = None;
         let model = (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
             Ok((model, _)) => Some(model),

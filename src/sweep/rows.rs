@@ -104,7 +104,13 @@ impl PartialEq for Rows {
         let checks = self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
         let errors = self.errors == other.errors && self.exponent_errors == other.exponent_errors;
         let figures = same_bits(&self.data, &other.data) && self.done == other.done;
-        figures && errors && checks && self.range == other.range && self.layout == other.layout && self.points == other.points && self.sweep == other.sweep
+        figures
+            && errors
+            && checks
+            && self.range == other.range
+            && self.layout == other.layout
+            && self.points == other.points
+            && self.sweep == other.sweep
     }
 }
 
@@ -246,9 +252,8 @@ impl Rows {
     /// The first row at which sorted parts do not make a whole.
     fn misfit(parts: &[Rows]) -> Option<usize> {
         let (Some(first), Some(last)) = (parts.first(), parts.last()) else { return Some(0) };
-        let fits = |pair: &&[Rows]| {
-            pair[1].range.start == pair[0].range.end && pair[1].sweep == first.sweep && pair[1].layout == first.layout
-        };
+        let fits =
+            |pair: &&[Rows]| pair[1].range.start == pair[0].range.end && pair[1].sweep == first.sweep && pair[1].layout == first.layout;
         if let Some(pair) = parts.windows(2).find(|pair| !fits(pair)) {
             return Some(pair[0].range.end);
         }

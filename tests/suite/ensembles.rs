@@ -247,7 +247,8 @@ fn bars_of_sobol_indices_cover() {
     for seed in 0..DESIGNS {
         let normal = rand_distr::StandardNormal;
         let design = Uncertain::new(1000 + seed).with("x1", normal).with("x2", normal).sobol(200).unwrap();
-        let values: Vec<f64> = (0..design.points().len()).map(|i| 1e3 + 2.0 * design.points().point(i)["x1"] + design.points().point(i)["x2"]).collect();
+        let values: Vec<f64> =
+            (0..design.points().len()).map(|i| 1e3 + 2.0 * design.points().point(i)["x1"] + design.points().point(i)["x2"]).collect();
         for ((index, exact), held) in design.indices(&values).unwrap().iter().zip([0.8, 0.2]).zip(&mut held) {
             held[0] += u64::from((index.first - exact).abs() <= 2.0 * index.first_error);
             held[1] += u64::from((index.total - exact).abs() <= 2.0 * index.total_error);

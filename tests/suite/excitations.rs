@@ -191,7 +191,9 @@ fn a_wave_far_out() {
 fn common_periods_are_the_same_in_either_order() {
     let every = Repeats::Every;
     assert_eq!((every(1.0).with(every(2e4)), every(2e4).with(every(1.0))), (every(2e4), every(2e4)));
-    for (a, b) in [(2.0, 3.0), (1.0, 1.0), (0.3, 0.1), (1.0, 12_345.0), (7.0, 9_999.5), (1.0, std::f64::consts::PI), (1e-3, 1e3), (5.0, 1e9)] {
+    for (a, b) in
+        [(2.0, 3.0), (1.0, 1.0), (0.3, 0.1), (1.0, 12_345.0), (7.0, 9_999.5), (1.0, std::f64::consts::PI), (1e-3, 1e3), (5.0, 1e9)]
+    {
         assert_eq!(every(a).with(every(b)), every(b).with(every(a)), "{a} {b}");
     }
     assert_eq!(every(1.0).with(every(std::f64::consts::PI)), Repeats::Never);

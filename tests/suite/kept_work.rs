@@ -146,7 +146,9 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
 #[test]
 fn a_stop_on_one_side_alone() {
     let (infinite, nan) = (f64::INFINITY, f64::NAN);
-    for (lower, upper) in [(-infinite, infinite), (infinite, infinite), (-infinite, -infinite), (infinite, 0.0), (0.0, -infinite), (nan, 1.0), (1.0, nan)] {
+    for (lower, upper) in
+        [(-infinite, infinite), (infinite, infinite), (-infinite, -infinite), (infinite, 0.0), (0.0, -infinite), (nan, 1.0), (1.0, nan)]
+    {
         assert!(AsymmetricBacklash::new(lower, upper).is_err(), "{lower} {upper}");
     }
     let above = AsymmetricBacklash::new(-infinite, 1.0).unwrap().with_slopes(3.0, 2.0).unwrap();
@@ -157,7 +159,9 @@ fn a_stop_on_one_side_alone() {
             assert_eq!((above.slope(x), below.slope(-x)), ([0.0, 2.0][usize::from(x > 1.0)], [0.0, 2.0][usize::from(x > 1.0)]), "{x}");
         }
     }
-    let on = |law: &AsymmetricBacklash, piece, x| law.force_on(piece, x, 0.0, law.edges(0.0, Side::After).lower, law.edges(0.0, Side::After).upper);
+    let on = |law: &AsymmetricBacklash, piece, x| {
+        law.force_on(piece, x, 0.0, law.edges(0.0, Side::After).lower, law.edges(0.0, Side::After).upper)
+    };
     assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&above, piece, 3.0)), [0.0, 0.0, 4.0]);
     assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)), [-4.0, 0.0, 0.0]);
     // In a ring, by every way to run it.
@@ -182,8 +186,14 @@ fn a_stop_on_one_side_alone() {
     assert_eq!((a.q, a.v, &one), (b.q, b.v, &other));
     assert!(one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0));
     let rows = |ring: &Ring<AnyLaw>, infinite| {
-        let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap())).settle(1).measure(2).channels(&["q1", "deflection 1"]).rattle();
-        sweep.run(&LaneRk4::<4>::new(256), |_| Ok::<_, ParameterError>(ring.clone()), |_, _| Ok::<_, ParameterError>(start.clone())).unwrap()
+        let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
+            .settle(1)
+            .measure(2)
+            .channels(&["q1", "deflection 1"])
+            .rattle();
+        sweep
+            .run(&LaneRk4::<4>::new(256), |_| Ok::<_, ParameterError>(ring.clone()), |_, _| Ok::<_, ParameterError>(start.clone()))
+            .unwrap()
     };
     let (one, other) = (rows(&stop, 2.0), rows(&far, 2.0));
     assert!(one.errors().is_empty(), "{:?}", one.errors());

@@ -68,7 +68,8 @@ fn counts_without_bound_are_refused_by_name() {
 fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
     let sweep = Sweep::over(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
-    let run = |chunks| sweep.run_chunk(1, chunks, &TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)), &Watch::new());
+    let run =
+        |chunks| sweep.run_chunk(1, chunks, &TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)), &Watch::new());
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
     too_many("grid", Points::grid(vec![axis("a"), axis("b"), axis("c")]));
@@ -133,7 +134,8 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
         |p, x| p.stiffness_harmonics = vec![[x, -x]],
         |p, x| p.eccentric_ratio = 1.0 - x.min(1.0),
     ];
-    let readings = [NfgReading::exact(), NfgReading::published(), NfgReading { centre_forcing: CentreForcing::Series(50), ..NfgReading::exact() }];
+    let readings =
+        [NfgReading::exact(), NfgReading::published(), NfgReading { centre_forcing: CentreForcing::Series(50), ..NfgReading::exact() }];
     fn look<M: Periodic>(model: &M, of: &str) {
         let period = model.period();
         assert!(period.is_finite() && period > 0.0, "{of}: period {period}");

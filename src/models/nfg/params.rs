@@ -121,13 +121,21 @@ impl NfgParams {
         let error = (self.error.abs() + wave(&self.error_harmonics, 2)) * thinnest;
         let within = |name: &str, figure: f64, values: &[f64]| check::representable(name, figure, values).map(|_| ());
         let amplitudes = |pairs: &[[f64; 2]]| pairs.concat();
-        within("mesh stiffness over its mean", 8.0 * wave(&self.stiffness_harmonics, 0) / self.stiffness, &amplitudes(&self.stiffness_harmonics))?;
+        within(
+            "mesh stiffness over its mean",
+            8.0 * wave(&self.stiffness_harmonics, 0) / self.stiffness,
+            &amplitudes(&self.stiffness_harmonics),
+        )?;
         within(
             "acceleration by the transmission error",
             8.0 * error * (1.0 + omega * omega / radius),
             &[&[self.error][..], &amplitudes(&self.error_harmonics)].concat(),
         )?;
-        within("load torque over inertia and natural frequency squared", self.load_torque / (inertia * natural * natural), &[self.load_torque])?;
+        within(
+            "load torque over inertia and natural frequency squared",
+            self.load_torque / (inertia * natural * natural),
+            &[self.load_torque],
+        )?;
         within("mesh force of a unit deflection", inertia * natural * natural / radius * thinnest, &[self.stiffness, radius])?;
         within("mesh damping", 2.0 * self.damping_ratio * inertia * natural / (radius * radius), &[self.damping_ratio, inertia, natural])?;
         Ok(natural)
