@@ -57,9 +57,6 @@ impl Axis {
     }
 }
 
-/// Most points of a grid: they are counted, not stored.
-const MOST_POINTS: usize = u32::MAX as usize;
-
 /// The points of a sweep: a grid of axes, the last one running fastest, or a list.
 ///
 /// ```
@@ -86,12 +83,16 @@ impl Points {
     /// Every combination of the values of the axes.
     ///
     /// # Errors
-    /// No axis at all, two of one name, more than 2³² - 1 points.
+    /// No axis at all, two of one name, more points than can be counted.
     pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
         if axes.is_empty() {
             return Err(ParameterError::Empty { name: "axes of the grid".into(), least: 1 });
         }
-        check::count("points of the grid", &axes.iter().map(|axis| axis.values.len()).collect::<Vec<_>>(), MOST_POINTS)?;
+        let lengths = || axes.iter().map(|axis| axis.values.len());
+        if lengths().try_fold(1, usize::checked_mul).is_none() {
+            let value = lengths().map(|length| length as f64).product();
+            return Err(ParameterError::OutOfRange { name: "points of the grid".into(), value, allowed: "[1, usize::MAX]" });
+        }
         Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
     }
 
