@@ -138,6 +138,11 @@ impl NfgParams {
         )?;
         within("mesh force of a unit deflection", inertia * natural * natural / radius * thinnest, &[self.stiffness, radius])?;
         within("mesh damping", 2.0 * self.damping_ratio * inertia * natural / (radius * radius), &[self.damping_ratio, inertia, natural])?;
+        // The force of two degrees of freedom holds the error itself.
+        let damping = 2.0 * self.damping_ratio * inertia * natural / (radius * radius);
+        let rates = (self.stiffness + wave(&self.stiffness_harmonics, 0)) + damping * self.centre_frequency();
+        let force = 8.0 * rates * (error + self.half_backlash) * radius.max(1.0) / inertia.min(1.0);
+        within("acceleration by the mesh force", force, &[&[self.error][..], &amplitudes(&self.stiffness_harmonics)].concat())?;
         Ok(natural)
     }
 
