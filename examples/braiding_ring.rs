@@ -30,7 +30,7 @@ type History = (Vec<f64>, Vec<Vec<f64>>);
 
 /// Channels of a run from rest, every `spacing` seconds.
 fn history<M: Model>(model: &M, channels: &[&str], end: f64, spacing: f64) -> Outcome<History> {
-    let times = uniform_times(0.0, end, (end / spacing).round() as usize);
+    let times = uniform_times(0.0, end, (end / spacing).round() as usize)?;
     let run = solver(model).sample(model, &State::at_rest(model.dof()), &times)?;
     let values = channels.iter().map(|name| run.channel(model, name)).collect::<Result<_, _>>()?;
     Ok((times, values))

@@ -48,7 +48,7 @@ fn main() -> Outcome<()> {
         let (state, apart) = (contact.state(), contact.loss_fraction());
         println!("frequency {omega}: {state}, peak-to-peak {d:.4}, apart {:.1}%", 100.0 * apart);
         csv.row(&[&omega, &state, &d, &apart])?;
-        let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800))?;
+        let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800)?)?;
         let curve = run.times().iter().copied().zip(run.channel(&idler, "deflection")?);
         panel = panel.with(format!("ω = {omega}"), Mark::Line, curve.collect());
     }

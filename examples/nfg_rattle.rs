@@ -66,7 +66,7 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
 fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
     let t0 = run.on_orbit.t;
-    let times = uniform_times(t0, t0 + pair.period(), SAMPLES);
+    let times = uniform_times(t0, t0 + pair.period(), SAMPLES)?;
     let turn = solver().sample(pair, &run.on_orbit, &times)?;
     let q = turn.channel(pair, "q1")?;
     let history = times.iter().zip(&q).map(|(t, q)| ((t - t0) / pair.period(), *q)).collect();

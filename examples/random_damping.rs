@@ -72,7 +72,7 @@ fn main() -> Outcome<()> {
     for (mesh, points) in values {
         values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
     }
-    let counts = peak.histogram(40).into_iter().map(|(x, n)| (x, n as f64)).collect();
+    let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64)).collect();
     let panels = [
         banded(&format!("mesh force 1 over {MEMBERS} members"), force, "[N]")?,
         banded("transmission error of mesh 1", error, "[m]")?,

@@ -91,6 +91,14 @@ pub enum ParameterError {
         /// The largest count allowed.
         most: usize,
     },
+    /// A figure beyond the largest number.
+    #[error("{name} overflows: the largest value in it is {value}")]
+    Overflow {
+        /// Which figure.
+        name: String,
+        /// The value, of all that enter it, that is largest in size.
+        value: f64,
+    },
     /// A ring of an odd number of ordinary external meshes.
     #[error(
         "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so an odd ring \
@@ -145,6 +153,8 @@ pub(crate) mod check {
 
     /// Most numbers in one list: half a gigabyte.
     pub(crate) const NUMBERS: usize = 1 << 26;
+    /// Highest order of a Fourier series: each is summed at every evaluation.
+    pub(crate) const ORDERS: usize = 10_000;
 
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
@@ -164,6 +174,24 @@ pub(crate) mod check {
             1e-100..=1e100 => Ok(value),
             _ if value <= 0.0 => positive(name, value),
             _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[1e-100, 1e100]" }),
+        }
+    }
+
+    /// Zero, or no larger than a [`scale`].
+    pub(crate) fn up_to_scale(name: impl Into<String>, value: f64) -> Checked {
+        match value {
+            0.0..=1e100 => Ok(value),
+            _ if value < 0.0 => not_negative(name, value),
+            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1e100]" }),
+        }
+    }
+
+    /// A size that enters with its fourth power: narrower than a [`scale`].
+    pub(crate) fn size(name: impl Into<String>, value: f64) -> Checked {
+        match value {
+            1e-50..=1e50 => Ok(value),
+            _ if value <= 0.0 => positive(name, value),
+            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[1e-50, 1e50]" }),
         }
     }
 
@@ -189,6 +217,15 @@ pub(crate) mod check {
     pub(crate) fn count(name: impl Into<String>, factors: &[usize], most: usize) -> Result<usize, E> {
         let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
         if value <= most { Ok(value) } else { Err(E::TooMany { name: name.into(), value, most }) }
+    }
+
+    /// A figure of `values`, if it has not overflowed.
+    pub(crate) fn representable<'v>(name: impl Into<String>, figure: f64, values: impl IntoIterator<Item = &'v f64>) -> Checked {
+        if figure.is_finite() {
+            return Ok(figure);
+        }
+        let value = values.into_iter().fold(0.0, |m: f64, x| if x.abs() > m.abs() { *x } else { m });
+        Err(E::Overflow { name: name.into(), value })
     }
 
     pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {

@@ -96,7 +96,7 @@ pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root
 pub use scalar::{Scalar, one_by_one};
 pub use sweep::{
     Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble, EnsembleError, LaneRk4, Located,
-    Point, PointError, Points, Row, Rows, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
+    Point, PointError, Points, Row, Rows, RowsError, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
 
 /// Guide pages: theory, events, periodic orbits, the two models, sweeps, errata of their papers, references.

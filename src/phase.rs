@@ -28,7 +28,7 @@ impl PhaseLaw {
     /// φ = ωt.
     ///
     /// # Errors
-    /// A speed that is not positive.
+    /// A speed outside 1e-100 .. 1e100.
     pub fn constant(speed: f64) -> Result<Self, ParameterError> {
         PhaseLaw::table(&[0.0], &[speed])
     }
@@ -36,7 +36,7 @@ impl PhaseLaw {
     /// From one speed to another within a time: run-up or coast-down.
     ///
     /// # Errors
-    /// Speeds or a duration that are not positive.
+    /// Speeds outside 1e-100 .. 1e100, a duration that is not positive; as [`table`](PhaseLaw::table).
     pub fn ramp(from: f64, to: f64, duration: f64) -> Result<Self, ParameterError> {
         check::positive("duration of the ramp", duration)?;
         PhaseLaw::table(&[0.0, duration], &[from, to])
@@ -45,17 +45,18 @@ impl PhaseLaw {
     /// φ' = ω (1 + a cos ft), φ = ω (t + a sin(ft)/f): the amplitude a in [0, 1).
     ///
     /// # Errors
-    /// A speed or frequency that is not positive, an amplitude outside [0, 1).
+    /// A speed or frequency outside 1e-100 .. 1e100, an amplitude outside [0, 1).
     pub fn fluctuation(speed: f64, amplitude: f64, frequency: f64) -> Result<Self, ParameterError> {
         let swing = check::fraction("amplitude of the fluctuation", amplitude)?;
-        let frequency = check::positive("frequency of the fluctuation", frequency)?;
+        let frequency = check::scale("frequency of the fluctuation", frequency)?;
         Ok(PhaseLaw { swing, frequency, ..PhaseLaw::constant(speed)? })
     }
 
     /// Speeds at increasing times, the first of which is 0; linear between them, constant afterwards.
     ///
     /// # Errors
-    /// Lists of different lengths or empty ones, times out of order, speeds that are not positive.
+    /// Lists of different lengths or empty ones, times out of order, speeds outside 1e-100 .. 1e100; times so far apart that the phase overflows,
+    /// or so close that the acceleration does.
     pub fn table(times: &[f64], speeds: &[f64]) -> Result<Self, ParameterError> {
         check::length("speeds of the phase law", speeds.len(), times.len())?;
         if times.is_empty() {
@@ -64,15 +65,18 @@ impl PhaseLaw {
         check::all_finite("times of the phase law", times)?;
         let mut knots: Vec<[f64; 3]> = Vec::with_capacity(times.len());
         for (i, (&t, &speed)) in times.iter().zip(speeds).enumerate() {
-            let speed = check::positive(format!("speeds[{i}] of the phase law"), speed)?;
+            let speed = check::scale(format!("speeds[{i}] of the phase law"), speed)?;
             match knots.last() {
                 None if t != 0.0 => {
                     return Err(ParameterError::OutOfRange { name: "times[0] of the phase law".into(), value: t, allowed: "0" });
                 }
                 None => knots.push([0.0, speed, 0.0]),
                 Some(&[before, last, phase]) => {
-                    check::positive(format!("times[{i}] less the one before it, of the phase law"), t - before)?;
-                    knots.push([t, speed, phase + 0.5 * (t - before) * (last + speed)]);
+                    let after = check::positive(format!("times[{i}] less the one before it, of the phase law"), t - before)?;
+                    let acceleration = format!("acceleration before times[{i}] of the phase law");
+                    check::representable(acceleration, (speed - last) / after, &[last, speed])?;
+                    let phase = phase + 0.5 * after * (last + speed);
+                    knots.push([t, speed, check::representable(format!("phase at times[{i}]"), phase, &[last, speed, after])?]);
                 }
             }
         }

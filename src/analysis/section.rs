@@ -4,7 +4,7 @@ use super::GAUSS;
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
-use crate::ode::{Failed, Integrator, Observer, Step, Trajectory};
+use crate::ode::{Failed, IntegrateError, Integrator, Observer, Step, Trajectory};
 use std::ops::ControlFlow;
 
 /// The Poincaré section of the forcing: `count` states, one period of the drives apart, the first after one period.
@@ -19,8 +19,14 @@ use std::ops::ControlFlow;
 /// ```
 ///
 /// # Errors
-/// [`Failed`], with the part that succeeded.
+/// [`Failed`], with the part that succeeded; more states than 2²⁶ numbers hold are refused before the run.
 pub fn strobe<I: Integrator, M: Periodic + ?Sized>(integrator: &I, model: &M, start: &State, count: usize) -> Result<Trajectory, Failed> {
+    let width = 2 * model.dof() + 1;
+    if check::count("states", &[count, width], check::NUMBERS).is_err() {
+        let error =
+            IntegrateError::Setting { name: "count", value: count as f64, allowed: "at most 2^26 numbers, a state and a time each" };
+        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
+    }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
     integrator.sample(model, start, &times)
 }

@@ -66,6 +66,11 @@ impl Settle {
         };
         positive("tolerance", self.tolerance)?;
         positive("largest_multiple", self.largest_multiple as f64)?;
+        if self.largest_multiple > LONGEST {
+            let (value, allowed) = (self.largest_multiple as f64, "at most 65536 periods");
+            let error = IntegrateError::Setting { name: "largest_multiple", value, allowed };
+            return Err(Unsettled::Failed { error, state: start.clone(), periods: 0 });
+        }
         let period = model.period();
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
@@ -110,6 +115,9 @@ impl Settle {
         Err(Unsettled::Aperiodic { state: last, periods: self.most_periods, closest, multiple: self.largest_multiple })
     }
 }
+
+/// The longest orbit that can be looked for, in periods.
+const LONGEST: usize = 1 << 16;
 
 /// A settled orbit.
 ///

@@ -8,8 +8,9 @@ use std::f64::consts::TAU;
 /// A window, by its usual name; all are periodic (for spectra), not symmetric (for filters).   Source: Harris, Proc. IEEE 66 (1978) 51.
 ///
 /// ```
-/// let hann = gear_dynamics::Window::Hann.coefficients(4);
+/// let hann = gear_dynamics::Window::Hann.coefficients(4)?;
 /// assert!((hann[1] - 0.5).abs() < 1e-15 && hann[2] == 1.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
@@ -28,7 +29,11 @@ pub enum Window {
 
 impl Window {
     /// w_i = Σ_k (-1)^k a_k cos(2π k i/n).
-    pub fn coefficients(self, n: usize) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// More than 2²⁶ coefficients.
+    pub fn coefficients(self, n: usize) -> Result<Vec<f64>, ParameterError> {
+        check::count("coefficients of the window", &[n], check::NUMBERS)?;
         let a: &[f64] = match self {
             Window::Rectangular => &[1.0],
             Window::Hann => &[0.5, 0.5],
@@ -40,7 +45,7 @@ impl Window {
             let x = TAU * i as f64 / n as f64;
             a.iter().enumerate().map(|(k, a)| if k % 2 == 0 { *a } else { -a } * libm::cos(k as f64 * x)).sum()
         };
-        (0..n).map(at).collect()
+        Ok((0..n).map(at).collect())
     }
 }
 
@@ -68,23 +73,28 @@ impl Spectrum {
     /// [`Statistics`](crate::Statistics).
     ///
     /// # Errors
-    /// Fewer than 2 samples; one that is not finite; a spacing that is not positive and finite.
+    /// Fewer than 2 samples or more than 2²⁶; one that is not finite; a spacing outside 1e-100 .. 1e100; samples so large that an amplitude
+    /// overflows.
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: n, least: 2 });
         }
         check::all_finite("samples", samples)?;
-        check::positive("spacing", spacing)?;
-        let w = window.coefficients(n);
+        check::scale("spacing", spacing)?;
+        let w = window.coefficients(n)?;
         let gain: f64 = w.iter().sum();
         let mut line: Vec<Complex64> = samples.iter().zip(&w).map(|(x, w)| Complex64::new(x * w, 0.0)).collect();
         FftPlanner::new().plan_fft_forward(n).process(&mut line);
         line.truncate(n / 2 + 1);
         let sided = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
+        let amplitudes: Vec<f64> = line.iter().enumerate().map(|(k, x)| sided(k) * x.norm() / gain).collect();
+        for (k, amplitude) in amplitudes.iter().enumerate() {
+            check::representable(format!("amplitude of line {k}"), *amplitude, samples)?;
+        }
         Ok(Spectrum {
             frequencies: (0..line.len()).map(|k| k as f64 / (n as f64 * spacing)).collect(),
-            amplitudes: line.iter().enumerate().map(|(k, x)| sided(k) * x.norm() / gain).collect(),
+            amplitudes,
             phases: line.iter().map(|x| x.arg()).collect(),
         })
     }
@@ -104,9 +114,9 @@ impl Spectrum {
     /// The frequencies as orders of a base frequency `[Hz]`: of the shaft, of the mesh.
     ///
     /// # Errors
-    /// A base frequency that is not positive and finite.
+    /// A base frequency outside 1e-100 .. 1e100.
     pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
-        let base = check::positive("base frequency", base)?;
+        let base = check::scale("base frequency", base)?;
         Ok(self.frequencies.iter().map(|f| f / base).collect())
     }
 }

@@ -24,22 +24,26 @@ pub struct Summary {
     pub min: f64,
     /// Largest value.
     pub max: f64,
+    /// √(1/T ∫ (f - mean)² dt), by moments about a value that the channel has had: it does not cancel where the mean is large.
+    pub deviation: f64,
 }
 
 impl Summary {
     /// Of equally spaced samples.
     ///
     /// # Errors
-    /// No samples; one that is not finite.
+    /// No samples; one that is not finite; [`ParameterError::Overflow`] for samples whose sum or mean square is beyond the largest number.
     pub fn of(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.is_empty() {
             return Err(ParameterError::Empty { name: "samples".into(), least: 1 });
         }
         check::all_finite("samples", samples)?;
         let n = samples.len() as f64;
+        let mean = check::representable("mean", samples.iter().sum::<f64>() / n, samples)?;
         Ok(Summary {
-            mean: samples.iter().sum::<f64>() / n,
-            rms: (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(),
+            mean,
+            rms: check::representable("mean square", (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(), samples)?,
+            deviation: (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
             min: samples.iter().copied().fold(f64::INFINITY, f64::min),
             max: samples.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         })
@@ -51,7 +55,7 @@ impl Summary {
     }
     /// RMS about the mean.
     pub fn standard_deviation(&self) -> f64 {
-        (self.rms * self.rms - self.mean * self.mean).max(0.0).sqrt()
+        self.deviation
     }
 }
 
@@ -89,6 +93,15 @@ struct Running {
     square: f64,
     min: f64,
     max: f64,
+    /// The first value, and the integrals of what the channel is off it and of the square of that.
+    origin: f64,
+    off: f64,
+    off_square: f64,
+}
+
+impl Running {
+    const NONE: Running =
+        Running { sum: 0.0, square: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
 }
 
 /// Start, Gauss points, end.
@@ -107,7 +120,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         Ok(Statistics {
             probe,
             names: channels.iter().map(|name| (*name).to_owned()).collect(),
-            running: vec![Running { sum: 0.0, square: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }; chosen.len()],
+            running: vec![Running::NONE; chosen.len()],
             points: vec![[0.0; POINTS]; chosen.len()],
             chosen,
             duration: 0.0,
@@ -127,7 +140,9 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
             return Err(ParameterError::Empty { name: "the observed run".into(), least: 1 });
         }
         let r = self.running[i];
-        Ok(Summary { mean: r.sum / self.duration, rms: (r.square / self.duration).sqrt(), min: r.min, max: r.max })
+        let off = r.off / self.duration;
+        let deviation = (r.off_square / self.duration - off * off).max(0.0).sqrt();
+        Ok(Summary { mean: r.sum / self.duration, rms: (r.square / self.duration).sqrt(), min: r.min, max: r.max, deviation })
     }
 
     /// All channels at `t` of the step, the ends seen from inside.
@@ -220,9 +235,15 @@ impl<M: Model + ?Sized> Observer for Statistics<'_, M> {
         }
         for c in 0..self.chosen.len() {
             let (points, running) = (self.points[c], &mut self.running[c]);
+            if running.origin.is_nan() {
+                running.origin = points[0];
+            }
             for (value, [_, w]) in points[1..].iter().zip(GAUSS) {
                 running.sum += half * w * value;
                 running.square += half * w * value * value;
+                let off = value - running.origin;
+                running.off += half * w * off;
+                running.off_square += half * w * off * off;
             }
             self.extremes(step, &times, c);
         }

@@ -1,8 +1,9 @@
 //! Orders over a run with changing speed.
 
 use super::{Spectrum, Window};
+use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Generic, Periodic, State};
+use crate::model::{Generic, Model, Periodic, State};
 use crate::ode::{Failed, Integrator};
 use crate::phase::Varying;
 use std::f64::consts::TAU;
@@ -75,20 +76,21 @@ impl Waterfall {
     /// Windows of whole turns of the phase, seen at so many points of each turn: orders up to half of them.
     ///
     /// # Errors
-    /// No turns; fewer than four samples.
+    /// No turns; fewer than four samples; more than 2²⁶ samples in a window.
     pub fn new(turns: usize, samples: usize) -> Result<Self, ParameterError> {
         for (name, value, least) in [("turns", turns, 1), ("samples per turn", samples, 4)] {
             if value < least {
                 return Err(ParameterError::TooFew { name: name.into(), value, least });
             }
         }
+        check::count("samples in a window", &[turns, samples], check::NUMBERS)?;
         Ok(Waterfall { turns, samples })
     }
 
     /// Runs from `start`, at time 0, to `end`; windows that are not complete are left out.
     ///
     /// # Errors
-    /// [`WaterfallError`].
+    /// [`WaterfallError`]; a run of more than 2²⁶ numbers is refused before it begins.
     pub fn run<I: Integrator, M: Generic + Periodic>(
         &self,
         solver: &I,
@@ -100,7 +102,10 @@ impl Waterfall {
         check::positive("end of the run", end)?;
         let (law, step) = (model.law(), TAU / self.samples as f64);
         let window = self.turns * self.samples;
+        // A name that the model does not have costs no run.
+        Probe::new(model).index(channel)?;
         let count = (law.phase(end) / step).floor() as usize / window * window;
+        check::count("numbers of the run, a state and a time for each sample", &[count, 2 * model.dof() + 1], check::NUMBERS)?;
         let times: Vec<f64> = (0..count).map(|k| law.time(k as f64 * step)).collect();
         let run = solver.sample(model, start, &times).map_err(Box::new)?;
         let values = run.channel(model, channel)?;

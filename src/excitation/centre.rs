@@ -26,12 +26,21 @@ impl InstantCentre {
     /// Eccentric ratio ε in [0, 1) and frequency ω_c [rad/s].
     ///
     /// # Errors
-    /// An eccentric ratio outside [0, 1); a frequency outside 1e-100 .. 1e100.
+    /// An eccentric ratio outside [0, 0.999999]; a frequency outside 1e-50 .. 1e50.
     pub fn new(eccentric: f64, omega: f64) -> Result<Self, ParameterError> {
+        // The second derivative of the forcing holds ω_c⁴ and (1 - ε)⁻⁸.
         Ok(InstantCentre {
-            eccentric: check::fraction("eccentric ratio", eccentric)?,
-            omega: check::scale("frequency of the centre", omega)?,
+            eccentric: Self::check_ratio("eccentric ratio", eccentric)?,
+            omega: check::size("frequency of the centre", omega)?,
         })
+    }
+
+    /// An eccentric ratio so far from 1 that 1 - 2 ε + ε² is not lost in rounding.
+    pub(crate) fn check_ratio(name: &str, eccentric: f64) -> Result<f64, ParameterError> {
+        match check::fraction(name, eccentric)? {
+            value if value > 0.999_999 => Err(ParameterError::OutOfRange { name: name.into(), value, allowed: "[0, 0.999999]" }),
+            value => Ok(value),
+        }
     }
 
     /// β = 2 ε/(1 + ε²): the change rate of the base radius.
@@ -46,16 +55,16 @@ impl InstantCentre {
     /// r(t) = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
     ///
     /// # Errors
-    /// A mean radius that is not positive and finite.
+    /// A mean radius outside 1e-100 .. 1e100.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(Kind::Radius(check::positive("mean radius", mean)?)))
+        Ok(self.curve(Kind::Radius(check::scale("mean radius", mean)?)))
     }
     /// i(t) = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
     ///
     /// # Errors
-    /// A reduction ratio that is not positive and finite.
+    /// A reduction ratio outside 1e-100 .. 1e100.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(Kind::Ratio(check::positive("reduction ratio", reduction)?)))
+        Ok(self.curve(Kind::Ratio(check::scale("reduction ratio", reduction)?)))
     }
     /// θ'' = 2 ω_c² ε (1 - ε²) sin x/(1 + 2 ε cos x + ε²)²: the acceleration of the rigid motion.
     // Erratum (docs/errata.md): Eq. (20) as printed lacks both squares.
@@ -63,8 +72,11 @@ impl InstantCentre {
         self.curve(Kind::Forcing)
     }
     /// The Fourier series of [`forcing`](InstantCentre::forcing): -2 ω_c² Σ_{n=1}^{order} n (-ε)^n sin n x. Order 2 is Eq. (22).
-    pub fn forcing_series(self, order: usize) -> CentreCurve {
-        self.curve(Kind::Series(order))
+    ///
+    /// # Errors
+    /// An order above 10 000: every one of them is summed at every evaluation.
+    pub fn forcing_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
+        Ok(self.curve(Kind::Series(check::count("order of the forcing series", &[order], check::ORDERS)?)))
     }
 }
 
@@ -73,7 +85,7 @@ impl InstantCentre {
 /// ```
 /// use gear_dynamics::{Excitation, InstantCentre, Side};
 /// let centre = InstantCentre::new(0.2, 2.0)?;
-/// let (exact, series) = (centre.forcing(), centre.forcing_series(40));
+/// let (exact, series) = (centre.forcing(), centre.forcing_series(40)?);
 /// assert!((exact.value(0.3, Side::After) - series.value(0.3, Side::After)).abs() < 1e-14);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

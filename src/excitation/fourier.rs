@@ -24,14 +24,23 @@ impl Fourier {
     /// Mean, cosine and sine coefficients by order from 1, and base frequency ω [rad/s].
     ///
     /// # Errors
-    /// A mean or coefficient that is not finite; a frequency outside 1e-100 .. 1e100.
+    /// A mean or coefficient that is not finite; a frequency outside 1e-100 .. 1e100; more than 10 000 orders; coefficients so large that the
+    /// series or one of its first two derivatives overflows.
     pub fn new(mean: f64, pairs: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
         check::finite("mean", mean)?;
+        check::count("orders of the series", &[pairs.len()], check::ORDERS)?;
         for (i, pair) in pairs.iter().enumerate() {
             check::finite(format!("cosine coefficient of order {}", i + 1), pair[0])?;
             check::finite(format!("sine coefficient of order {}", i + 1), pair[1])?;
         }
-        Ok(Fourier { mean, pairs: pairs.to_vec(), omega: check::scale("frequency omega", omega)? })
+        let omega = check::scale("frequency omega", omega)?;
+        // Twice the largest value of the series or of a derivative, at whatever phase.
+        let bound = pairs.iter().enumerate().fold(2.0 * mean.abs(), |sum, (i, [c, s])| {
+            let w = (i + 1) as f64 * omega;
+            sum + 2.0 * (c.abs() + s.abs()) * (w * w).max(1.0)
+        });
+        check::representable("the series or a derivative of it", bound, pairs.iter().flatten().chain([&mean]))?;
+        Ok(Fourier { mean, pairs: pairs.to_vec(), omega })
     }
 
     /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n `[rad]`).
@@ -51,14 +60,16 @@ impl Fourier {
     /// amplitudes are drawn from a computed stiffness curve (Liu 2021, under Eq. 19).
     ///
     /// # Errors
-    /// Fewer than `2 order + 1` samples cannot tell the orders apart.
+    /// Fewer than `2 order + 1` samples cannot tell the orders apart; as [`new`](Fourier::new), for samples and the series through them.
     pub fn fit(samples: &[f64], order: usize, omega: f64) -> Result<Self, ParameterError> {
         let least = order.saturating_mul(2).saturating_add(1);
         if samples.len() < least {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least });
         }
         check::all_finite("samples", samples)?;
+        check::count("order", &[order], check::ORDERS)?;
         let m = samples.len();
+        check::representable("the sum of the samples", samples.iter().map(|x| 2.0 * x.abs()).sum(), samples)?;
         let mean = samples.iter().sum::<f64>() / m as f64;
         let pairs: Vec<_> = (1..=order)
             .map(|n| {

@@ -77,16 +77,17 @@ pub enum Repeats {
 impl Repeats {
     /// Largest common multiple that is looked for.
     const LARGEST: u32 = 10_000;
-    /// How far a ratio of periods may be from whole numbers.
+    /// How far a ratio of periods may be from whole numbers, as a share of itself and at the most.
     const ROUNDING: f64 = 1e-9;
+    const APART: f64 = 1e-3;
 
-    /// The common period of two; `Never` if there is none within 10 000 periods.
+    /// The common period of two, in either order; `Never` if there is none within 10 000 times the longer one.
     pub fn with(self, other: Self) -> Self {
         match (self, other) {
             (Repeats::Always, x) | (x, Repeats::Always) => x,
             (Repeats::Every(a), Repeats::Every(b)) => (1..=Self::LARGEST)
-                .map(|m| f64::from(m) * a)
-                .find(|&period| Repeats::Every(b).fits(period))
+                .map(|m| f64::from(m) * a.max(b))
+                .find(|&period| Repeats::Every(a.min(b)).fits(period))
                 .map_or(Repeats::Never, Repeats::Every),
             _ => Repeats::Never,
         }
@@ -98,7 +99,7 @@ impl Repeats {
             Repeats::Always => true,
             Repeats::Every(own) => {
                 let ratio = period / own;
-                ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= Self::ROUNDING * ratio
+                ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= (Self::ROUNDING * ratio).min(Self::APART)
             }
             Repeats::Never => false,
         }

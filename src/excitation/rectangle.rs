@@ -33,15 +33,11 @@ impl RectangularWave {
     /// Two levels, duty in [0, 1), period `[s]`.
     ///
     /// # Errors
-    /// A level that is not finite; a duty outside [0, 1); a period outside 1e-100 .. 1e100.
+    /// A level, or the difference of the two, that is not finite; a duty outside [0, 1); a period outside 1e-100 .. 1e100.
     pub fn new(low: f64, high: f64, duty: f64, period: f64) -> Result<Self, ParameterError> {
-        Ok(RectangularWave {
-            low: check::finite("low level", low)?,
-            high: check::finite("high level", high)?,
-            duty: check::fraction("duty", duty)?,
-            period: check::scale("period", period)?,
-            centre: 0.0,
-        })
+        let (low, high) = (check::finite("low level", low)?, check::finite("high level", high)?);
+        check::representable("high level less the low one", 2.0 * (high - low), &[low, high])?;
+        Ok(RectangularWave { low, high, duty: check::fraction("duty", duty)?, period: check::scale("period", period)?, centre: 0.0 })
     }
 
     /// The duty is the contact ratio less its whole part: 0.52 of the period with two pairs for a contact ratio of 1.52. `low` is the stiffness
@@ -73,8 +69,9 @@ impl RectangularWave {
     /// The Fourier series to an order: amplitudes 2 (high - low)/(j π) sin(j π duty).
     ///
     /// # Errors
-    /// Levels so far apart that a coefficient is not finite.
+    /// An order above 10 000; levels so far apart that a derivative of the series overflows.
     pub fn series(&self, order: usize) -> Result<Fourier, ParameterError> {
+        check::count("order of the series", &[order], check::ORDERS)?;
         let pairs: Vec<_> = (1..=order)
             .map(|j| {
                 let j = j as f64;

@@ -25,7 +25,8 @@ impl Table {
     /// At least 3 samples and the period `[s]` that they fill.
     ///
     /// # Errors
-    /// Fewer than 3 samples; one that is not finite or beyond ±1e100; a period outside 1e-100 .. 1e100.
+    /// Fewer than 3 samples; one that is not finite or beyond ±1e100; a period outside 1e-100 .. 1e100, or so short that the second derivative
+    /// overflows.
     pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
@@ -36,7 +37,10 @@ impl Table {
             return Err(ParameterError::OutOfRange { name: format!("samples[{i}]"), value: samples[i], allowed: "[-1e100, 1e100]" });
         }
         let period = check::scale("period", period)?;
-        Ok(Table { moments: periodic_moments(samples), samples: samples.to_vec(), period })
+        let moments = periodic_moments(samples);
+        let (per, largest) = (samples.len() as f64 / period, moments.iter().fold(1.0, |m: f64, x| m.max(x.abs())));
+        check::representable("the second derivative of the table", 2.0 * largest * per * per, samples)?;
+        Ok(Table { moments, samples: samples.to_vec(), period })
     }
 }
 

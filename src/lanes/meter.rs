@@ -2,6 +2,7 @@
 #![allow(clippy::needless_range_loop, reason = "index loops over arrays become vector instructions, iterators do not")]
 
 use super::number::Number;
+use crate::analysis::Summary;
 use crate::model::Contact;
 use std::ops::Range;
 
@@ -21,6 +22,12 @@ pub(crate) struct ChannelMeter<S> {
     pub(crate) square: S,
     pub(crate) min: S,
     pub(crate) max: S,
+    /// The first sample, and the sums of what samples are off it and of the squares of that.
+    pub(crate) origin: S,
+    pub(crate) off: S,
+    pub(crate) off_square: S,
+    /// 1 as long as there is no sample.
+    fresh: S,
 }
 
 /// Where one contact has been, on the grid of the steps.
@@ -78,7 +85,7 @@ pub(crate) struct Meters<S: Number> {
 impl<S: Number> Meters<S> {
     pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
         let zero = S::Part::from(0.0);
-        let channel = ChannelMeter { sum: zero, square: zero, min: zero, max: zero };
+        let channel = ChannelMeter::all(zero);
         let contact = Flanks { visits: [zero; 2], next: [S::Part::from(1.0); 2], deepest: [zero; 2], loosest: zero };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
             Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
@@ -141,6 +148,7 @@ impl<S: Number> Meters<S> {
         for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
             for part in 0..S::PARTS {
                 let mut meter = meters[part];
+                meter.begin(row[0].part(part));
                 for sample in &row[..count] {
                     meter.sample(sample.part(part));
                 }
@@ -178,6 +186,9 @@ impl<S: Number> Meters<S> {
             channel.square.set_lane(lane, 0.0);
             channel.min.set_lane(lane, f64::INFINITY);
             channel.max.set_lane(lane, f64::NEG_INFINITY);
+            channel.off.set_lane(lane, 0.0);
+            channel.off_square.set_lane(lane, 0.0);
+            channel.fresh.set_lane(lane, 1.0);
         }
         for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
             contact.visits.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
@@ -212,8 +223,23 @@ fn pick<S: Copy>(values: &[S], i: usize) -> S {
 }
 
 impl<S: Number> ChannelMeter<S> {
+    fn all(x: S) -> Self {
+        ChannelMeter { sum: x, square: x, min: x, max: x, origin: x, off: x, off_square: x, fresh: x }
+    }
+
+    /// Takes the first sample as origin, in the lanes that have none yet.
+    #[inline(always)]
+    fn begin(&mut self, x: S) {
+        let zero = S::from(0.0);
+        self.origin = S::if_above(self.fresh, zero, x, self.origin);
+        self.fresh = zero;
+    }
+
     #[inline(always)]
     fn sample(&mut self, x: S) {
+        let off = x - self.origin;
+        self.off = self.off + off;
+        self.off_square = self.off_square + off * off;
         self.sum = self.sum + x;
         self.square = self.square + x * x;
         self.min = self.min.min(x);
@@ -221,7 +247,30 @@ impl<S: Number> ChannelMeter<S> {
     }
 
     fn lane(&self, lane: usize) -> ChannelMeter<f64> {
-        ChannelMeter { sum: self.sum.lane(lane), square: self.square.lane(lane), min: self.min.lane(lane), max: self.max.lane(lane) }
+        ChannelMeter {
+            sum: self.sum.lane(lane),
+            square: self.square.lane(lane),
+            min: self.min.lane(lane),
+            max: self.max.lane(lane),
+            origin: self.origin.lane(lane),
+            off: self.off.lane(lane),
+            off_square: self.off_square.lane(lane),
+            fresh: self.fresh.lane(lane),
+        }
+    }
+}
+
+impl ChannelMeter<f64> {
+    /// From the figures of a stretch of this weight.
+    pub(crate) fn of(summary: &Summary, weight: f64) -> Self {
+        let Summary { mean, rms, min, max, deviation } = *summary;
+        let off_square = deviation * deviation * weight;
+        ChannelMeter { sum: mean * weight, square: rms * rms * weight, min, max, origin: mean, off: 0.0, off_square, fresh: 0.0 }
+    }
+    /// Mean, and sum of the squares about it, of a stretch of this weight.
+    pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
+        let off = self.off / weight;
+        [self.origin + off, (self.off_square - off * self.off).max(0.0)]
     }
 }
 
@@ -295,6 +344,8 @@ mod tests {
                     Reading::Channel(_, meter) => {
                         assert_eq!(meter.sum, x.iter().fold(0.0, |sum, x| sum + x));
                         assert_eq!(meter.square, x.iter().fold(0.0, |sum, x| sum + x * x));
+                        assert_eq!(meter.off, x.iter().fold(0.0, |sum, y| sum + (y - x[0])));
+                        assert_eq!(meter.off_square, x.iter().fold(0.0, |sum, y| sum + (y - x[0]) * (y - x[0])));
                         assert_eq!(meter.min, x.iter().copied().fold(f64::INFINITY, f64::min));
                         assert_eq!(meter.max, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
                     }

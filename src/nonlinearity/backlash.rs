@@ -74,6 +74,8 @@ impl Nonlinearity for Backlash {
 /// use gear_dynamics::{AsymmetricBacklash, Nonlinearity};
 /// let law = AsymmetricBacklash::new(-1.0, 2.0)?.with_slopes(0.5, 1.0)?;
 /// assert_eq!((law.at(-3.0), law.at(0.0), law.at(3.0)), (-1.0, 0.0, 1.0));
+/// let stop = AsymmetricBacklash::new(f64::NEG_INFINITY, 2.0)?;
+/// assert_eq!((stop.at(-1e9), stop.at(3.0)), (0.0, 1.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,15 +86,29 @@ pub struct AsymmetricBacklash {
 }
 
 impl AsymmetricBacklash {
-    /// lower <= upper, both flanks of relative stiffness 1.
+    /// lower <= upper, both flanks of relative stiffness 1. One edge may be infinite: a stop on the other side alone.
     ///
     /// # Errors
-    /// An edge that is not finite; a lower edge above the upper one.
+    /// An edge that is not a number, or no finite edge at all; a lower edge above the upper one.
     pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
-        check::finite("lower edge", lower)?;
-        check::finite("upper edge", upper)?;
-        check::not_negative("gap between lower and upper edge", upper - lower)?;
+        // A missing edge lies at its own infinity, and the other one is finite.
+        check::finite("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
+        check::finite("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
+        if lower > upper {
+            let (name, value) = ("gap between lower and upper edge".into(), upper - lower);
+            return Err(ParameterError::Negative { name, value });
+        }
         Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
+    }
+
+    /// Whether this flank lies at infinity, where nothing touches it.
+    #[inline(always)]
+    fn is_missing(&self, piece: Piece) -> bool {
+        match piece {
+            Piece::Lower => self.lower == f64::NEG_INFINITY,
+            Piece::Gap => false,
+            Piece::Upper => self.upper == f64::INFINITY,
+        }
     }
 
     /// Relative stiffness of the lower and the upper flank, both positive.
@@ -116,6 +132,9 @@ impl Nonlinearity for AsymmetricBacklash {
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        if self.is_missing(piece) {
+            return S::from(0.0);
+        }
         let unit = dead_zone_on(piece, x, lower, upper);
         match piece {
             Piece::Lower => unit * self.slopes[0],

@@ -80,11 +80,11 @@ impl SmoothedBacklash {
     /// Half width b, not negative, and rounding length s, positive, in the unit of the deflection.
     ///
     /// # Errors
-    /// A half width that is negative or not finite; a rounding length that is not positive and finite.
+    /// A half width that is negative or above 1e100; a rounding length outside 1e-100 .. 1e100, whose square would be lost.
     pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
         Ok(SmoothedBacklash {
-            half_width: check::not_negative("half width b", half_width)?,
-            rounding: check::positive("rounding length", rounding)?,
+            half_width: check::up_to_scale("half width b", half_width)?,
+            rounding: check::scale("rounding length", rounding)?,
         })
     }
 }

@@ -147,8 +147,22 @@ pub struct Failed {
 }
 
 /// `count` equal steps from `t0` to `t1`, both included: `count + 1` times.
-pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Vec<f64> {
-    (0..=count).map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) }).collect()
+///
+/// ```
+/// assert_eq!(gear_dynamics::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75, 2.0]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+///
+/// # Errors
+/// No steps or more than 2²⁶; ends, or a distance between them, that are not finite.
+pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, ParameterError> {
+    if count == 0 {
+        return Err(ParameterError::TooFew { name: "steps of time".into(), value: 0, least: 1 });
+    }
+    check::count("steps of time", &[count], check::NUMBERS)?;
+    check::all_finite("ends of the time", &[t0, t1])?;
+    check::representable("distance from start to end of the time", t1 - t0, &[t0, t1])?;
+    Ok((0..=count).map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) }).collect())
 }
 
 pub(super) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {

@@ -94,9 +94,9 @@ impl Bands {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`], and a time that there is not.
     pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
-        let at = i * self.names.len() + index(&self.names, channel)?;
-        let most = self.times.len();
-        self.values.get(at).ok_or(ParameterError::Length { name: "times".into(), expected: i + 1, found: most })
+        let channel = index(&self.names, channel)?;
+        let at = i.checked_mul(self.names.len()).and_then(|first| self.values.get(first.checked_add(channel)?));
+        at.ok_or_else(|| ParameterError::Length { name: "times".into(), expected: i.saturating_add(1), found: self.times.len() })
     }
     /// Quantile `p` of a channel over time.
     ///

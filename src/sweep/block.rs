@@ -26,7 +26,7 @@ pub(super) struct Work<'s, F, G> {
     pub(super) family: &'s F,
     pub(super) start: &'s G,
     pub(super) watch: &'s Watch<'s>,
-    pub(super) rows: Mutex<Rows>,
+    pub(super) rows: Mutex<&'s mut Rows>,
     /// Names and shape of the rows, for those shown as they come.
     pub(super) bare: Option<Rows>,
     /// Runs made, and all to be made.
@@ -90,11 +90,11 @@ where
         Ok(Job { index, model, start })
     }
 
-    /// Fills in the Lyapunov exponent, if it is wanted, of the motion that goes on from `end`. `None`: cancelled.
-    fn with_exponent(&self, index: usize, mut row: Vec<f64>, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
+    /// The Lyapunov exponent, if it is wanted, of the motion that goes on from `end`, and its standard error. `None`: cancelled.
+    fn exponent(&self, index: usize, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
         let (sweep, layout) = (self.work.sweep, &self.work.plan.layout);
         let Some(lyapunov) = &sweep.lyapunov else {
-            return Ok(Some(row));
+            return Ok(Some(Vec::new()));
         };
         let model = (self.work.family)(&sweep.points.point(index))?;
         let (q, v) = end.split_at(layout.dof);
@@ -103,8 +103,7 @@ where
         if !go_on() {
             return Ok(None);
         }
-        row[layout.exponent()..][..layout.exponents].copy_from_slice(&[exponents.per_period()[0], exponents.standard_error()[0]]);
-        Ok(Some(row))
+        Ok(Some(vec![exponents.per_period()[0], exponents.standard_error()[0]]))
     }
 
     /// The point after this one in its line.
@@ -153,18 +152,31 @@ where
     }
 
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>) {
-        let row = match run.and_then(|(row, end)| self.with_exponent(index, row, end)) {
-            Ok(None) => return,
-            Ok(Some(row)) => Ok(row),
+        let (work, mut without) = (self.work, None);
+        let layout = &work.plan.layout;
+        let row = match run {
             Err(error) => Err(error),
+            Ok((mut row, end)) => {
+                let exponent = match self.exponent(index, end) {
+                    Ok(None) => return,
+                    Ok(Some(exponent)) => exponent,
+                    // The other figures stand.
+                    Err(error) => {
+                        without = Some(error);
+                        vec![f64::NAN; layout.exponents]
+                    }
+                };
+                row[layout.exponent()..][..layout.exponents].copy_from_slice(&exponent);
+                Ok(row)
+            }
         };
-        let work = self.work;
         let mut rows = work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let made = if self.checking {
             rows.put_check(index, row);
             None
         } else {
             rows.put(index, &row);
+            rows.exponent_errors.extend(without.map(|error| (index, error)));
             row.ok()
         };
         // What is called from here on may take its time, and threads.

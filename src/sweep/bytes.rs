@@ -6,7 +6,7 @@ use super::rows::{Layout, Rows};
 use super::run::Sweep;
 
 /// What every list of bytes begins with: name and version of the form.
-const MARK: u64 = u64::from_le_bytes(*b"gd-rows2");
+const MARK: u64 = u64::from_le_bytes(*b"gd-rows3");
 
 impl Rows {
     /// The rows as bytes, little end first, the same on every machine: for a file from which a sweep is resumed, or for a chunk computed
@@ -17,7 +17,7 @@ impl Rows {
         let checks = self.checks.len() - broken.len();
         let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, l.exponents];
         let mut words = vec![MARK, self.sweep];
-        words.extend(head.into_iter().chain([checks, self.errors.len(), broken.len()]).map(|x| x as u64));
+        words.extend(head.into_iter().chain([checks, self.errors.len(), broken.len(), self.exponent_errors.len()]).map(|x| x as u64));
         words.extend(self.done.iter().map(|done| u64::from(*done)));
         words.extend(self.data.iter().map(|x| x.to_bits()));
         for (index, row) in &self.checks {
@@ -27,7 +27,7 @@ impl Rows {
             }
         }
         let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        for (index, error) in self.errors.iter().chain(broken) {
+        for (index, error) in self.errors.iter().chain(broken).chain(&self.exponent_errors) {
             let text = error.to_string();
             bytes.extend((*index as u64).to_le_bytes());
             bytes.extend((text.len() as u64).to_le_bytes());
@@ -61,7 +61,7 @@ impl Sweep {
         read.expect(MARK)?;
         read.expect(Hash::of(self))?;
         let [start, end, dof, channels, contacts, strobes, exponents] = read.sizes::<7>()?;
-        let [checks, errors, broken] = read.sizes::<3>()?;
+        let [checks, errors, broken, without] = read.sizes::<4>()?;
         let layout = Layout { dof, channels, contacts, strobes, exponents };
         let count = end.checked_sub(start).filter(|_| end <= self.points().len()).ok_or(SweepError::Bytes { at: 16 })?;
         // Nothing is set aside before the bytes for it are seen to be there.
@@ -92,6 +92,10 @@ impl Sweep {
         for _ in 0..broken {
             let index = read.index(&rows, true)?;
             rows.checks.insert(index, Err(read.error()?));
+        }
+        for _ in 0..without {
+            let index = read.index(&rows, true)?;
+            rows.exponent_errors.insert(index, read.error()?);
         }
         let at = read.at;
         read.expect(Hash::of_bytes(&bytes[..at]))?;

@@ -72,12 +72,16 @@ pub enum EnsembleError {
 
 /// For each thread, members that are run before all are added up, in the order of their numbers: sums do not depend on threads.
 const WAITING: u64 = 128;
+/// Most members: more than an hour at a microsecond each.
+const MOST_MEMBERS: u64 = u32::MAX as u64;
+/// Most distributions, a channel at a time each: two gigabytes when all are full.
+const MOST_FIGURES: usize = 1 << 18;
 
 impl Ensemble {
     /// Members 0, 1, ... from time 0 to `end`, seen at `spans + 1` equally spaced times.
     ///
     /// # Errors
-    /// No members, no spans, an end that is not positive.
+    /// No members or more than 2³² - 1; no spans or more than 2¹⁸; an end that is not positive and finite.
     pub fn new(members: u64, end: f64, spans: usize) -> Result<Self, ParameterError> {
         if members == 0 {
             return Err(ParameterError::TooFew { name: "members".into(), value: 0, least: 1 });
@@ -85,10 +89,15 @@ impl Ensemble {
         if spans == 0 {
             return Err(ParameterError::TooFew { name: "spans of time".into(), value: 0, least: 1 });
         }
+        if members > MOST_MEMBERS {
+            let value = usize::try_from(members).unwrap_or(usize::MAX);
+            return Err(ParameterError::TooMany { name: "members".into(), value, most: MOST_MEMBERS as usize });
+        }
+        check::count("spans of time", &[spans], MOST_FIGURES)?;
         check::positive("end of the ensemble", end)?;
-        Ok(Ensemble { members, times: uniform_times(0.0, end, spans), channels: Vec::new(), peaks: Vec::new(), rattle: false })
+        Ok(Ensemble { members, times: uniform_times(0.0, end, spans)?, channels: Vec::new(), peaks: Vec::new(), rattle: false })
     }
-    /// Channels whose distribution at every time is wanted.
+    /// Channels whose distribution at every time is wanted: at most 2¹⁸ distributions.
     pub fn channels(self, names: &[&str]) -> Self {
         Ensemble { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
@@ -130,6 +139,8 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
+        let figures =
+            check::count("distributions, one for each channel and time", &[self.channels.len(), self.times.len() - 1], MOST_FIGURES)?;
         let mut failure = None;
         let model = (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
             Ok((model, _)) => Some(model),
@@ -148,7 +159,9 @@ impl Ensemble {
         let mut bands = Bands::new(self);
         let (mut next, shown) = (0, AtomicUsize::new(0));
         while next < self.members && !watch.is_cancelled() {
-            let until = (next + WAITING * rayon::current_num_threads() as u64).min(self.members);
+            // Few members with many figures wait as long as many with few.
+            let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
+            let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
             let run = |member| {
                 let seen = self.member(solver, &family, member, watch).transpose();
                 if seen.is_some() {

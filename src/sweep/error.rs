@@ -1,5 +1,6 @@
 //! What may go wrong in a sweep, as a whole and at one point.
 
+use super::rows::Rows;
 use crate::error::ParameterError;
 use crate::lanes::TableError;
 use crate::ode::IntegrateError;
@@ -60,6 +61,28 @@ pub enum SweepError {
     },
 }
 
+/// Why rows were not merged or resumed, with the rows themselves: nothing that was computed is lost. `?` makes a [`SweepError`] of it.
+///
+/// ```
+/// use gear_dynamics::{Rows, SweepError};
+/// let refused = Rows::merge(Vec::new()).unwrap_err();
+/// assert_eq!((refused.error, refused.rows.len()), (SweepError::Parts { row: 0 }, 0));
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{error}")]
+pub struct RowsError {
+    /// Why.
+    pub error: SweepError,
+    /// The rows that were given, parts in the order of their points.
+    pub rows: Vec<Rows>,
+}
+
+impl From<RowsError> for SweepError {
+    fn from(refused: RowsError) -> SweepError {
+        refused.error
+    }
+}
+
 /// Why one point of a sweep has no answer; the others stand.
 ///
 /// ```
@@ -87,7 +110,8 @@ pub enum PointError {
     /// The integration ended early.
     #[error(transparent)]
     Integrate(#[from] IntegrateError),
-    /// No Lyapunov exponent. The exponents over the periods that succeeded are in the error.
+    /// No Lyapunov exponent: found among [`Rows::exponent_errors`](crate::Rows::exponent_errors), since the other figures of the point stand. The
+    /// exponents over the periods that succeeded are in the error.
     #[error("Lyapunov exponent: {0}")]
     Lyapunov(#[from] LyapunovError),
     /// The motion grew beyond all bounds.

@@ -91,8 +91,7 @@ impl<I: Integrator> Located<I> {
                 let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
                 for (i, name) in names.iter().enumerate() {
                     let Ok(x) = statistics.summary(name) else { continue };
-                    let meter = ChannelMeter { sum: x.mean * period, square: x.rms * x.rms * period, min: x.min, max: x.max };
-                    track.add_channel(i, &meter);
+                    track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
                     let (now, before) = (rattle.contact(i), *counted);

@@ -25,7 +25,7 @@ pub use basins::{Attractor, Attractors};
 pub use bifurcation::{Bifurcation, Diagram, DiagramPoint};
 pub use engine::SweepEngine;
 pub use ensemble::{Ensemble, EnsembleError};
-pub use error::{PointError, SweepError};
+pub use error::{PointError, RowsError, SweepError};
 pub use located::Located;
 pub use moments::Distribution;
 pub use points::{Axis, Point, Points};

@@ -8,6 +8,9 @@ const PILOT: usize = 512;
 /// Bins at the most, and over the range of the pilot at the least.
 const BINS: usize = 1024;
 const LEAST: usize = 256;
+/// Values beyond this size are squared in a unit of their own, a power of two.
+const LARGE: f64 = 1e140;
+const LARGE_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 
 /// Count, mean, variance, extremes and quantiles of a number that is seen once for every member, in a memory that does not grow with their
 /// number: up to 512 values are kept; from then on they are counted in at most 1024 bins, whose width doubles as often as a value asks for it,
@@ -28,8 +31,10 @@ pub struct Distribution {
     count: u64,
     not_finite: u64,
     mean: f64,
-    /// Σ (x - mean)².
+    /// Σ ((x - mean) unit)².
     square: f64,
+    /// 1 unless a value is so large that its square overflows.
+    unit: f64,
     min: f64,
     max: f64,
     pilot: Vec<f64>,
@@ -54,6 +59,7 @@ impl Distribution {
             not_finite: 0,
             mean: 0.0,
             square: 0.0,
+            unit: 1.0,
             min: f64::INFINITY,
             max: f64::NEG_INFINITY,
             pilot: Vec::new(),
@@ -77,9 +83,12 @@ impl Distribution {
             return;
         }
         self.count += 1;
-        let off = x - self.mean;
-        self.mean += off / self.count as f64;
-        self.square += off * (x - self.mean);
+        if x.abs() > LARGE && self.unit == 1.0 {
+            (self.unit, self.square) = (LARGE_UNIT, self.square * LARGE_UNIT * LARGE_UNIT);
+        }
+        let off = x * self.unit - self.mean * self.unit;
+        self.mean += off / self.count as f64 / self.unit;
+        self.square += off * (x * self.unit - self.mean * self.unit);
         self.min = self.min.min(x);
         self.max = self.max.max(x);
         if !self.bins.is_empty() {
@@ -149,13 +158,20 @@ impl Distribution {
     pub fn mean(&self) -> f64 {
         if self.count > 0 { self.mean } else { f64::NAN }
     }
-    /// Σ (x - mean)²/(n - 1).
-    pub fn variance(&self) -> f64 {
+    /// Σ (x - mean)²/(n - 1) in the unit of the squares.
+    fn scaled_variance(&self) -> f64 {
         if self.count > 1 { self.square / (self.count - 1) as f64 } else { 0.0 }
+    }
+    /// Σ (x - mean)²/(n - 1).
+    ///
+    /// # Errors
+    /// [`ParameterError::Overflow`] for values so far apart that it is beyond the largest number; their mean and its standard error are not.
+    pub fn variance(&self) -> Result<f64, ParameterError> {
+        check::representable("variance", self.scaled_variance() / self.unit / self.unit, &[self.min, self.max])
     }
     /// Standard error of the mean; infinite with fewer than two values.
     pub fn standard_error(&self) -> f64 {
-        if self.count > 1 { (self.variance() / self.count as f64).sqrt() } else { f64::INFINITY }
+        if self.count > 1 { (self.scaled_variance() / self.count as f64).sqrt() / self.unit } else { f64::INFINITY }
     }
     /// The mean with `z` standard errors either side: z = 1.96 holds the true mean 19 times in 20.
     pub fn confidence(&self, z: f64) -> [f64; 2] {
@@ -190,7 +206,10 @@ impl Distribution {
             sorted.sort_by(f64::total_cmp);
             let at = p * (sorted.len() - 1) as f64;
             let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-            return Ok(below + (above - below) * at.fract());
+            let apart = above - below;
+            // Values of either sign near the largest number.
+            let between = if apart.is_finite() { apart * at.fract() } else { above * at.fract() - below * at.fract() };
+            return Ok(below + between);
         }
         let wanted = p * self.count as f64;
         let mut below = 0.0;
@@ -206,7 +225,18 @@ impl Distribution {
     }
 
     /// Counts over so many equal spans between the extremes, by the middle of each span: to a bin's width.
-    pub fn histogram(&self, spans: usize) -> Vec<(f64, u64)> {
+    ///
+    /// # Errors
+    /// No spans or more than 2²⁴; no values.
+    pub fn histogram(&self, spans: usize) -> Result<Vec<(f64, u64)>, ParameterError> {
+        const MOST: usize = 1 << 24;
+        if spans == 0 {
+            return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, least: 1 });
+        }
+        check::count("spans of the histogram", &[spans], MOST)?;
+        if self.count == 0 {
+            return Err(ParameterError::Empty { name: "values of the distribution".into(), least: 1 });
+        }
         let width = self.max / spans as f64 - self.min / spans as f64;
         let mut counts: Vec<(f64, u64)> = (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
         let bins = self.bins.iter().enumerate().map(|(i, &count)| ((self.first + i as f64 + 0.5) * self.width, count));
@@ -216,6 +246,6 @@ impl Distribution {
                 span.1 += count;
             }
         }
-        counts
+        Ok(counts)
     }
 }

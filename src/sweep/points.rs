@@ -21,7 +21,7 @@ impl Axis {
     /// `count` equally spaced values, both ends included.
     ///
     /// # Errors
-    /// Ends that are not finite or not in order; fewer than two values.
+    /// Ends that are not finite or not in order, or so far apart that their distance is not finite; fewer than two values or more than 2²⁶.
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
         check::finite(format!("start of axis {name}"), from)?;
         check::finite(format!("end of axis {name}"), to)?;
@@ -29,6 +29,7 @@ impl Axis {
         if count < 2 {
             return Err(ParameterError::TooFew { name: format!("values on axis {name}"), value: count, least: 2 });
         }
+        check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
         let last = (count - 1) as f64;
         let value = |i: usize| if i + 1 == count { to } else { from + (to - from) * (i as f64 / last) };
         Ok(Axis { name: name.into(), values: (0..count).map(value).collect() })
@@ -113,6 +114,19 @@ impl Points {
             check::all_finite(&format!("point {i}"), row)?;
         }
         Ok(Points { names: different(names.iter().copied())?, kind: Kind::List(rows.concat()) })
+    }
+
+    /// The same from rows that follow one another.
+    pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
+        if values.is_empty() || names.is_empty() {
+            return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
+        }
+        for (i, row) in values.chunks(names.len()).enumerate() {
+            if row.iter().any(|x| !x.is_finite()) {
+                check::all_finite(&format!("point {i}"), row)?;
+            }
+        }
+        Ok(Points { names: different(names.iter().map(String::as_str))?, kind: Kind::List(values) })
     }
 
     /// How many points.

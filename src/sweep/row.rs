@@ -41,7 +41,7 @@ impl Row<'_> {
         self.rows.points.point(self.index)
     }
 
-    /// Mean, RMS and extremes of a channel over the measured periods.
+    /// Mean, RMS, extremes and deviation of a channel over the measured periods.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`] for one that was not asked for.
@@ -50,7 +50,8 @@ impl Row<'_> {
         let place = self.rows.names.iter().position(|n| n == name);
         let i = place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: known() })?;
         let at = self.rows.layout.channel(i);
-        Ok(Summary { mean: self.data[at], rms: self.data[at + 1], min: self.data[at + 2], max: self.data[at + 3] })
+        let [mean, rms, min, max, deviation] = std::array::from_fn(|k| self.data[at + k]);
+        Ok(Summary { mean, rms, min, max, deviation })
     }
 
     /// Rattle of contact `i`: shares of the time, and impacts over all measured periods.
@@ -77,13 +78,17 @@ impl Row<'_> {
         Some(self.data[0] as usize).filter(|p| *p > 0)
     }
     /// The largest Lyapunov exponent per period, if [`lyapunov`](crate::Sweep::lyapunov) was asked for: positive in chaos, negative where
-    /// small differences die out.
+    /// small differences die out. `None` if it could not be computed: [`lyapunov_failure`](Row::lyapunov_failure) tells why.
     pub fn lyapunov(&self) -> Option<f64> {
-        self.exponents().first().copied()
+        self.exponents().first().copied().filter(|x| !x.is_nan())
+    }
+    /// Why there is no exponent, although it was asked for.
+    pub fn lyapunov_failure(&self) -> Option<&PointError> {
+        self.rows.exponent_errors.get(&self.index).filter(|_| self.lyapunov().is_none())
     }
     /// Standard error of [`lyapunov`](Row::lyapunov), as in [`Exponents::standard_error`](crate::Exponents::standard_error).
     pub fn lyapunov_error(&self) -> Option<f64> {
-        self.exponents().get(1).copied()
+        self.exponents().get(1).copied().filter(|x| !x.is_nan())
     }
     fn exponents(&self) -> &[f64] {
         let layout = &self.rows.layout;

@@ -1,12 +1,16 @@
 //! What a sweep found: one row for each point.
 
-use super::error::{PointError, SweepError};
+use super::error::{PointError, RowsError, SweepError};
 use super::hash::Hash;
 use super::points::Points;
 use super::row::Row;
 use super::run::Sweep;
+use crate::error::check;
 use std::collections::BTreeMap;
 use std::ops::Range;
+
+/// Most figures in the rows of one chunk: two gigabytes.
+const MOST_FIGURES: usize = 1 << 28;
 
 /// Where the figures of a row stand.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,8 +27,10 @@ pub(crate) struct Layout {
 impl Layout {
     /// Period multiple, change, periods settled, margin to grazing, scatter.
     pub(crate) const HEAD: usize = 5;
+    /// Of a channel: mean, RMS, least and largest value, deviation from the mean.
+    const FIGURES: usize = 5;
     pub(crate) fn channel(&self, i: usize) -> usize {
-        Layout::HEAD + 4 * i
+        Layout::HEAD + Layout::FIGURES * i
     }
     pub(crate) fn contact(&self, i: usize) -> usize {
         self.channel(self.channels) + 5 * i
@@ -42,7 +48,7 @@ impl Layout {
     /// The stride, if it can be counted.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
-        let rest = self.channels.checked_mul(4)?.checked_add(self.contacts.checked_mul(5)?)?;
+        let rest = self.channels.checked_mul(Layout::FIGURES)?.checked_add(self.contacts.checked_mul(5)?)?;
         strobes.checked_add(rest)?.checked_add(Layout::HEAD + self.exponents)
     }
     pub(crate) fn stride(&self) -> usize {
@@ -78,14 +84,33 @@ pub struct Rows {
     pub(crate) errors: BTreeMap<usize, PointError>,
     /// Rows made once more with a quarter of the step, of points that are done.
     pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
+    /// Why points have no exponent whose other figures are there.
+    pub(crate) exponent_errors: BTreeMap<usize, PointError>,
     pub(crate) alone: usize,
+}
+
+/// Equal bits: a figure that is missing is not a number.
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }
 
 /// Equal in every figure; how many points ran alone is of no account.
 impl PartialEq for Rows {
     fn eq(&self, other: &Rows) -> bool {
-        let figures = self.data == other.data && self.done == other.done && self.errors == other.errors && self.checks == other.checks;
-        figures && self.range == other.range && self.layout == other.layout && self.points == other.points && self.sweep == other.sweep
+        let check = |(a, b): ((&usize, &Result<Vec<f64>, _>), (&usize, &Result<Vec<f64>, _>))| match (a.1, b.1) {
+            (Ok(x), Ok(y)) => a.0 == b.0 && same_bits(x, y),
+            _ => a == b,
+        };
+        let checks = self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
+        let errors = self.errors == other.errors && self.exponent_errors == other.exponent_errors;
+        let figures = same_bits(&self.data, &other.data) && self.done == other.done;
+        figures
+            && errors
+            && checks
+            && self.range == other.range
+            && self.layout == other.layout
+            && self.points == other.points
+            && self.sweep == other.sweep
     }
 }
 
@@ -102,18 +127,29 @@ impl Rows {
             range,
             errors: BTreeMap::new(),
             checks: BTreeMap::new(),
+            exponent_errors: BTreeMap::new(),
             alone: 0,
         }
     }
 
     /// Makes room for rows of this shape. `false`: there are some of another.
-    pub(crate) fn shape(&mut self, layout: &Layout) -> bool {
+    ///
+    /// # Errors
+    /// More figures than there is room for.
+    pub(crate) fn shape(&mut self, layout: &Layout) -> Result<bool, SweepError> {
         if !self.done.contains(&true) {
+            Rows::check_room(self.range.len(), layout.stride_checked())?;
             self.data = Vec::new(); // given back before more is asked for
             self.data = vec![0.0; self.range.len() * layout.stride()];
             self.layout = layout.clone();
         }
-        self.layout == *layout
+        Ok(self.layout == *layout)
+    }
+
+    /// Whether there is room for so many rows of so many figures.
+    pub(crate) fn check_room(rows: usize, stride: Option<usize>) -> Result<(), SweepError> {
+        check::count("figures of the rows; chunks hold fewer", &[rows, stride.unwrap_or(usize::MAX)], MOST_FIGURES)?;
+        Ok(())
     }
 
     pub(crate) fn put(&mut self, index: usize, row: &Result<Vec<f64>, PointError>) {
@@ -154,7 +190,11 @@ impl Rows {
     pub fn alone(&self) -> usize {
         self.alone
     }
-    /// The errors, by point.
+    /// Why points have no [Lyapunov exponent](Row::lyapunov), by point: their other figures are among the rows.
+    pub fn exponent_errors(&self) -> &BTreeMap<usize, PointError> {
+        &self.exponent_errors
+    }
+    /// The errors of points that have no row, by point.
     pub fn errors(&self) -> &BTreeMap<usize, PointError> {
         &self.errors
     }
@@ -186,31 +226,41 @@ impl Rows {
     /// [`is_complete`](Rows::is_complete) tells, and [`Sweep::resume`] runs them.
     ///
     /// # Errors
-    /// [`SweepError::Parts`] when a chunk is missing, there twice, or of another sweep.
-    pub fn merge(mut parts: Vec<Rows>) -> Result<Rows, SweepError> {
+    /// [`SweepError::Parts`] when a chunk is missing, there twice, or of another sweep; the error holds the parts.
+    pub fn merge(mut parts: Vec<Rows>) -> Result<Rows, RowsError> {
         // Empty chunks come before the one that starts where they do.
         parts.sort_by_key(|part| (part.range.start, part.range.end));
+        if let Some(row) = Rows::misfit(&parts) {
+            return Err(RowsError { error: SweepError::Parts { row }, rows: parts });
+        }
         let rows: usize = parts.iter().map(|part| part.done.len()).sum();
-        let mut parts = parts.into_iter();
-        let mut whole = parts.next().ok_or(SweepError::Parts { row: 0 })?;
+        let mut whole = parts.remove(0);
         // Room once, for nothing more: parts are let go as they are taken over.
         whole.data.reserve_exact(rows.saturating_sub(whole.done.len()) * whole.layout.stride());
         for part in parts {
-            if part.range.start != whole.range.end || part.sweep != whole.sweep || part.layout != whole.layout {
-                return Err(SweepError::Parts { row: whole.range.end });
-            }
             whole.range.end = part.range.end;
             whole.data.extend(part.data);
             whole.done.extend(part.done);
             whole.errors.extend(part.errors);
             whole.checks.extend(part.checks);
+            whole.exponent_errors.extend(part.exponent_errors);
             whole.alone += part.alone;
         }
-        if whole.range != (0..whole.points.len()) {
-            let row = if whole.range.start > 0 { 0 } else { whole.range.end };
-            return Err(SweepError::Parts { row });
-        }
         Ok(whole)
+    }
+
+    /// The first row at which sorted parts do not make a whole.
+    fn misfit(parts: &[Rows]) -> Option<usize> {
+        let (Some(first), Some(last)) = (parts.first(), parts.last()) else { return Some(0) };
+        let fits =
+            |pair: &&[Rows]| pair[1].range.start == pair[0].range.end && pair[1].sweep == first.sweep && pair[1].layout == first.layout;
+        if let Some(pair) = parts.windows(2).find(|pair| !fits(pair)) {
+            return Some(pair[0].range.end);
+        }
+        if first.range.start > 0 {
+            return Some(0);
+        }
+        Some(last.range.end).filter(|end| *end != first.points.len())
     }
 
     /// A number that changes with any bit of any row or check, with the points that failed and with those that are missing: for comparing runs.
@@ -221,7 +271,8 @@ impl Rows {
             let figures: Vec<u64> = row.iter().flatten().map(|x| x.to_bits()).collect();
             [*index as u64, u64::from(row.is_err())].into_iter().chain(figures)
         };
-        let words = figures.chain(self.errors.keys().map(|i| *i as u64)).chain(without).chain(self.checks.iter().flat_map(check));
+        let errors = self.errors.keys().chain(self.exponent_errors.keys()).map(|i| *i as u64);
+        let words = figures.chain(errors).chain(without).chain(self.checks.iter().flat_map(check));
         Hash::of_words(words)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::block::Work;
 use super::engine::SweepEngine;
-use super::error::{PointError, SweepError};
+use super::error::{PointError, RowsError, SweepError};
 use super::hash::Hash;
 use super::points::{Point, Points};
 use super::rows::{Layout, Rows};
@@ -198,15 +198,19 @@ impl Sweep {
         let length = self.line();
         let lines = self.points.len() / length;
         let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize * length;
-        let rows = Rows::new(self, &Layout::default(), share(chunk)..share(chunk + 1));
-        self.resume(rows, engine, family, start, watch)
+        let range = share(chunk)..share(chunk + 1);
+        self.check()?;
+        Rows::check_room(range.len(), Some(Layout::HEAD))?;
+        let mut rows = Rows::new(self, &Layout::default(), range);
+        self.complete(&mut rows, engine, family, start, watch)?;
+        Ok(rows)
     }
 
     /// Runs what is missing in the rows of a run, of a chunk or of merged chunks that were cancelled; what is done stands. A line along which
     /// states are carried is run again as a whole.
     ///
     /// # Errors
-    /// As [`run`](Sweep::run), and [`SweepError::Parts`] for rows of another sweep.
+    /// As [`run`](Sweep::run), and [`SweepError::Parts`] for rows of another sweep; the error holds the rows.
     pub fn resume<M, E, X, Y>(
         &self,
         mut rows: Rows,
@@ -214,7 +218,28 @@ impl Sweep {
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
         watch: &Watch<'_>,
-    ) -> Result<Rows, SweepError>
+    ) -> Result<Rows, RowsError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        match self.complete(&mut rows, engine, family, start, watch) {
+            Ok(()) => Ok(rows),
+            Err(error) => Err(RowsError { error, rows: vec![rows] }),
+        }
+    }
+
+    /// Runs what is missing in some rows. After an error they are what they were.
+    fn complete<M, E, X, Y>(
+        &self,
+        rows: &mut Rows,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+        watch: &Watch<'_>,
+    ) -> Result<(), SweepError>
     where
         M: Periodic,
         E: SweepEngine<M>,
@@ -228,8 +253,8 @@ impl Sweep {
         let family = |point: &Point<'_>| family(point).map_err(|e| PointError::Model(e.to_string()));
         let start = |point: &Point<'_>, model: &M| start(point, model).map_err(|e| PointError::Model(e.to_string()));
         let finer = if self.check_every > 0 { engine.finer() } else { None };
-        let total = self.line() * (self.missing(&rows).len() + if finer.is_some() { self.unchecked(&rows).len() } else { 0 });
-        let Some(model) = self.first_model(&mut rows, &family, watch, total) else { return Ok(rows) };
+        let total = self.line() * (self.missing(rows).len() + if finer.is_some() { self.unchecked(rows).len() } else { 0 });
+        let Some(model) = self.first_model(rows, &family, watch, total) else { return Ok(()) };
         let probe = Probe::new(&model);
         let channels = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
         engine.accepts(&model, &channels)?;
@@ -244,10 +269,10 @@ impl Sweep {
             exponents: self.exponents(),
         };
         let plan = Plan { settle: self.settle, measure: self.measure, repeat: self.repeat, tolerance: self.tolerance, layout };
-        if !rows.shape(&plan.layout) {
+        if !rows.shape(&plan.layout)? {
             return Err(SweepError::Parts { row: rows.range.start });
         }
-        let (lines, checks) = (self.missing(&rows), if finer.is_some() { self.unchecked(&rows) } else { Vec::new() });
+        let (lines, checks) = (self.missing(rows), if finer.is_some() { self.unchecked(rows) } else { Vec::new() });
         let work = Work {
             sweep: self,
             plan: &plan,
@@ -266,7 +291,7 @@ impl Sweep {
         if let Some(finer) = &finer {
             work.all(finer, &checks, true);
         }
-        Ok(work.rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
+        Ok(())
     }
 
     /// The first model of the sweep, whatever the chunk: it gives the shape of the rows. Errors up to there are kept. `None` if there is none, or

@@ -56,10 +56,10 @@ impl Uncertain {
     /// Samples 0 to `count - 1` as the points of a sweep.
     ///
     /// # Errors
-    /// No samples, no parameters, a distribution that draws what is not a number.
+    /// No samples, no parameters, more than 2²⁶ numbers; a distribution that draws what is not a number.
     pub fn points(&self, count: usize) -> Result<Points, ParameterError> {
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        Points::list(&names, &(0..count as u64).map(|k| self.sample(k)).collect::<Vec<_>>())
+        check::count("numbers of the samples", &[count, self.names.len()], check::NUMBERS)?;
+        Points::flat(&self.names, (0..count as u64).flat_map(|k| self.sample(k)).collect())
     }
     /// The points that Sobol indices of `samples` samples need.
     ///
@@ -69,18 +69,19 @@ impl Uncertain {
         if samples < 2 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
         }
-        let mut rows = Vec::with_capacity(samples * (self.names.len() + 2));
+        let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
+        let mut rows = Vec::with_capacity(check::count("numbers of the samples", &[samples, count, width], check::NUMBERS)?);
         for k in 0..samples as u64 {
             let (a, b) = (self.draw(0, k), self.draw(1, k));
             for i in 0..self.names.len() {
                 let mut mixed = a.clone();
                 mixed[i] = b[i];
-                rows.push(mixed);
+                rows.extend(mixed);
             }
-            rows.extend([a, b]);
+            rows.extend(a);
+            rows.extend(b);
         }
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        Ok(SobolDesign { points: Points::list(&names, &rows)?, parameters: self.names.len() })
+        Ok(SobolDesign { points: Points::flat(&self.names, rows)?, parameters: width })
     }
 }
 
@@ -133,6 +134,8 @@ impl SobolDesign {
     ///
     /// S_i = E[f(B) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
     ///
+    /// Standard errors by the jackknife over samples: numerator, mean and V hang on the same ones.   Source: Efron & Stein, Ann. Stat. 9 (1981) 586.
+    ///
     /// # Errors
     /// A list of another length; a measure that does not vary, or less than two good samples.
     pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
@@ -143,17 +146,43 @@ impl SobolDesign {
             return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), least: 2 });
         }
         let both = super::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
-        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance())?);
+        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    let all = super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance));
-                    (all.mean(), all.standard_error())
+                    super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance)).mean()
                 };
-                let (first, first_error) = average(&|mixed, a, b| (b - mean) * (mixed - a));
-                let (total, total_error) = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
+                let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                // In units of the deviation about the mean, so that sums of squares do not cancel.
+                let unit = variance.sqrt();
+                let sample = |s: &&[f64]| [s[i], s[n], s[n + 1]].map(|x| (x - mean) / unit);
+                let [first_error, total_error] = jackknife(&samples.iter().map(sample).collect::<Vec<_>>());
                 SobolIndex { name: self.points.names()[i].clone(), first, first_error, total, total_error }
             })
             .collect())
     }
+}
+
+/// Standard errors of S and T from values at A_i, A and B: √((m - 1)/m Σ (x_k - x̄)²), x_k without sample k.
+fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
+    // Sums over samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2.
+    let terms = |[mixed, a, b]: &[f64; 3]| [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)];
+    let mut sums = [0.0; 5];
+    for sample in samples {
+        sums.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum += x);
+    }
+    let m = samples.len() as f64;
+    let mut without = [super::moments::Distribution::new(), super::moments::Distribution::new()];
+    for sample in samples {
+        let mut left = sums;
+        left.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum -= x);
+        let count = 2.0 * (m - 1.0);
+        let mean = left[0] / count;
+        let variance = (left[1] - count * mean * mean) / (count - 1.0);
+        without[0].add((left[2] - mean * left[3]) / (m - 1.0) / variance);
+        without[1].add(left[4] / (m - 1.0) / variance);
+    }
+    // The standard error of the mean of m values, times m - 1.
+    without.map(|all| all.standard_error() * (m - 1.0))
 }

@@ -306,7 +306,7 @@ impl<M: Periodic> Batch<'_, M> {
         let weight = self.table.steps() as f64;
         if run.track.measuring() {
             bundle.meters.read(lane, |reading| match reading {
-                Reading::Channel(i, meter) => run.track.add_channel(i, &meter),
+                Reading::Channel(i, meter) => run.track.add_channel(i, &meter, weight),
                 Reading::Contact(i, meter) => run.track.add_contact(i, &meter, weight),
             });
         }

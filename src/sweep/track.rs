@@ -35,6 +35,8 @@ pub(crate) struct Track {
     rigid: Option<Vec<Vec<f64>>>,
     row: Vec<f64>,
     weight: f64,
+    /// The mean of each channel so far.
+    means: Vec<f64>,
     /// Least and largest of what is read of one period: range of each channel, share of the time that each contact is lost.
     spread: Vec<[f64; 2]>,
     /// Penetrations: largest of each flank, least of the better one, of each contact.
@@ -73,6 +75,7 @@ impl Track {
             rigid: None,
             row,
             weight: 0.0,
+            means: vec![0.0; plan.layout.channels],
             spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
             depths: vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY]; plan.layout.contacts],
             strobes: Vec::new(),
@@ -102,9 +105,14 @@ impl Track {
         self.samples.extend(state);
     }
 
-    /// Adds what a channel did in the period under way.
-    pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>) {
+    /// Adds what a channel did in the period under way; `weight` is that of the whole period.
+    pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
         let at = self.plan.layout.channel(i);
+        // Squares about the mean of both stretches.   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
+        let ([mean, squares], before) = (meter.moments(weight), self.weight);
+        let apart = mean - self.means[i];
+        self.means[i] += apart * (weight / (before + weight));
+        self.row[at + 4] += squares + apart * apart * (before * (weight / (before + weight)));
         self.row[at] += meter.sum;
         self.row[at + 1] += meter.square;
         self.row[at + 2] = self.row[at + 2].min(meter.min);
@@ -224,6 +232,7 @@ impl Track {
             let at = layout.channel(channel);
             self.row[at] /= self.weight;
             self.row[at + 1] = (self.row[at + 1] / self.weight).max(0.0).sqrt();
+            self.row[at + 4] = (self.row[at + 4] / self.weight).max(0.0).sqrt();
         }
         for contact in 0..layout.contacts {
             let at = layout.contact(contact);

@@ -398,7 +398,11 @@ fn ring_orbits_and_mean_acceleration() {
         println!("  largest multiplier {} and {}, error {:.1e}", series.largest(), flow.largest(), series.error());
         assert!(apart <= series.error() + flow.error(), "{apart}");
         // The time run from the orbit: deflections over one period, to 1e-3 of their range.
-        let run = Dop853::new().rtol(1e-11).atol(1e-16).sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64)).unwrap();
+        let run = Dop853::new()
+            .rtol(1e-11)
+            .atol(1e-16)
+            .sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64).unwrap())
+            .unwrap();
         let history = orbit.history(64).unwrap();
         for i in 1..=3 {
             let name = format!("deflection {i}");

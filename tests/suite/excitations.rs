@@ -15,7 +15,7 @@ fn all() -> Vec<(&'static str, Shared)> {
         ("radius", shared(centre.radius(0.08).unwrap())),
         ("ratio", shared(centre.ratio(3.5).unwrap())),
         ("forcing", shared(centre.forcing())),
-        ("forcing series", shared(centre.forcing_series(7))),
+        ("forcing series", shared(centre.forcing_series(7).unwrap())),
         ("table", shared(Table::new(&samples, TAU / 5.0).unwrap())),
         ("sum", shared(Sum::new(vec![shared(fourier.clone()), shared(centre.forcing())]))),
         (
@@ -184,4 +184,18 @@ fn a_wave_far_out() {
         }
         assert!(((t - begin) / period - 500.0).abs() < 1.0);
     }
+}
+
+/// The common period does not hang on the order, and a ratio whose whole part is lost in its rounding is none.
+#[test]
+fn common_periods_are_the_same_in_either_order() {
+    let every = Repeats::Every;
+    assert_eq!((every(1.0).with(every(2e4)), every(2e4).with(every(1.0))), (every(2e4), every(2e4)));
+    for (a, b) in
+        [(2.0, 3.0), (1.0, 1.0), (0.3, 0.1), (1.0, 12_345.0), (7.0, 9_999.5), (1.0, std::f64::consts::PI), (1e-3, 1e3), (5.0, 1e9)]
+    {
+        assert_eq!(every(a).with(every(b)), every(b).with(every(a)), "{a} {b}");
+    }
+    assert_eq!(every(1.0).with(every(std::f64::consts::PI)), Repeats::Never);
+    assert!(every(1.0).fits(1e9) && !every(1.0).fits(1e9 + 0.4));
 }

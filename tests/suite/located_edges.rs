@@ -205,7 +205,7 @@ fn a_symmetric_ring_stays_at_rest() {
     for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {
         let set = RingSet { motor_torque: 0.0, load_torque: 0.0, half_backlash, error, ..RingSet::a(n, 2000.0) };
         let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
-        let times = uniform_times(0.0, 0.01, 200);
+        let times = uniform_times(0.0, 0.01, 200).unwrap();
         let run = Dop853::new().rtol(1e-10).atol(1e-16).sample(&ring, &State::at_rest(2 * n + 1), &times).unwrap();
         let mesh = &ring.params().meshes[0];
         for (i, &t) in times.iter().enumerate() {

@@ -59,7 +59,7 @@ fn orbit(pair: &NfgPair) -> Orbit {
     let mut statistics = Statistics::new(pair, &["q1", "deflection"]).unwrap();
     let mut both = (&mut rattle, &mut statistics);
     let finish = solver.run(pair, &steady.state, end, &mut both).unwrap();
-    let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple);
+    let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
     let run = solver.sample(pair, &steady.state, &times[..times.len() - 1]).unwrap();
     Orbit {
         state: rattle.contact(0).state(),
@@ -132,7 +132,7 @@ fn the_exact_reading() {
         let m = case["M"].as_u64().unwrap() as usize;
         let solver = Dop853::new().rtol(1e-11).atol_each(&[1e-17, 1e-18]);
         let start = orbit.steady.state.t;
-        let run = solver.sample(&pair, &orbit.steady.state, &uniform_times(start, start + pair.period(), m)).unwrap();
+        let run = solver.sample(&pair, &orbit.steady.state, &uniform_times(start, start + pair.period(), m).unwrap()).unwrap();
         let sampled = Summary::of(&run.channel(&pair, "deflection").unwrap()).unwrap();
         for (ours, theirs) in [(sampled.min, &case["defl_min_m"]), (sampled.max, &case["defl_max_m"])] {
             assert!((ours / number(theirs) - 1.0).abs() < 1e-6, "{speed} rad/s: deflection {ours} against {theirs}");
@@ -148,7 +148,7 @@ fn two_degrees_of_freedom_tend_to_one() {
     for (speed, inertia, expected) in [(120.0, 10.0, 6.9e-4), (120.0, 1000.0, 6.9e-6), (140.0, 10.0, 1.4e-2), (140.0, 1000.0, 1.3e-4)] {
         let params = NfgParams { speed, ..NfgParams::table1() };
         let (one, two) = (NfgPair::new(&params).unwrap(), NfgPair2::new(&params, inertia).unwrap());
-        let times = uniform_times(0.0, 3.0 * two.period(), 30_000);
+        let times = uniform_times(0.0, 3.0 * two.period(), 30_000).unwrap();
         let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
         let x1 = solver.sample(&one, &one.static_start().unwrap(), &taus).unwrap().channel(&one, "deflection").unwrap();
         let x2 = solver.sample(&two, &two.static_start().unwrap(), &times).unwrap().channel(&two, "deflection").unwrap();

@@ -281,7 +281,7 @@ fn guesses_and_instants() {
     let model = |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 };
     let at = model(0.75);
     let one = Shooting::new().run(&at, &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
-    let times = uniform_times(0.0, at.period(), 40);
+    let times = uniform_times(0.0, at.period(), 40).unwrap();
     let run = Dop853::new().sample(&at, &one.states()[0], &times).unwrap();
     let list: Vec<State> = (0..run.len()).map(|i| run.state(i)).collect();
     let many = Shooting::new().run(&at, &list).unwrap();
@@ -313,11 +313,11 @@ fn bad_guesses() {
         assert!(matches!(shooting.run(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
     }
     for bad in [
-        shooting.multiple(0),
-        shooting.segments(0),
-        shooting.tolerance(0.0),
-        shooting.flow_tolerance(f64::NAN),
-        shooting.most_iterations(0),
+        shooting.clone().multiple(0),
+        shooting.clone().segments(0),
+        shooting.clone().tolerance(0.0),
+        shooting.clone().flow_tolerance(f64::NAN),
+        shooting.clone().most_iterations(0),
     ] {
         assert!(matches!(bad.run(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
     }

@@ -416,9 +416,9 @@ fn channels_that_tables_do_not_measure_and_names_there_are_not() {
 #[test]
 fn parts_that_do_not_fit_together() {
     let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new()).unwrap();
-    assert!(matches!(Rows::merge(vec![part(0), part(2)]), Err(SweepError::Parts { row: 3 })));
-    assert!(matches!(Rows::merge(vec![part(0), part(1)]), Err(SweepError::Parts { row: 6 })));
-    assert!(matches!(Rows::merge(vec![]), Err(SweepError::Parts { row: 0 })));
+    assert!(matches!(Rows::merge(vec![part(0), part(2)]), Err(RowsError { error: SweepError::Parts { row: 3 }, .. })));
+    assert!(matches!(Rows::merge(vec![part(0), part(1)]), Err(RowsError { error: SweepError::Parts { row: 6 }, .. })));
+    assert!(matches!(Rows::merge(vec![]), Err(RowsError { error: SweepError::Parts { row: 0 }, .. })));
 }
 
 fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {

@@ -102,7 +102,7 @@ impl NfgPair {
             Radius::Pitch => params.mean_pitch_radius(),
         };
         let beta = params.beta();
-        let natural = (params.stiffness * radius * radius * (1.0 + 0.5 * beta * beta) / params.inertia).sqrt();
+        let natural = params.check_derived(radius, reading)?;
         let constants = [
             params.centre_frequency() / natural,
             2.0 * params.damping_ratio,
@@ -274,7 +274,7 @@ impl NfgPair {
             }
             CentreForcing::Series(2) => 2.0 * eps * s - 4.0 * eps * eps * (2.0 * s * c),
             CentreForcing::Series(order) => {
-                InstantCentre::new(eps, 1.0).map_or(f64::NAN, |centre| centre.forcing_series(order as usize).value(phase, Side::After))
+                self.unit_centre.forcing_series(order as usize).map_or(f64::NAN, |series| series.value(phase, Side::After))
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, Fourier, InstantCentre, Jet};
+use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Jet};
 use crate::jacobian::dual_jacobian;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
 use crate::nonlinearity::Backlash;
@@ -41,8 +41,7 @@ pub struct NfgPair2 {
     radius: f64,
     /// c_m [N s/m].
     damping: f64,
-    centre: InstantCentre,
-    series: Option<usize>,
+    centre: CentreCurve,
     stiffness: Fourier,
     error: Fourier,
     law: Backlash,
@@ -65,7 +64,7 @@ impl NfgPair2 {
     /// The exact reading, the pinion of inertia I1 [kg m²].
     ///
     /// # Errors
-    /// A pinion inertia that is not positive and finite; every parameter out of its range, by the name of its field.
+    /// A pinion inertia outside 1e-100 .. 1e100; every parameter out of its range, by the name of its field.
     pub fn new(params: &NfgParams, pinion_inertia: f64) -> Result<Self, ParameterError> {
         NfgPair2::with_reading(params, pinion_inertia, NfgReading::exact())
     }
@@ -82,18 +81,18 @@ impl NfgPair2 {
             Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),
             Radius::Pitch => (params.mean_pitch_radius(), params.pinion_pitch_radius()),
         };
+        let centre = InstantCentre::new(params.eccentric_ratio, 1.0)?;
         let mean_square = 1.0 + 0.5 * params.beta() * params.beta();
-        let natural = (params.stiffness * radius * radius * mean_square / params.inertia).sqrt();
+        let natural = params.check_derived(radius, reading)?;
         Ok(NfgPair2 {
-            pinion_inertia: check::positive("pinion inertia", pinion_inertia)?,
+            pinion_inertia: check::scale("pinion inertia", pinion_inertia)?,
             torque: None,
             pinion_radius,
             radius,
             damping: 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square),
-            centre: InstantCentre::new(params.eccentric_ratio, 1.0)?,
-            series: match reading.centre_forcing {
-                CentreForcing::Exact => None,
-                CentreForcing::Series(order) => Some(order as usize),
+            centre: match reading.centre_forcing {
+                CentreForcing::Exact => centre.forcing(),
+                CentreForcing::Series(order) => centre.forcing_series(order as usize)?,
             },
             stiffness: Fourier::new(params.stiffness, &params.stiffness_harmonics, params.face_gear_teeth().round())?,
             error: Fourier::new(params.error, &params.error_harmonics, params.face_gear_teeth().round())?,
@@ -186,10 +185,7 @@ impl Generic for NfgPair2 {
         u[ERROR_RATE] = error.rate;
         u[RADIUS] = self.radius * (1.0 + beta * c);
         u[RADIUS_RATE] = -self.radius * beta * s;
-        u[CENTRE] = match self.series {
-            None => self.centre.forcing().value(phase, side),
-            Some(order) => self.centre.forcing_series(order).value(phase, side),
-        };
+        u[CENTRE] = self.centre.value(phase, side);
     }
     fn constants(&self, u: &mut [f64]) {
         u[OMEGA] = self.params.centre_frequency();
@@ -207,7 +203,6 @@ impl Generic for NfgPair2 {
             && self.radius == other.radius
             && self.params.inertia == other.params.inertia
             && self.centre == other.centre
-            && self.series == other.series
             && self.stiffness == other.stiffness
             && self.error == other.error
     }

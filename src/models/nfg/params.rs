@@ -1,6 +1,7 @@
 //! Parameters and readings of the noncircular face gear pair.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::InstantCentre;
 
 /// SI parameters of the noncircular face gear pair.   Source: Liu 2021, Table 1 and Eqs. (6), (7), (19).
 ///
@@ -65,36 +66,84 @@ impl NfgParams {
 
     /// Every value in its range.
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        check::positive("module", self.module)?;
+        check::scale("module", self.module)?;
         if self.pinion_teeth < 1 {
             return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
         }
-        check::positive("ratio", self.ratio)?;
+        check::scale("ratio", self.ratio)?;
         let teeth = self.face_gear_teeth();
-        if (teeth - teeth.round()).abs() > 1e-9 * teeth || teeth.round() < 1.0 {
-            let allowed = "whole numbers of teeth Z2 = ratio Z1";
+        // Beyond a million teeth the phase of the mesh over a turn loses digits that the excitations need.
+        if (teeth - teeth.round()).abs() > 1e-9 * teeth || !(1.0..=1e6).contains(&teeth.round()) {
+            let allowed = "whole numbers of teeth Z2 = ratio Z1, at most 1000000";
             return Err(ParameterError::OutOfRange { name: "face gear teeth".into(), value: teeth, allowed });
         }
-        check::fraction("eccentric_ratio", self.eccentric_ratio)?;
+        InstantCentre::check_ratio("eccentric_ratio", self.eccentric_ratio)?;
         check::finite("pressure_angle", self.pressure_angle)?;
         if !(0.0..std::f64::consts::FRAC_PI_2).contains(&self.pressure_angle) {
             let (name, value) = ("pressure_angle".into(), self.pressure_angle);
             return Err(ParameterError::OutOfRange { name, value, allowed: "[0, π/2)" });
         }
-        check::not_negative("load_torque", self.load_torque)?;
-        check::positive("inertia", self.inertia)?;
-        check::positive("stiffness", self.stiffness)?;
+        check::up_to_scale("load_torque", self.load_torque)?;
+        check::scale("inertia", self.inertia)?;
+        check::scale("stiffness", self.stiffness)?;
+        check::count("stiffness_harmonics", &[self.stiffness_harmonics.len()], check::ORDERS)?;
+        check::count("error_harmonics", &[self.error_harmonics.len()], check::ORDERS)?;
         for (i, pair) in self.stiffness_harmonics.iter().enumerate() {
             check::all_finite(&format!("stiffness_harmonics[{i}]"), pair)?;
         }
-        check::not_negative("damping_ratio", self.damping_ratio)?;
+        check::up_to_scale("damping_ratio", self.damping_ratio)?;
         check::finite("error", self.error)?;
         for (i, pair) in self.error_harmonics.iter().enumerate() {
             check::all_finite(&format!("error_harmonics[{i}]"), pair)?;
         }
-        check::not_negative("half_backlash", self.half_backlash)?;
-        check::positive("speed", self.speed)?;
+        check::up_to_scale("half_backlash", self.half_backlash)?;
+        check::scale("speed", self.speed)?;
         Ok(())
+    }
+
+    /// What a reading derives from values that are each in their range: the natural frequency ω_n [rad/s] of the mean radius `radius`.
+    pub(super) fn check_derived(&self, radius: f64, reading: NfgReading) -> Result<f64, ParameterError> {
+        if let CentreForcing::Series(order) = reading.centre_forcing {
+            check::count("order of the centre forcing", &[order as usize], check::ORDERS)?;
+        }
+        let (inertia, beta) = (self.inertia, self.beta());
+        let natural = (self.stiffness * radius * radius * (1.0 + 0.5 * beta * beta) / inertia).sqrt();
+        check::scale("mean radius L", radius)?;
+        check::scale("natural frequency", natural)?;
+        check::scale("frequency of the centre", self.centre_frequency())?;
+        let omega = check::scale("frequency of the centre over the natural frequency", self.centre_frequency() / natural)?;
+        // Bounds of the drives over a turn; the smallest radius is 1 - β of the mean one.
+        let thinnest = (1.0 / (1.0 - beta)).powi(4);
+        let wave = |pairs: &[[f64; 2]], powers: i32| {
+            let order = |i: usize| ((i + 1) as f64 * self.face_gear_teeth()).powi(powers);
+            pairs.iter().enumerate().map(|(i, [c, s])| (c.abs() + s.abs()) * order(i)).sum::<f64>()
+        };
+        let error = (self.error.abs() + wave(&self.error_harmonics, 2)) * thinnest;
+        let within = |name: &str, figure: f64, values: &[f64]| check::representable(name, figure, values).map(|_| ());
+        let amplitudes = |pairs: &[[f64; 2]]| pairs.concat();
+        within(
+            "mesh stiffness over its mean",
+            8.0 * wave(&self.stiffness_harmonics, 0) / self.stiffness,
+            &amplitudes(&self.stiffness_harmonics),
+        )?;
+        within(
+            "acceleration by the transmission error",
+            8.0 * error * (1.0 + omega * omega / radius),
+            &[&[self.error][..], &amplitudes(&self.error_harmonics)].concat(),
+        )?;
+        within(
+            "load torque over inertia and natural frequency squared",
+            self.load_torque / (inertia * natural * natural),
+            &[self.load_torque],
+        )?;
+        within("mesh force of a unit deflection", inertia * natural * natural / radius * thinnest, &[self.stiffness, radius])?;
+        within("mesh damping", 2.0 * self.damping_ratio * inertia * natural / (radius * radius), &[self.damping_ratio, inertia, natural])?;
+        // The force of two degrees of freedom holds the error itself.
+        let damping = 2.0 * self.damping_ratio * inertia * natural / (radius * radius);
+        let rates = (self.stiffness + wave(&self.stiffness_harmonics, 0)) + damping * self.centre_frequency();
+        let force = 8.0 * rates * (error + self.half_backlash) * radius.max(1.0) / inertia.min(1.0);
+        within("acceleration by the mesh force", force, &[&[self.error][..], &amplitudes(&self.stiffness_harmonics)].concat())?;
+        Ok(natural)
     }
 
     /// Teeth of the face gear Z2 = i_j Z1 `[1]`: the mesh frequency over the frequency of the centre.

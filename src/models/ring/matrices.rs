@@ -106,7 +106,7 @@ impl<N: Nonlinearity> Ring<N> {
     /// The mean of each K_i(t) over a mesh period [N/m].
     pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
         let period = TAU / self.params().omega;
-        self.params().meshes.iter().map(|mesh| mean(mesh.stiffness(), period)).collect()
+        self.params().meshes.iter().map(|mesh| mean(mesh.stiffness(), period).unwrap_or(f64::NAN)).collect()
     }
 
     /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
@@ -146,11 +146,18 @@ impl<N: Nonlinearity> Ring<N> {
     }
 }
 
-/// The mean of an excitation over its period, between its edges by Gauss panels.
-pub(super) fn mean(excitation: &dyn Excitation, period: f64) -> f64 {
+/// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
+pub(super) const MOST_JUMPS: usize = 10_000;
+
+/// The mean of an excitation over its period, between its edges by Gauss panels. `None`: it has too many edges.
+pub(super) fn mean(excitation: &dyn Excitation, period: f64) -> Option<f64> {
     const PANELS: usize = 64;
-    let (mut sum, mut t) = (0.0, 0.0);
+    let (mut sum, mut t, mut jumps) = (0.0, 0.0, 0);
     while t < period {
+        jumps += 1;
+        if jumps > MOST_JUMPS + 1 {
+            return None;
+        }
         // An edge that does not lie ahead would never be passed.
         let end = excitation.next_edge(t).filter(|edge| *edge > t).map_or(period, |edge| edge.min(period));
         for i in 0..PANELS {
@@ -160,5 +167,5 @@ pub(super) fn mean(excitation: &dyn Excitation, period: f64) -> f64 {
         }
         t = end;
     }
-    sum / period
+    Some(sum / period)
 }

@@ -1,11 +1,14 @@
 //! Parameters of the ring.
 
-use super::matrices::mean;
+use super::matrices::{MOST_JUMPS, mean};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Fourier, Shared, shared};
 use crate::mesh::Mesh;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use std::f64::consts::TAU;
+
+/// Most gears of a ring: its matrices, of 2n + 1 rows, then have at most 2²⁶ numbers.
+const MOST_GEARS: usize = 4095;
 
 /// A torsional shaft.
 ///
@@ -109,10 +112,11 @@ impl<N: Nonlinearity> RingParams<N> {
         if self.gears.len() < 3 {
             return Err(ParameterError::TooFew { name: "gears of a closed ring".into(), value: self.gears.len(), least: 3 });
         }
+        check::count("gears of a closed ring", &[self.gears.len()], MOST_GEARS)?;
         check::length("meshes", self.meshes.len(), self.gears.len())?;
         for (i, gear) in self.gears.iter().enumerate() {
             check::scale(format!("gears[{i}].inertia"), gear.inertia)?;
-            check::positive(format!("gears[{i}].base_radius"), gear.base_radius)?;
+            check::size(format!("gears[{i}].base_radius"), gear.base_radius)?;
             check::scale(format!("gears[{i}].load.inertia"), gear.load.inertia)?;
             check::finite(format!("gears[{i}].load.torque"), gear.load.torque)?;
             gear.load.shaft.check(&format!("gears[{i}].load.shaft"))?;
@@ -122,7 +126,12 @@ impl<N: Nonlinearity> RingParams<N> {
             if !mesh.repeats().fits(period) {
                 return Err(ParameterError::NotPeriodic { name: format!("meshes[{i}]"), period });
             }
-            check::positive(format!("meshes[{i}]: mean stiffness"), mean(mesh.stiffness(), period))?;
+            let stiffness = mean(mesh.stiffness(), period).ok_or_else(|| ParameterError::TooMany {
+                name: format!("jumps of meshes[{i}].stiffness in a mesh period"),
+                value: MOST_JUMPS + 1,
+                most: MOST_JUMPS,
+            })?;
+            check::positive(format!("meshes[{i}]: mean stiffness"), stiffness)?;
         }
         Ok(())
     }
@@ -196,7 +205,8 @@ impl RingSet {
             mesh_damping: 1_069.791_561_337_394_3,
             half_backlash: 2.65e-5,
             error: 1e-6,
-            phases: vec![0.0; gears],
+            // A ring beyond all bounds is refused by `params`.
+            phases: vec![0.0; gears.min(MOST_GEARS)],
             motor_torque: 44.0,
             load_torque: 2.0,
         }
@@ -222,11 +232,12 @@ impl RingSet {
     /// The ring as full parameters.
     ///
     /// # Errors
-    /// No teeth; a speed or mean stiffness that is not positive; phases not as many as gears; a number that is not finite.
+    /// No teeth; more than 4095 gears; a speed or mean stiffness that is not positive; phases not as many as gears; a number that is not finite.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
         if self.teeth == 0 {
             return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, least: 1 });
         }
+        check::count("gears", &[self.gears], MOST_GEARS)?;
         check::positive("rpm", self.rpm)?;
         check::positive("mesh_stiffness", self.mesh_stiffness)?;
         check::finite("error", self.error)?;

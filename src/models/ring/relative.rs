@@ -36,12 +36,12 @@ impl<N: Nonlinearity> Ring<N> {
     /// Relative coordinates with nominal size b_e `[m]` and frequency ω_n [rad/s].
     ///
     /// # Errors
-    /// A nominal size or a frequency that is not positive and finite.
+    /// A nominal size or a frequency outside 1e-50 .. 1e50.
     pub fn relative(&self, nominal_size: f64, frequency: f64) -> Result<RelativeView<'_, N>, ParameterError> {
         Ok(RelativeView {
             ring: self,
-            length: check::positive("nominal size b_e", nominal_size)?,
-            frequency: check::positive("frequency omega_n", frequency)?,
+            length: check::size("nominal size b_e", nominal_size)?,
+            frequency: check::size("frequency omega_n", frequency)?,
         })
     }
 }

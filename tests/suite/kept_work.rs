@@ -1,0 +1,206 @@
+//! What has been computed is not lost when something else fails, and stops on one side alone.
+
+use gear_dynamics::*;
+
+/// x'' + 0.3 x' + k x = cos t, and nothing but NaN from the variational equations where the jacobian is asked for.
+struct Swing {
+    stiffness: f64,
+    no_slope: bool,
+}
+
+impl Model for Swing {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0].cos() - 0.3 * v[0] - self.stiffness * q[0];
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        out.q[0] = if self.no_slope { f64::NAN } else { -self.stiffness };
+        out.v[0] = -0.3;
+        true
+    }
+}
+
+impl Periodic for Swing {
+    fn period(&self) -> f64 {
+        std::f64::consts::TAU
+    }
+}
+
+fn family(p: &Point<'_>) -> Result<Swing, ParameterError> {
+    Ok(Swing { stiffness: p["k"], no_slope: p.index() == 1 })
+}
+fn rest(_: &Point<'_>, _: &Swing) -> Result<State, ParameterError> {
+    Ok(State::at_rest(1))
+}
+fn points() -> Points {
+    Points::along(Axis::list("k", &[2.0, 3.0, 4.0]).unwrap())
+}
+fn sweep() -> Sweep {
+    Sweep::over(points()).settle(3).measure(2).channels(&["q1"])
+}
+
+#[test]
+fn a_row_without_an_exponent_keeps_its_other_figures() {
+    let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).tolerance(1e-6));
+    let rows = asked.run(&TableRk4::new(128), family, rest).unwrap();
+    let plain = sweep().run(&TableRk4::new(128), family, rest).unwrap();
+    assert!(rows.is_complete() && rows.errors().is_empty() && rows == rows.clone());
+    assert_eq!(rows.exponent_errors().keys().copied().collect::<Vec<_>>(), [1]);
+    for (row, other) in rows.iter().zip(plain.iter()) {
+        assert_eq!(row.channel("q1"), other.channel("q1"));
+        assert_eq!((row.lyapunov().is_none(), row.lyapunov_error().is_none()), (row.index() == 1, row.index() == 1));
+        assert_eq!(row.lyapunov_failure().is_some(), row.index() == 1);
+    }
+    assert!(matches!(rows.exponent_errors()[&1], PointError::Lyapunov(_)), "{:?}", rows.exponent_errors());
+    // In bytes, in parts and resumed as well.
+    let back = asked.rows_from_bytes(&rows.to_bytes()).unwrap();
+    assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), rows.to_bytes()));
+    assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
+    let parts = (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Watch::new()).unwrap());
+    let merged = Rows::merge(parts.collect()).unwrap();
+    assert_eq!((&merged, merged.fingerprint()), (&rows, rows.fingerprint()));
+    assert_eq!(asked.resume(merged, &TableRk4::new(128), family, rest, &Watch::new()).unwrap(), rows);
+}
+
+#[test]
+fn rows_that_are_refused_come_back() {
+    let (engine, watch) = (TableRk4::new(64), Watch::new());
+    let part = |i| sweep().run_chunk(i, 3, &engine, family, rest, &watch).unwrap();
+    let refused = Rows::merge(vec![part(2), part(0)]).unwrap_err();
+    assert_eq!(refused.error, SweepError::Parts { row: 1 });
+    let mut parts = refused.rows;
+    parts.push(part(1));
+    let whole = Rows::merge(parts).unwrap();
+    assert_eq!(whole, sweep().run(&engine, family, rest).unwrap());
+    // Of another sweep; with an engine that cannot be used.
+    let other = sweep().measure(3).resume(whole.clone(), &engine, family, rest, &watch).unwrap_err();
+    assert_eq!((other.error, &other.rows[..]), (SweepError::Parts { row: 0 }, &[whole.clone()][..]));
+    let none = sweep().resume(part(1), &TableRk4::new(0), family, rest, &watch).unwrap_err();
+    assert!(matches!(none.error, SweepError::Table(TableError::Size { steps: 0, .. })), "{}", none.error);
+    assert_eq!(none.rows, [part(1)]);
+    // `?` where a sweep's error is wanted.
+    let merged = || -> Result<Rows, SweepError> { Ok(Rows::merge(vec![part(0)])?) };
+    assert_eq!(merged(), Err(SweepError::Parts { row: 1 }));
+}
+
+/// x = 10⁹ + sin t, whatever counts it: lanes, tables, located steps, samples.
+#[test]
+fn a_deviation_is_not_lost_in_a_large_mean() {
+    struct Far(f64);
+    impl Model for Far {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            self.accel_on(&AsIs, u, &[], &[], a);
+        }
+        fn drives(&self) -> usize {
+            1
+        }
+        fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+            u[0] = -2f64.sqrt() * t.sin();
+        }
+    }
+    impl Generic for Far {
+        fn accel_on<S: Scalar, L: Law<S>>(&self, _: &L, u: &[S], _: &[S], _: &[S], a: &mut [S]) {
+            a[0] = u[0];
+        }
+        fn phases(&self) -> usize {
+            1
+        }
+        fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
+            self.drive(phase, side, u);
+        }
+        fn constants(&self, _: &mut [f64]) {}
+        fn shares_lanes_with(&self, _: &Self) -> bool {
+            true
+        }
+    }
+    impl Periodic for Far {
+        fn period(&self) -> f64 {
+            std::f64::consts::TAU
+        }
+    }
+    let root = 2f64.sqrt();
+    for mean in [0.0, 1e3, 1e9] {
+        let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap())).settle(1).measure(3).channels(&["q1"]);
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Far(p["mean"]));
+        let start = |p: &Point<'_>, _: &Far| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
+        let lanes = sweep.run(&LaneRk4::<4>::new(256), family, start).unwrap();
+        let alone = sweep.run(&TableRk4::new(256), family, start).unwrap();
+        let located = sweep.run(&Located(Dop853::new()), family, start).unwrap();
+        let found = |rows: &Rows| rows.iter().next().unwrap().channel("q1").unwrap();
+        assert_eq!(found(&lanes), found(&alone), "{mean}");
+        for rows in [&lanes, &alone, &located] {
+            let summary = found(rows);
+            assert!((summary.standard_deviation() - 1.0).abs() < 1e-6, "{mean}: {summary:?}");
+        }
+    }
+    let samples: Vec<f64> = (0..1000).map(|i| 1e9 + root * (f64::from(i) * std::f64::consts::TAU / 1000.0).sin()).collect();
+    assert!((Summary::of(&samples).unwrap().standard_deviation() - 1.0).abs() < 1e-7);
+}
+
+/// A ball between a stop and nothing: the law with an infinite edge does what one with an edge out of reach does.
+#[test]
+fn a_stop_on_one_side_alone() {
+    let (infinite, nan) = (f64::INFINITY, f64::NAN);
+    for (lower, upper) in
+        [(-infinite, infinite), (infinite, infinite), (-infinite, -infinite), (infinite, 0.0), (0.0, -infinite), (nan, 1.0), (1.0, nan)]
+    {
+        assert!(AsymmetricBacklash::new(lower, upper).is_err(), "{lower} {upper}");
+    }
+    let above = AsymmetricBacklash::new(-infinite, 1.0).unwrap().with_slopes(3.0, 2.0).unwrap();
+    let below = AsymmetricBacklash::new(-1.0, infinite).unwrap().with_slopes(2.0, 3.0).unwrap();
+    for x in [-1e300, -2.0, 0.0, 1.0, 1.5, 1e300] {
+        assert_eq!((above.at(x), below.at(-x)), (2.0 * f64::max(x - 1.0, 0.0), -2.0 * f64::max(x - 1.0, 0.0)), "{x}");
+        if x != 1.0 {
+            assert_eq!((above.slope(x), below.slope(-x)), ([0.0, 2.0][usize::from(x > 1.0)], [0.0, 2.0][usize::from(x > 1.0)]), "{x}");
+        }
+    }
+    let on = |law: &AsymmetricBacklash, piece, x| {
+        law.force_on(piece, x, 0.0, law.edges(0.0, Side::After).lower, law.edges(0.0, Side::After).upper)
+    };
+    assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&above, piece, 3.0)), [0.0, 0.0, 4.0]);
+    assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)), [-4.0, 0.0, 0.0]);
+    // In a ring, by every way to run it.
+    let ring = |lower: f64| {
+        let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
+        let RingParams { motor, gears, meshes, omega } = set.params()?;
+        let law = AnyLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
+        let wave = shared(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]], omega)?);
+        let error = shared(Fourier::new(0.0, &[[0.0, 5e-6]], omega)?);
+        let mesh = Mesh::new(wave, error, set.mesh_damping, law)?;
+        Ok::<_, ParameterError>(Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], omega })?.in_frame(Frame::Rigid))
+    };
+    let (stop, far) = (ring(-infinite).unwrap(), ring(-1.0).unwrap());
+    let mut start = State::at_rest(stop.dof());
+    start.q[1] = 4e-4;
+    let end = |ring: &Ring<AnyLaw>| {
+        let mut rattle = Rattle::new(ring);
+        let end = Dop853::new().run(ring, &start, 6.0 * ring.period(), &mut rattle).unwrap().state;
+        (end, rattle.contacts().to_vec())
+    };
+    let ((a, one), (b, other)) = (end(&stop), end(&far));
+    // Edges are located to rounding, which the other edge enters.
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-11 * a.abs().max(1e-3));
+    assert!(near(&a.q, &b.q) && near(&a.v, &b.v), "{a:?} {b:?}");
+    assert!(one.iter().zip(&other).all(|(a, b)| a.impacts == b.impacts && near(&a.time, &b.time)), "{one:?} {other:?}");
+    assert!(one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0));
+    let rows = |ring: &Ring<AnyLaw>, infinite| {
+        let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
+            .settle(1)
+            .measure(2)
+            .channels(&["q1", "deflection 1"])
+            .rattle();
+        sweep
+            .run(&LaneRk4::<4>::new(256), |_| Ok::<_, ParameterError>(ring.clone()), |_, _| Ok::<_, ParameterError>(start.clone()))
+            .unwrap()
+    };
+    let (one, other) = (rows(&stop, 2.0), rows(&far, 2.0));
+    assert!(one.errors().is_empty(), "{:?}", one.errors());
+    for (a, b) in one.iter().zip(other.iter()) {
+        assert_eq!((a.channel("q1"), a.contact(0)), (b.channel("q1"), b.contact(0)));
+    }
+}

@@ -1,0 +1,239 @@
+//! Counts without bound and values beyond use: typed errors that name the bound, before memory is asked for.
+
+use gear_dynamics::ParameterError as P;
+use gear_dynamics::*;
+use rand_distr::StandardNormal;
+
+struct Swing;
+
+impl Model for Swing {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0].cos() - 0.1 * v[0] - 3.0 * q[0];
+    }
+}
+
+impl Periodic for Swing {
+    fn period(&self) -> f64 {
+        std::f64::consts::TAU
+    }
+}
+
+const HUGE: [usize; 4] = [1 << 33, 1 << 53, usize::MAX - 1, usize::MAX];
+
+#[track_caller]
+fn too_many<T>(what: &str, result: Result<T, P>) {
+    let error = result.err().unwrap_or_else(|| panic!("{what} is accepted"));
+    assert!(matches!(&error, P::TooMany { value, most, .. } if value > most), "{what}: {error}");
+}
+
+#[test]
+fn counts_without_bound_are_refused_by_name() {
+    for count in HUGE {
+        too_many("axis", Axis::linear("x", 0.0, 1.0, count));
+        too_many("times", uniform_times(0.0, 1.0, count));
+        too_many("spans of an ensemble", Ensemble::new(1, 1.0, count));
+        too_many("members", Ensemble::new(count as u64, 1.0, 1));
+        too_many("histogram", Distribution::of([1.0, 2.0]).histogram(count));
+        let uncertain = Uncertain::new(1).with("x", StandardNormal).with("y", StandardNormal);
+        too_many("samples", uncertain.points(count));
+        too_many("samples of a Sobol design", uncertain.sobol(count));
+        too_many("window", Window::Hann.coefficients(count));
+        too_many("waterfall", Waterfall::new(count, 4));
+        too_many("waterfall", Waterfall::new(1, count));
+        too_many("ring", RingSet::a(count, 1000.0).params());
+        too_many("ring", RingSet::e(count, 1000.0).params());
+        let wave = RectangularWave::new(1.0, 2.0, 0.5, 1.0).unwrap();
+        too_many("series of a wave", wave.series(count));
+        too_many("series of the centre", InstantCentre::new(0.2, 1.0).unwrap().forcing_series(count));
+        // Runs: refused before they begin.
+        let solver = Dop853::new();
+        let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
+        assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
+        let unsettled = Settle::new().largest_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+        assert!(matches!(unsettled, Unsettled::Failed { error: IntegrateError::Setting { name: "largest_multiple", .. }, .. }));
+        let sweep = Sweep::over(Points::along(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
+        let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
+        assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
+    }
+    too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
+    assert_eq!(Waterfall::new(1 << 13, 1 << 14).unwrap_err().to_string(), "samples in a window is 134217728: at most 67108864 are allowed");
+    assert!(uniform_times(0.0, 1.0, 0).is_err() && Distribution::new().histogram(3).is_err());
+}
+
+/// A chunk of a grid has its rows in memory; the grid itself has not.
+#[test]
+fn a_grid_too_large_for_memory_is_run_in_chunks() {
+    let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
+    let sweep = Sweep::over(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
+    let run =
+        |chunks| sweep.run_chunk(1, chunks, &TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)), &Watch::new());
+    assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
+    assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
+}
+
+/// A run long enough for more samples than there is room for.
+#[test]
+fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
+    struct NoRun;
+    impl Integrator for NoRun {
+        fn run<M: Model + ?Sized, O: Observer>(&self, _: &M, _: &State, _: f64, _: &mut O) -> Result<Finish, IntegrateError> {
+            panic!("it runs");
+        }
+    }
+    let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+    let (start, speed) = (pair.static_start().unwrap(), pair.centre_frequency());
+    let run_up = Varying::new(pair, PhaseLaw::constant(speed).unwrap());
+    let run = |end, channel| Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err();
+    assert!(matches!(run(1e5, "deflexion"), WaterfallError::Parameter(P::NoSuchChannel { name, .. }) if name == "deflexion"));
+    for end in [1e12, 1e100, f64::MAX] {
+        assert!(matches!(run(end, "deflection"), WaterfallError::Parameter(P::TooMany { .. })), "{end}");
+    }
+}
+
+#[test]
+fn a_time_that_the_bands_do_not_have_is_an_error() {
+    let family = |_: u64| Ok::<_, P>((Swing, State::at_rest(1)));
+    let bands = Ensemble::new(2, 1.0, 4).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family).unwrap();
+    for i in [5, 1 << 62, 1 << 63, usize::MAX / 2, usize::MAX] {
+        for channel in ["q1", "v1"] {
+            assert!(matches!(bands.at(channel, i), Err(P::Length { found: 5, .. })), "{channel} {i}");
+        }
+    }
+    assert!(bands.at("q1", 4).is_ok());
+}
+
+/// An ensemble with more distributions than there is room for says so before a member is run.
+#[test]
+fn an_ensemble_bounds_its_distributions() {
+    let family = |_: u64| -> Result<(Swing, State), P> { panic!("it runs") };
+    let bands = Ensemble::new(2, 1.0, 1 << 18).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family);
+    assert!(matches!(bands, Err(EnsembleError::Parameter(P::TooMany { most: 262_144, .. }))));
+}
+
+/// Whatever the pair accepts has a period and drives that are finite.
+#[test]
+fn a_pair_that_is_accepted_can_be_evaluated() {
+    let (mut accepted, mut refused) = (0, 0);
+    let hostile = [5e-324, 1e-308, 1e-200, 1e-100, 1e-30, 1e-3, 1.0, 1e30, 1e100, 1e160, 1e308, f64::MAX];
+    type Set = fn(&mut NfgParams, f64);
+    let sets: [Set; 12] = [
+        |p, x| p.inertia = x,
+        |p, x| p.module = x,
+        |p, x| (p.ratio, p.pinion_teeth) = (x, 1),
+        |p, x| p.stiffness = x,
+        |p, x| p.speed = x,
+        |p, x| p.load_torque = x,
+        |p, x| p.damping_ratio = x,
+        |p, x| p.half_backlash = x,
+        |p, x| p.error = x,
+        |p, x| p.error_harmonics = vec![[0.0, x], [x, x]],
+        |p, x| p.stiffness_harmonics = vec![[x, -x]],
+        |p, x| p.eccentric_ratio = 1.0 - x.min(1.0),
+    ];
+    let readings =
+        [NfgReading::exact(), NfgReading::published(), NfgReading { centre_forcing: CentreForcing::Series(50), ..NfgReading::exact() }];
+    fn look<M: Periodic>(model: &M, of: &str) {
+        let period = model.period();
+        assert!(period.is_finite() && period > 0.0, "{of}: period {period}");
+        let mut u = vec![0.0; model.drives()];
+        for i in 0..64 {
+            model.drive(period * f64::from(i) / 64.0, Side::After, &mut u);
+            assert!(u.iter().all(|x| x.is_finite()), "{of}: {u:?}");
+            let (n, mut a) = (model.dof(), vec![0.0; model.dof()]);
+            model.accel(&u, &vec![0.0; n], &vec![0.0; n], &mut a);
+            assert!(a.iter().all(|x| x.is_finite()), "{of}: {u:?} {a:?}");
+        }
+    }
+    for (i, first) in sets.iter().enumerate() {
+        for (j, second) in sets.iter().enumerate().filter(|(j, _)| *j >= i) {
+            for (x, y) in hostile.iter().flat_map(|x| hostile.iter().map(move |y| (*x, *y))) {
+                let mut params = NfgParams::table1();
+                first(&mut params, x);
+                second(&mut params, y);
+                let of = format!("{i}: {x:e}, {j}: {y:e}");
+                for reading in readings {
+                    match NfgPair::with_reading(&params, reading) {
+                        Ok(pair) => {
+                            accepted += 1;
+                            look(&pair, &of);
+                        }
+                        Err(_) => refused += 1,
+                    }
+                }
+                if let Ok(pair) = NfgPair2::new(&params, 0.01) {
+                    look(&pair, &of);
+                }
+            }
+        }
+    }
+    assert!(accepted > 1000 && refused > 1000, "{accepted} {refused}");
+    let inertia = NfgParams { inertia: 5e-324, ..NfgParams::table1() };
+    assert!(matches!(NfgPair::new(&inertia), Err(P::OutOfRange { name, .. }) if name == "inertia"));
+    let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
+    too_many("centre forcing", NfgPair::with_reading(&NfgParams::table1(), reading));
+    too_many("centre forcing", NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading));
+}
+
+#[test]
+fn laws_and_phases_that_overflow_are_refused() {
+    for rounding in [5e-324, 1e-200, 1e160, f64::MAX] {
+        assert!(SmoothedBacklash::new(1.0, rounding).is_err(), "{rounding}");
+    }
+    assert!(SmoothedBacklash::new(1e160, 1.0).is_err());
+    let law = SmoothedBacklash::new(1e100, 1e-100).unwrap();
+    assert!([0.0, 1e-100, 1e100].iter().all(|x| law.at(*x).is_finite() && law.slope(*x).is_finite()));
+    for bad in [5e-324, 1e-200, 1e160, f64::MAX] {
+        assert!(PhaseLaw::constant(bad).is_err(), "{bad}");
+        assert!(PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(), "{bad}");
+        assert!(PhaseLaw::ramp(bad, 1.0, 1.0).is_err() && PhaseLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
+    }
+    assert!(PhaseLaw::ramp(1e99, 1e100, 1e300).is_err(), "the phase overflows");
+    assert!(PhaseLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
+    let law = PhaseLaw::fluctuation(1e100, 0.999, 1e-100).unwrap();
+    assert!([0.0, 1.0, 1e100].iter().all(|t| law.phase(*t).is_finite() && law.speed(*t).is_finite()));
+}
+
+#[test]
+fn figures_that_overflow_are_errors() {
+    let overflows = |what: &str, error: Option<P>| assert!(matches!(error, Some(P::Overflow { .. })), "{what}: {error:?}");
+    overflows("mean", Summary::of(&[f64::MAX, f64::MAX]).err());
+    overflows("mean square", Summary::of(&[1e200, -1e200]).err());
+    overflows("amplitude", Spectrum::of(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err());
+    overflows("series", Fourier::new(0.0, &[[1e200, 0.0]], 1e80).err());
+    overflows("series", Fourier::new(f64::MAX, &[[f64::MAX, 0.0]], 1.0).err());
+    overflows("fit", Fourier::fit(&[f64::MAX; 9], 2, 1.0).err());
+    overflows("table", Table::new(&[1e100, -1e100].repeat(10_000), 1e-100).err());
+    overflows("wave", RectangularWave::new(-f64::MAX, f64::MAX, 0.5, 1.0).err());
+    assert!(Spectrum::of(&[1.0, 2.0], 5e-324, Window::Hann).is_err() && Spectrum::of(&[1.0, 2.0], f64::MAX, Window::Hann).is_err());
+    // Values of any size have a mean with its standard error; their variance may be beyond all numbers.
+    for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {
+        let all = Distribution::of(values);
+        let exact = values.iter().map(|x| x / 4.0).sum::<f64>();
+        assert!((all.mean() - exact).abs() <= 1e-12 * all.max().abs(), "{values:?}: {}", all.mean());
+        let squares: f64 = values.iter().map(|x| (x / 1e200 - exact / 1e200).powi(2)).sum();
+        let error = 1e200 * (squares / 12.0).sqrt();
+        assert!((all.standard_error() - error).abs() <= 1e-12 * error, "{values:?}: {} {error}", all.standard_error());
+        assert!(all.quantile(0.4).unwrap().is_finite());
+    }
+    overflows("variance", Distribution::of([1e160, -1e160]).variance().err());
+    let small = Distribution::of([1.0, 2.0, 4.0]);
+    assert!((small.variance().unwrap() - 7.0 / 3.0).abs() < 1e-15);
+}
+
+/// A stiffness with jumps beyond counting is refused where its mean is taken, and a ring has no more gears than its matrices have room for.
+#[test]
+fn a_ring_bounds_jumps_and_gears() {
+    let mut params = RingSet::a(4, 1000.0).params().unwrap();
+    let period = std::f64::consts::TAU / params.omega;
+    let wave = |share: f64| shared(RectangularWave::new(1e8, 2e8, 0.5, period / share).unwrap());
+    let mut with = |share: f64| {
+        params.meshes[1] = Mesh::new(wave(share), shared(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(1e-5).unwrap()).unwrap();
+        Ring::new(&params)
+    };
+    assert!(with(10.0).is_ok());
+    assert!(matches!(with(1e8), Err(P::TooMany { name, most: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period"));
+    assert!(matches!(RingSet::a(4096, 1000.0).params(), Err(P::TooMany { most: 4095, .. })));
+}
