@@ -73,6 +73,15 @@ pub(crate) struct Table {
 /// Up to so many columns stand in rows as they are.
 pub(super) const WHOLE: usize = 16;
 
+/// Whether the acceleration at rest is finite.
+fn finite_at_rest<M: Periodic + ?Sized>(model: &M) -> bool {
+    let (mut u, rest) = (vec![0.0; model.drives()], vec![0.0; model.dof()]);
+    let mut a = rest.clone();
+    model.drive(0.0, Side::After, &mut u);
+    model.accel(&u, &rest, &rest, &mut a);
+    a.iter().all(|a| a.is_finite())
+}
+
 impl Table {
     /// Whether there is room for one.
     pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
@@ -123,8 +132,9 @@ impl Table {
             values.resize(old + columns, 0.0);
             read((step as f64 - ON_GRID) / n, Side::Before, &mut values[old..]);
         }
-        // An edge that a contact does not have lies at the same infinity at all times.
-        let missing = |i: usize| values[i].is_infinite() && values.iter().skip(i % columns).step_by(columns).all(|x| *x == values[i]);
+        // An edge that a contact does not have lies at the same infinity at all times, and leaves the acceleration finite.
+        let same = |i: usize| values.iter().skip(i).step_by(columns).all(|x| *x == values[i]);
+        let missing = |i: usize| values[i].is_infinite() && same(i) && finite_at_rest(model);
         if let Some(bad) = (0..values.len()).find(|&i| !values[i].is_finite() && !missing(i % columns)) {
             let (row, drive) = (bad / columns, bad % columns);
             return Err(TableError::NotFinite { drive, value: values[bad], phase: (0.5 * row as f64 / n).min(1.0) });

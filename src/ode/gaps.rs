@@ -13,10 +13,10 @@ use crate::model::{Contact, Model};
 use crate::piece::Piece;
 
 /// The cubic may miss the distance by this share of its range over the step ...
-const SHARE: f64 = 0.02;
+const SHARE: f64 = 0.005;
 /// ... or by this share of the gap.
 const FLOOR: f64 = 1e-6;
-/// A step this much longer than any found resolved is looked at in many places, others at one node.
+/// A step this much longer than any found resolved at many places is looked at there, others at one node.
 const GROWTH: f64 = 1.25;
 /// Those places: multiples of the golden ratio, modulo 1, in step with no period.
 const PLACES: [f64; 8] = [
@@ -31,6 +31,10 @@ const PLACES: [f64; 8] = [
 ];
 /// Two of them, through which a cubic is laid that needs no rates.
 const INNER: [usize; 2] = [1, 5];
+/// What was missed in earlier steps counts by this much less with each step: where a wave bends the other way, its cubic is met by chance.
+const FADING: f64 = 0.8;
+/// It grows with the fourth power of the step, up to this factor.
+const FOURTH: f64 = 256.0;
 /// Steps made again in a row before a jump that no drive announced is taken as it is.
 const RETRIES: u8 = 8;
 
@@ -43,8 +47,10 @@ pub(super) struct Gaps {
     inside: Vec<Contact>,
     /// Distances at `PLACES`.
     places: Vec<[Distances; PLACES.len()]>,
-    /// By how much the cubic of each exit was missed in the step.
+    /// By how much the cubic of each exit was missed in the step, at the least.
     off: Vec<Distances>,
+    /// The same of the steps before, fading, and the length of the step in which it was seen.
+    known: Vec<[(f64, f64); 2]>,
     /// The longest step found resolved.
     longest: f64,
     /// A fixed step is too long for its edges: every step is looked at in many places.
@@ -66,6 +72,7 @@ impl Gaps {
             inside: vec![Contact::default(); contacts],
             places: vec![[[0.0; 2]; PLACES.len()]; contacts],
             off: vec![[0.0; 2]; contacts],
+            known: vec![[(0.0, 1.0); 2]; contacts],
             longest: 0.0,
             coarse: false,
             retries: 0,
@@ -98,19 +105,30 @@ impl Gaps {
                     self.off[i][way] = 0.0;
                     continue;
                 }
-                let off = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
+                let seen = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
+                let (missed, length) = self.known[i][way];
+                let off = seen.max(missed * (h / length).powi(4).min(FOURTH));
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
                     ratio = ratio.max(off / allowed(&end[i], [d0.value, d.value, d1.value]));
                 }
             }
         }
-        if (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest {
+        let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest;
+        if closely {
             ratio = self.look_closely::<T, M, V>(e, start, end, ratio);
         }
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
-            self.longest = self.longest.max(h);
+            for ((off, known), c) in self.off.iter().zip(&mut self.known).zip(end) {
+                for (off, known) in off.iter().zip(known) {
+                    // What rounding leaves does not grow with the step.
+                    *known = if *off > 1e-3 * FLOOR * scale(c) { (FADING * off, h) } else { (0.0, h) };
+                }
+            }
+            if closely {
+                self.longest = self.longest.max(h);
+            }
             self.retries = 0;
             return Resolved::Yes(0.9 / ratio.sqrt().sqrt());
         }

@@ -36,6 +36,12 @@ impl Hermite {
         self.value + sigma * (a + sigma * (b + sigma * c))
     }
 
+    /// Its slope over σ.
+    pub(super) fn slope(&self, sigma: f64) -> f64 {
+        let [a, b, c] = self.powers;
+        a + sigma * (2.0 * b + sigma * 3.0 * c)
+    }
+
     /// Its extrema inside the stretch, in order.
     pub(super) fn extrema(&self) -> [Option<f64>; 2] {
         let [a, b, c] = self.powers;

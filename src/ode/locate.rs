@@ -19,6 +19,8 @@ const NOISE: f64 = 4.0;
 const LOOKS: u8 = 31;
 /// Contacts this close to their edges, in shares of the gap, may cross together with the one located.
 const WITH: f64 = 1e-6;
+/// An edge within the slack at the end of a step is met there when the distance falls by this many slacks in a step as long.
+const PLAIN: f64 = 1e3;
 /// A distance may miss its cubic by this many times what it was seen to miss it by.
 const DOUBT: f64 = 4.0;
 /// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
@@ -220,6 +222,11 @@ impl Locator {
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
                 let doubt = DOUBT * self.gaps.off(i, way);
+                // Met just where the step ends: the next one would begin behind it and never tell of it.
+                let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
+                if met && matches!(first, Found::Nothing) {
+                    first = Found::At(1.0, exit);
+                }
                 let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.least() > doubt);
                 if d1.value == f64::INFINITY || clear {
                     continue;
@@ -281,7 +288,8 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
         let cubic = Hermite::over(b - a, da, db);
         let m = 0.5 * (a + b);
         let dm = look(m);
-        let off = (dm.value - cubic.at(0.5)).abs();
+        // A slope that is off tells of a wave that the middle meets by chance.
+        let off = (dm.value - cubic.at(0.5)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(0.5)).abs());
         let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
         let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
         if dm.value < -slack && db.value >= -slack && m > a {

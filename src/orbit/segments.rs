@@ -14,8 +14,10 @@ pub(super) struct Segments<'m, M: ?Sized> {
     scale: Vec<f64>,
     /// Ranges, of which corrections are reported as shares.
     range: Vec<f64>,
-    /// Rigid modes in units of range, orthonormal: along the coordinates, then along the velocities.
+    /// Rigid modes in these units, orthonormal: along the coordinates, then along the velocities.
     rigid: DMatrix<f64>,
+    /// The same in units of range.
+    rigid_of_range: DMatrix<f64>,
     end: f64,
 }
 
@@ -31,17 +33,8 @@ pub(super) struct Round {
 
 impl<'m, M: Model + ?Sized> Segments<'m, M> {
     pub(super) fn new(model: &'m M, [scale, range]: [Vec<f64>; 2], modes: &[Vec<f64>], end: f64) -> Self {
-        let (m, n) = (scale.len(), scale.len() / 2);
-        let mut rigid: Vec<DVector<f64>> = Vec::new();
-        for half in 0..2 {
-            for mode in modes {
-                let mut r = DVector::from_fn(m, |i, _| if i / n == half { mode[i % n] / scale[i] } else { 0.0 });
-                rigid.iter().for_each(|other| remove(other.as_slice(), r.as_mut_slice()));
-                rigid.push(r.normalize());
-            }
-        }
-        let rigid = if rigid.is_empty() { DMatrix::zeros(m, 0) } else { DMatrix::from_columns(&rigid) };
-        Segments { model, scale, range, rigid, end }
+        let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
+        Segments { model, scale, range, rigid, rigid_of_range, end }
     }
 
     pub(super) fn scale(&self) -> &[f64] {
@@ -117,9 +110,10 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         let count = if coordinates { self.scale.len() / 2 } else { self.scale.len() };
         let mut most = (0, 0.0);
         for z in step {
-            let z = self.elastic(z);
+            let z = DVector::from_fn(z.len(), |i, _| z[i] * (self.scale[i] / self.range[i]));
+            let z = &z - &self.rigid_of_range * self.rigid_of_range.tr_mul(&z);
             for i in 0..count {
-                let share = z[i].abs() * (self.scale[i] / self.range[i]);
+                let share = z[i].abs();
                 if share > most.1 || share.is_nan() {
                     most = (i, share);
                 }
@@ -144,4 +138,18 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         let (q, v) = unscaled.split_at(unscaled.len() / 2);
         [q.to_vec(), v.to_vec()]
     }
+}
+
+/// Rigid modes along the coordinates, then along the velocities, in units of each, orthonormal.
+fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
+    let (m, n) = (unit.len(), unit.len() / 2);
+    let mut rigid: Vec<DVector<f64>> = Vec::new();
+    for half in 0..2 {
+        for mode in modes {
+            let mut r = DVector::from_fn(m, |i, _| if i / n == half { mode[i % n] / unit[i] } else { 0.0 });
+            rigid.iter().for_each(|other| remove(other.as_slice(), r.as_mut_slice()));
+            rigid.push(r.normalize());
+        }
+    }
+    if rigid.is_empty() { DMatrix::zeros(m, 0) } else { DMatrix::from_columns(&rigid) }
 }

@@ -88,7 +88,7 @@ fn rows_that_are_refused_come_back() {
 /// x = 10⁹ + sin t, whatever counts it: lanes, tables, located steps, samples.
 #[test]
 fn a_deviation_is_not_lost_in_a_large_mean() {
-    struct Far(f64);
+    struct Far;
     impl Model for Far {
         fn dof(&self) -> usize {
             1
@@ -126,7 +126,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     let root = 2f64.sqrt();
     for mean in [0.0, 1e3, 1e9] {
         let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap())).settle(1).measure(3).channels(&["q1"]);
-        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Far(p["mean"]));
+        let family = |_: &Point<'_>| Ok::<_, ParameterError>(Far);
         let start = |p: &Point<'_>, _: &Far| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
         let lanes = sweep.run(&LaneRk4::<4>::new(256), family, start).unwrap();
         let alone = sweep.run(&TableRk4::new(256), family, start).unwrap();
@@ -184,7 +184,7 @@ fn a_stop_on_one_side_alone() {
     };
     let ((a, one), (b, other)) = (end(&stop), end(&far));
     // Edges are located to rounding, which the other edge enters.
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-11 * a.abs().max(1e-3));
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-10 * a.abs().max(1e-3));
     assert!(near(&a.q, &b.q) && near(&a.v, &b.v), "{a:?} {b:?}");
     assert!(one.iter().zip(&other).all(|(a, b)| a.impacts == b.impacts && near(&a.time, &b.time)), "{one:?} {other:?}");
     assert!(one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0));

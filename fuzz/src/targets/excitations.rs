@@ -34,7 +34,7 @@ pub fn excitation(case: &mut Case, levels: usize, mean: f64, period: f64) -> Res
                 0 => shared(centre.radius(case.number(mean))?),
                 1 => shared(centre.ratio(case.number(mean))?),
                 2 => shared(centre.forcing()),
-                _ => shared(centre.forcing_series(case.count(4))),
+                _ => shared(centre.forcing_series(case.count(4))?),
             }
         }
         6 => {

@@ -98,7 +98,7 @@ pub fn runs(case: &mut Case) -> Run {
             return all_finite("v", &state.v);
         }
         1 => {
-            let times = uniform_times(start.t, end, case.effort(20));
+            let times = uniform_times(start.t, end, case.effort(20))?;
             solver.sample(&model, &start, &times)
         }
         _ => solver.trajectory(&model, &start, end),
@@ -186,6 +186,7 @@ pub fn settling(case: &mut Case) -> Run {
         return Ok(());
     }
     let settle = Settle::new().tolerance(case.number(1e-6)).most_periods(case.effort(20)).largest_multiple(case.count(4));
+    let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
     match settle.run(&solver, &model, &start) {
         Ok(steady) => {

@@ -11,17 +11,6 @@ fn budget() -> Budget {
     Budget::new().steps(20_000)
 }
 
-/// Stands in for `budget` where a call has none of its own: an inherent method of that name takes precedence.
-trait Unlimited: Sized {
-    fn budget(self, _: Budget) -> Self {
-        self
-    }
-}
-impl Unlimited for Shooting {}
-impl Unlimited for Variation {}
-impl Unlimited for Lyapunov {}
-impl Unlimited for Balance {}
-
 fn multipliers(all: &Multipliers) -> Run {
     all.values().iter().try_for_each(|value| all_finite("multiplier", &[value.re, value.im]))?;
     all_finite("largest multiplier", &[all.largest()])?;
@@ -155,7 +144,7 @@ pub fn orders(case: &mut Case) -> Run {
     let coefficients: Vec<Vec<f64>> = (0..dof).map(|_| case.list(kept.unknowns(), size)).collect();
     let orbit = Orbit::new(&kept, span, &coefficients)?;
     all_finite("span, frequency", &[orbit.span(), orbit.frequency()])?;
-    for state in orbit.states(case.effort(10)) {
+    for state in orbit.states(case.effort(10))? {
         all_finite("q of an orbit", &state.q)?;
         all_finite("v of an orbit", &state.v)?;
     }

@@ -24,7 +24,7 @@ pub fn summaries(case: &mut Case) -> Run {
 pub fn spectra(case: &mut Case) -> Run {
     let window = case.pick(&[Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop]);
     let n = case.effort(64);
-    all_finite("window", &window.coefficients(n))?;
+    all_finite("window", &window.coefficients(n)?)?;
     let (length, size) = (1 + case.below(100), case.number(1.0));
     let (samples, spacing) = (case.list(length, size), case.number(0.1));
     case.note(|| format!("spacing {spacing:e}, {window:?}, samples {samples:?}"));
@@ -50,13 +50,13 @@ pub fn distributions(case: &mut Case) -> Run {
     }
     all_finite("mean and extremes", &[all.mean(), all.min(), all.max(), all.resolution()])?;
     if all.count() > 1 {
-        all_finite("variance, error", &[all.variance(), all.standard_error()])?;
+        all_finite("variance, error", &[all.variance()?, all.standard_error()])?;
         all_finite("confidence", &all.confidence(2.0))?;
     }
     let quantile = all.quantile(p)?;
     finite("quantile", quantile)?;
     holds((all.min()..=all.max()).contains(&quantile), || format!("quantile {p} is {quantile}, of {} .. {}", all.min(), all.max()))?;
-    let histogram = all.histogram(spans);
+    let histogram = all.histogram(spans)?;
     let total: u64 = histogram.iter().map(|(_, count)| count).sum();
     histogram.iter().try_for_each(|(edge, _)| finite("edge of a histogram", *edge))?;
     holds(spans == 0 || total == all.count(), || format!("histogram of {spans} spans counts {total} of {}", all.count()))

@@ -96,7 +96,6 @@ impl NfgPair {
     /// As [`new`](NfgPair::new).
     pub fn with_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
-        reading.centre_forcing.check()?;
         let radius = match reading.radius {
             Radius::Base => params.mean_base_radius(),
             Radius::Pitch => params.mean_pitch_radius(),

@@ -75,7 +75,6 @@ impl NfgPair2 {
     /// As [`new`](NfgPair2::new).
     pub fn with_reading(params: &NfgParams, pinion_inertia: f64, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
-        reading.centre_forcing.check()?;
         let cos = libm::cos(params.pressure_angle);
         let (radius, pinion_radius) = match reading.radius {
             Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),

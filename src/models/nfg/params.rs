@@ -228,27 +228,11 @@ pub enum ErrorForcing {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CentreForcing {
-    /// The Fourier series to an order, at most 1000; `Series(2)` is Eq. (22).
+    /// The Fourier series to an order, at most 10 000; `Series(2)` is Eq. (22).
     Series(u32),
     /// Eq. (20) with its squares.
     #[default]
     Exact,
-}
-
-impl CentreForcing {
-    /// The series is summed term by term in every evaluation.
-    const MOST: u32 = 1000;
-
-    pub(super) fn check(self) -> Result<(), ParameterError> {
-        match self {
-            CentreForcing::Series(order) if order > Self::MOST => Err(ParameterError::OutOfRange {
-                name: "order of the centre forcing".into(),
-                value: f64::from(order),
-                allowed: "0 to 1000",
-            }),
-            _ => Ok(()),
-        }
-    }
 }
 
 /// The damping term of Eq. (9).
