@@ -88,7 +88,7 @@ fn two_degrees_of_freedom() -> Outcome<()> {
         for inertia in [10.0, 1000.0] {
             let params = NfgParams { speed, ..NfgParams::table1() };
             let (one, two) = (NfgPair::new(&params)?, NfgPair2::new(&params, inertia)?);
-            let times = uniform_times(0.0, 3.0 * two.period(), 30_000);
+            let times = uniform_times(0.0, 3.0 * two.period(), 30_000)?;
             let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
             let x1 = solver().sample(&one, &one.static_start()?, &taus)?.channel(&one, "deflection")?;
             let two_solver = Dop853::new().rtol(1e-10).atol(1e-16);

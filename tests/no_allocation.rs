@@ -107,15 +107,15 @@ fn differences_do_not_allocate() {
             (count, crossings)
         };
         // A difference that has grown tenfold begins a run of its own: both ends lie behind the last of these.
-        let ((short, few), (long, many)) = (run(0.9), run(1.9));
+        let ((short, few), (long, many)) = (run(1.3), run(2.3));
         println!("{name}: {short} allocations for {few} crossings, {long} for {many}");
         assert!(many > few);
         assert_eq!(short, long, "{name}");
     }
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     check("pair", &pair, &pair.static_start().unwrap(), pair.period());
-    let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
-    check("ring", &ring, &State::at_rest(13), 60.0 * ring.period());
+    let two = NfgPair2::new(&NfgParams { speed: 200.0, ..NfgParams::table1() }, 0.01).unwrap();
+    check("pair of two", &two, &two.static_start().unwrap(), two.period());
 }
 
 /// Nor does a residual of a balance, whichever way its integrals are taken.

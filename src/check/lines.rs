@@ -98,7 +98,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
             let node = |i: usize| lo + (hi - lo) * i as f64 / WINDOW as f64;
             let f: Vec<f64> = (0..=WINDOW).map(|i| self.accel(&line(node(i)), &self.state.v)[component]).collect();
             let bend = Bend::of(&f);
-            if !(bend.strength > self.noise(component, &f)) {
+            let seen = bend.strength > self.noise(component, &f);
+            if !seen {
                 break;
             }
             // The first windows may hold other curves beside a bend.

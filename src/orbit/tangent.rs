@@ -26,6 +26,8 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
 
 /// Differences are held to the tolerance of the motion times this.
 const COLUMNS: f64 = 10.0;
+/// From a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
+type Choose<'c> = dyn FnMut(&State, f64) -> (Dop853, Vec<f64>) + 'c;
 /// Growth of a difference after which its tolerance is set anew.
 const GROWTH: f64 = 10.0;
 /// Restarts at jumps of the force before a run is given up.
@@ -119,14 +121,8 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         }
     }
 
-    /// `solver`: from a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
-    fn follow(
-        &self,
-        start: State,
-        t_end: f64,
-        meter: Option<&Meter<'_>>,
-        solver: &mut dyn FnMut(&State, f64) -> (Dop853, Vec<f64>),
-    ) -> Result<(State, u64), IntegrateError> {
+    /// Runs to `t_end` with the solvers that are chosen on the way.
+    fn follow(&self, start: State, t_end: f64, meter: Option<&Meter<'_>>, solver: &mut Choose<'_>) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut watch = Watch { tangent: self, meter, saltation: Saltation::new(self), serves: Vec::new(), stop: Stop::Jump, step };
         for _ in 0..RESTARTS {

@@ -89,6 +89,9 @@ pub struct Rows {
     pub(crate) alone: usize,
 }
 
+/// The number of a point that was checked, and its row.
+type CheckedPoint<'r> = (&'r usize, &'r Result<Vec<f64>, PointError>);
+
 /// Equal bits: a figure that is missing is not a number.
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
@@ -97,7 +100,7 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 /// Equal in every figure; how many points ran alone is of no account.
 impl PartialEq for Rows {
     fn eq(&self, other: &Rows) -> bool {
-        let check = |(a, b): ((&usize, &Result<Vec<f64>, _>), (&usize, &Result<Vec<f64>, _>))| match (a.1, b.1) {
+        let check = |(a, b): (CheckedPoint<'_>, CheckedPoint<'_>)| match (a.1, b.1) {
             (Ok(x), Ok(y)) => a.0 == b.0 && same_bits(x, y),
             _ => a == b,
         };
