@@ -46,7 +46,7 @@ const TABLE2: [[f64; 7]; 9] = [
 const BELT: f64 = 1.3;
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
-fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> [Panel; 3] {
+fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
     let mut history = Panel::new(title, "turns of the face gear", "q [rad]");
     let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]");
@@ -59,7 +59,7 @@ fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> [Panel; 3] {
         let lines = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k <= 260).map(|&k| (k as f64, orbit.amplitude(0, k)));
         spectrum = spectrum.with(*name, if name.starts_with('P') { Mark::Dots } else { Mark::Bars }, lines.collect());
     }
-    [history, phase, spectrum]
+    Ok([history, phase, spectrum])
 }
 
 /// One turn of the converged motion as a series, and how it was found.
@@ -115,7 +115,7 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
             println!("       P: {note}");
         }
         let title = format!("{speed} rad/s: P {}, published {} ({})", p.state, point.state, point.stable);
-        panels.extend(portrait(&title, &[("published", &truth), ("P", &orbit)]));
+        panels.extend(portrait(&title, &[("published", &truth), ("P", &orbit)])?);
     }
     figure(folder.join("fig8_10.svg"), 3, &panels)
 }
@@ -235,7 +235,7 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
     let orbit_of = |pair: &NfgPair| -> Outcome<(Orbit, [f64; 2])> {
         let cycle = shooting().run(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];
-        let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)[..SAMPLES])?;
+        let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?[..SAMPLES])?;
         let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH, 1.0)?;
         let amplitude = |order: usize| series.pairs()[order - 1][0].hypot(series.pairs()[order - 1][1]);
         Ok((Orbit::project(&solver(), pair, start, &Harmonics::up_to(260))?, [amplitude(1), amplitude(MESH)]))
@@ -322,13 +322,16 @@ fn circular() -> Outcome<Panel> {
     let pair = pair(&NfgParams { eccentric_ratio: 0.0, ..NfgParams::table1() })?;
     let p = paper_orbit(&pair)?.ok_or("no orbit at ε = 0")?;
     let (truth, ..) = converged_turn(&pair)?;
-    let [history, ..] = portrait("Fig. 13b: ε = 0, 160 rad/s (red published, green P)", &[("published", &truth), ("P", &p)]);
+    let [history, ..] = portrait("Fig. 13b: ε = 0, 160 rad/s (red published, green P)", &[("published", &truth), ("P", &p)])?;
     println!("Fig. 13b: at ε = 0 and 160 rad/s ppv is {:.3e} rad in P, {:.3e} published", p.peak_to_peak(0), truth.peak_to_peak(0));
     Ok(history)
 }
 
+/// A figure over the parameter of a sweep; `None` where no orbit was found.
+type Line = Vec<(f64, Option<Point>)>;
+
 /// Fig. 13c in numbers: the gap itself and what moves beyond it.
-fn gap_and_elastic(points: &[(Case, Vec<(f64, Option<Point>)>)], sweep: usize) -> Outcome<()> {
+fn gap_and_elastic(points: &[(Case, Line)], sweep: usize) -> Outcome<()> {
     println!("  ε, gap 2b/L, then peak-to-peak of q and f(q) upwards [rad]:");
     for eps in [0.1, 0.2, 0.3, 0.4] {
         let gap = 2.0 * SWEEPS[sweep].pair(0, eps)?.half_width();

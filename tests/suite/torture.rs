@@ -334,8 +334,7 @@ fn hops_that_die_out() {
             break; // it does not lift off any more
         };
         let wave = (-decay * s).exp();
-        let rate = |f: f64, g: f64| wave * ((omega * g - decay * f) * (omega * s).cos() - (omega * f + decay * g) * (omega * s).sin());
-        speed = rate(a, b);
+        speed = wave * ((omega * b - decay * a) * (omega * s).cos() - (omega * a + decay * b) * (omega * s).sin());
         expected.push(t + s);
         t += s + 2.0 * speed;
     }

@@ -38,17 +38,17 @@ impl<const N: usize, const M: usize> Train<N, M> {
     }
 
     fn turn(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        for j in 0..N {
-            a[j] = self.torque[j] - self.shaft[j] * q[j];
+        for (j, a) in a.iter_mut().enumerate() {
+            *a = self.torque[j] - self.shaft[j] * q[j];
         }
         for i in 0..M {
             let force = self.reading(i, u, q, v, pieces.map(|pieces| pieces[i])).force;
-            for j in 0..N {
-                a[j] -= self.teeth[i].gradient[j] * force;
+            for (a, gradient) in a.iter_mut().zip(&self.teeth[i].gradient) {
+                *a -= gradient * force;
             }
         }
-        for j in 0..N {
-            a[j] /= self.inertia[j];
+        for (a, inertia) in a.iter_mut().zip(&self.inertia) {
+            *a /= inertia;
         }
     }
 }
