@@ -62,7 +62,11 @@ pub trait Integrator {
     /// # Errors
     /// [`Failed`], which holds the trajectory up to the failure.
     fn trajectory<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<Trajectory, Failed> {
-        let mut trajectory = Trajectory::starting_at(start);
+        let mut trajectory = Trajectory::empty(model.dof(), start.t);
+        if let Err(error) = start.check(model.dof()) {
+            return trajectory.or_failed(Err(error.into()));
+        }
+        trajectory.push_state(start);
         let run = self.run(model, start, t_end, &mut |step: &mut Step<'_>| {
             trajectory.push(step.t1(), step.y1());
             ControlFlow::Continue(())
@@ -76,7 +80,7 @@ pub trait Integrator {
     /// [`Failed`], which holds the states up to the failure.
     fn sample<M: Model + ?Sized>(&self, model: &M, start: &State, times: &[f64]) -> Result<Trajectory, Failed> {
         let mut trajectory = Trajectory::empty(model.dof(), start.t);
-        if let Err(error) = trajectory::check_times(start.t, times) {
+        if let Err(error) = start.check(model.dof()).map_err(IntegrateError::from).and_then(|()| trajectory::check_times(start.t, times)) {
             return trajectory.or_failed(Err(error));
         }
         let mut left = times;

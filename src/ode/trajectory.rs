@@ -35,11 +35,6 @@ impl Trajectory {
     pub(crate) fn empty(dof: usize, start: f64) -> Self {
         Trajectory { dof, start, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
     }
-    pub(super) fn starting_at(start: &State) -> Self {
-        let mut trajectory = Trajectory::empty(start.q.len(), start.t);
-        trajectory.push_state(start);
-        trajectory
-    }
     pub(super) fn push_state(&mut self, state: &State) {
         self.times.push(state.t);
         self.states.extend_from_slice(&state.q);

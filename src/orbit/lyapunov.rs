@@ -214,6 +214,9 @@ impl Lyapunov {
 
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
         self.check_settings()?;
+        if components == 0 {
+            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into());
+        }
         if count > components {
             let allowed = "1 to the number of coordinates and velocities";
             return Err(ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into());
