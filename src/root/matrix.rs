@@ -29,7 +29,7 @@ pub struct Matrix {
 
 /// The largest dense matrix: 34 GB.
 const MOST_DENSE: usize = 1 << 16;
-/// Stored entries of a matrix in blocks at most: those of the largest dense one.
+/// Stored entries of a matrix in blocks at most: 2 GB.
 const MOST_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
