@@ -183,8 +183,8 @@ fn a_stop_on_one_side_alone() {
         (end, rattle.contacts().to_vec())
     };
     let ((a, one), (b, other)) = (end(&stop), end(&far));
-    // Edges are located to rounding, which the other edge enters.
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-11 * a.abs().max(1e-3));
+    // Edges are met within a share of the gap, which the other edge enters: equal to the tolerance of the solver.
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs().max(1e-3));
     assert!(near(&a.q, &b.q) && near(&a.v, &b.v), "{a:?} {b:?}");
     assert!(one.iter().zip(&other).all(|(a, b)| a.impacts == b.impacts && near(&a.time, &b.time)), "{one:?} {other:?}");
     assert!(one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0));
