@@ -7,6 +7,7 @@ mod driver;
 mod engine;
 mod gaps;
 mod hermite;
+mod inside;
 mod locate;
 mod rk4;
 mod rk45;
