@@ -25,8 +25,9 @@ const PLAIN: f64 = 1e3;
 const DOUBT: f64 = 4.0;
 /// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
 const RESOLVED: f64 = 0.05;
-/// Halvings of a step in search of a first root.
+/// Halvings of a step in search of a first root, and the stretch that is left.
 const HALVINGS: usize = 10;
+const SHORTEST: f64 = 1.0 / 1024.0;
 /// Refinements of one root; bisection alone would need about 50.
 const MOST: usize = 60;
 
@@ -296,7 +297,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
             ends[open - 1] = (m, dm); // the first root lies before
             continue;
         }
-        if !clear && off > slack.max(RESOLVED * (most - least)) && open <= HALVINGS {
+        if !clear && off > slack.max(RESOLVED * (most - least)) && b - a > SHORTEST && open < ends.len() {
             ends[open] = (m, dm);
             open += 1;
             continue;
