@@ -4,6 +4,9 @@ use thiserror::Error;
 
 /// A parameter that cannot be used. Every variant names the place, the value found and what is allowed.
 ///
+/// Every physical quantity lies within ±1e50, and every quantity that is divided by (an inertia, a radius, a period, a frequency) in
+/// 1e-50 .. 1e50. Products of several of them then stay far from the largest `f64`, 1.8e308.
+///
 /// ```
 /// use gear_dynamics::{Backlash, ParameterError};
 /// let error = Backlash::new(-1e-5).unwrap_err();
@@ -155,39 +158,30 @@ pub(crate) mod check {
     pub(crate) const NUMBERS: usize = 1 << 26;
     /// Highest order of a Fourier series: each is summed at every evaluation.
     pub(crate) const ORDERS: usize = 10_000;
+    /// Largest size of a physical quantity.
+    const LARGEST: f64 = 1e50;
 
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
     }
 
+    /// Any physical quantity: at most 1e50 in size, so that products of a few of them do not overflow.
+    pub(crate) fn quantity(name: impl Into<String>, value: f64) -> Checked {
+        if value.abs() <= LARGEST { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[-1e50, 1e50]" }) }
+    }
+
+    /// A [`quantity`] above zero.
     pub(crate) fn positive(name: impl Into<String>, value: f64) -> Checked {
-        if value > 0.0 { finite(name, value) } else { wrong(name, value, |name| E::NotPositive { name, value }) }
+        if value > 0.0 { quantity(name, value) } else { wrong(name, value, |name| E::NotPositive { name, value }) }
     }
 
+    /// A [`quantity`] of zero or more.
     pub(crate) fn not_negative(name: impl Into<String>, value: f64) -> Checked {
-        if value >= 0.0 { finite(name, value) } else { wrong(name, value, |name| E::Negative { name, value }) }
+        if value >= 0.0 { quantity(name, value) } else { wrong(name, value, |name| E::Negative { name, value }) }
     }
 
-    /// A period or a frequency: positive, and far from where its inverse overflows.
+    /// A quantity that is divided by, such as an inertia, a period or a frequency: positive, and its inverse is a [`quantity`] too.
     pub(crate) fn scale(name: impl Into<String>, value: f64) -> Checked {
-        match value {
-            1e-100..=1e100 => Ok(value),
-            _ if value <= 0.0 => positive(name, value),
-            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[1e-100, 1e100]" }),
-        }
-    }
-
-    /// Zero, or no larger than a [`scale`].
-    pub(crate) fn up_to_scale(name: impl Into<String>, value: f64) -> Checked {
-        match value {
-            0.0..=1e100 => Ok(value),
-            _ if value < 0.0 => not_negative(name, value),
-            _ => wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1e100]" }),
-        }
-    }
-
-    /// A size that enters with its fourth power: narrower than a [`scale`].
-    pub(crate) fn size(name: impl Into<String>, value: f64) -> Checked {
         match value {
             1e-50..=1e50 => Ok(value),
             _ if value <= 0.0 => positive(name, value),
@@ -207,10 +201,17 @@ pub(crate) mod check {
     }
 
     pub(crate) fn all_finite(name: &str, values: &[f64]) -> Result<(), E> {
-        match values.iter().position(|value| !value.is_finite()) {
-            Some(i) => Err(E::NotFinite { name: format!("{name}[{i}]"), value: values[i] }),
-            None => Ok(()),
-        }
+        first_wrong(name, values, f64::is_finite, finite)
+    }
+
+    pub(crate) fn quantities(name: &str, values: &[f64]) -> Result<(), E> {
+        first_wrong(name, values, |value| value.abs() <= LARGEST, quantity)
+    }
+
+    /// The error of the first value that is not right.
+    fn first_wrong(name: &str, values: &[f64], right: impl Fn(f64) -> bool, check: impl Fn(String, f64) -> Checked) -> Result<(), E> {
+        let wrong = values.iter().position(|value| !right(*value));
+        wrong.map_or(Ok(()), |i| check(format!("{name}[{i}]"), values[i]).map(drop))
     }
 
     /// A count of numbers to be stored or of rounds to be made, given as its factors.

@@ -99,7 +99,7 @@ impl HeldProcess {
     /// A new value of `distribution` after every hold time h > 0.
     ///
     /// # Errors
-    /// A hold time outside 1e-100 .. 1e100.
+    /// A hold time outside 1e-50 .. 1e50.
     pub fn new<D>(hold: f64, distribution: D) -> Result<Self, ParameterError>
     where
         D: Distribution<f64> + Send + Sync + 'static,
@@ -111,13 +111,13 @@ impl HeldProcess {
     /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
     ///
     /// # Errors
-    /// A hold time outside 1e-100 .. 1e100; no values; one that is not finite.
+    /// A hold time outside 1e-50 .. 1e50; no values; one beyond ±1e50.
     pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
         let hold = check::scale("hold time", hold)?;
         if values.is_empty() {
             return Err(ParameterError::Empty { name: "held values".into(), least: 1 });
         }
-        check::all_finite("held values", values)?;
+        check::quantities("held values", values)?;
         Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
     }
 
@@ -225,7 +225,7 @@ impl<M: Model> Held<M> {
             if slot >= self.model.drives() {
                 return Err(ParameterError::NoSuchSlot { slot, drives: self.model.drives() });
             }
-            let gain = check::finite("gain", gain)?;
+            let gain = check::quantity("gain", gain)?;
             let stream = self.streams + stream;
             self.fills.push(Fill { slot, gain, process: self.processes.len(), stream });
         }
@@ -237,7 +237,7 @@ impl<M: Model> Held<M> {
     /// One stream for all slots: every mesh gets the same value.
     ///
     /// # Errors
-    /// A slot that the model does not have; a gain that is not finite.
+    /// A slot that the model does not have; a gain beyond ±1e50.
     pub fn shared(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
         self.fill(slots, &vec![gain; slots.len()], process, &vec![0; slots.len()])
     }
@@ -245,7 +245,7 @@ impl<M: Model> Held<M> {
     /// A stream of its own for every slot.
     ///
     /// # Errors
-    /// A slot that the model does not have; a gain that is not finite.
+    /// A slot that the model does not have; a gain beyond ±1e50.
     pub fn per_slot(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
         let streams: Vec<u64> = (0..slots.len() as u64).collect();
         self.fill(slots, &vec![gain; slots.len()], process, &streams)
@@ -254,7 +254,7 @@ impl<M: Model> Held<M> {
     /// A stream and a gain of its own for every slot: gains C_g make the process relative to the damping of each mesh.
     ///
     /// # Errors
-    /// Gains not as many as slots; a slot that the model does not have; a gain that is not finite.
+    /// Gains not as many as slots; a slot that the model does not have; a gain beyond ±1e50.
     pub fn per_slot_with_gains(self, slots: &[usize], gains: &[f64], process: HeldProcess) -> Result<Self, ParameterError> {
         check::length("gains", gains.len(), slots.len())?;
         let streams: Vec<u64> = (0..slots.len() as u64).collect();
@@ -264,7 +264,7 @@ impl<M: Model> Held<M> {
     /// A random half width b + gain value(t) of the meshes whose `(lower, upper)` slots are given, one stream per mesh.
     ///
     /// # Errors
-    /// A slot that the model does not have; a gain that is not finite.
+    /// A slot that the model does not have; a gain beyond ±1e50.
     pub fn clearance(self, slots: &[[usize; 2]], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
         let flat: Vec<usize> = slots.iter().flatten().copied().collect();
         let gains: Vec<f64> = slots.iter().flat_map(|_| [-gain, gain]).collect();

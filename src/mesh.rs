@@ -43,7 +43,7 @@ impl<N: Nonlinearity> Mesh<N> {
     /// Stiffness K(t) [N/m], transmission error e(t) `[m]`, damping C [N s/m] (not negative), contact law.
     ///
     /// # Errors
-    /// A damping that is negative or not finite.
+    /// A damping that is negative or above 1e50.
     pub fn new(stiffness: Shared, error: Shared, damping: f64, law: N) -> Result<Self, ParameterError> {
         let damping = check::not_negative("mesh damping", damping)?;
         Ok(Mesh { stiffness, error, damping, law, contact_damping: ContactDamping::Always })

@@ -359,8 +359,8 @@ impl State {
     pub(crate) fn check(&self, dof: usize) -> Result<(), ParameterError> {
         check::length("start.q", self.q.len(), dof)?;
         check::length("start.v", self.v.len(), dof)?;
-        check::finite("start.t", self.t)?;
-        check::all_finite("start.q", &self.q)?;
-        check::all_finite("start.v", &self.v)
+        check::quantity("start.t", self.t)?;
+        check::quantities("start.q", &self.q)?;
+        check::quantities("start.v", &self.v)
     }
 }

@@ -25,7 +25,7 @@ impl<E: std::error::Error> From<E> for Stop {
 pub type Run = Result<(), Stop>;
 
 /// Numbers that break what is not guarded.
-const HOSTILE: [f64; 26] = [
+const HOSTILE: [f64; 30] = [
     0.0,
     -0.0,
     5e-324,
@@ -37,10 +37,14 @@ const HOSTILE: [f64; 26] = [
     1e-200,
     1e-160,
     1e-100,
+    1e-50,
+    9e-51,
     1e-16,
     -1.0,
     1.0,
     9_007_199_254_740_993.0,
+    1e50,
+    -1e50,
     1e100,
     1e154,
     1e160,
@@ -127,6 +131,11 @@ impl Case {
             1 => -sensible,
             _ => self.pick(&HOSTILE),
         }
+    }
+    /// A value that a user's own code may have: within the range of all quantities.
+    pub fn quantity(&mut self, sensible: f64) -> f64 {
+        let value = self.number(sensible);
+        if value.is_finite() { value.clamp(-1e50, 1e50) } else { sensible }
     }
     /// The sensible value itself, as a period that has to fit, or a hostile one.
     pub fn exactly(&mut self, sensible: f64) -> f64 {

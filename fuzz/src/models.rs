@@ -9,11 +9,13 @@ use std::f64::consts::TAU;
 pub struct Erased {
     model: Box<dyn Model + Send + Sync>,
     period: f64,
+    /// Whether channels are made of numbers while the motion is.
+    pub sound: bool,
 }
 
 impl Erased {
     pub fn new(model: impl Model + Send + Sync + 'static, period: f64) -> Self {
-        Erased { model: Box::new(model), period }
+        Erased { model: Box::new(model), period, sound: true }
     }
 }
 
@@ -117,15 +119,15 @@ impl User {
         };
         let user = User {
             dof: if case.hostile() { case.below(2) } else { 1 + case.below(3) },
-            omega: case.number(1.0),
-            damping: case.number(0.1),
-            stiffness: case.number(1.0) * case.pick(&[0.0, 1.0, 1.0]),
-            cubic: case.number(0.2) * case.pick(&[0.0, 0.0, 1.0]),
-            force: case.number(0.5),
-            mean: case.number(0.3) * case.pick(&[0.0, 1.0]),
-            stop: case.chance(0.7).then(|| [case.number(10.0), case.number(0.5)]),
-            shake: [case.number(0.2) * case.pick(&[0.0, 1.0]), case.number(3.0)],
-            touch: case.number(0.5) * case.pick(&[0.0, 0.0, 1.0]),
+            omega: case.quantity(1.0),
+            damping: case.quantity(0.1),
+            stiffness: case.quantity(1.0) * case.pick(&[0.0, 1.0, 1.0]),
+            cubic: case.quantity(0.2) * case.pick(&[0.0, 0.0, 1.0]),
+            force: case.quantity(0.5),
+            mean: case.quantity(0.3) * case.pick(&[0.0, 1.0]),
+            stop: case.chance(0.7).then(|| [case.quantity(10.0), case.quantity(0.5)]),
+            shake: [case.quantity(0.2) * case.pick(&[0.0, 1.0]), case.quantity(3.0)],
+            touch: case.quantity(0.5) * case.pick(&[0.0, 0.0, 1.0]),
             pieces: case.chance(0.6),
             slip,
         };
@@ -304,8 +306,8 @@ pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
                 Slip::Period(period) => period,
                 _ => TAU / user.omega,
             };
-            let start = State::at_rest(user.dof);
-            (Erased::new(user, period), start)
+            let (start, sound) = (State::at_rest(user.dof), user.slip != Slip::Deflection);
+            (Erased { sound, ..Erased::new(user, period) }, start)
         }
         2 | 3 => {
             let (params, reading) = (pair_params(case), reading(case));

@@ -78,11 +78,11 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
     /// Where `channel` crosses `level`.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`], and a level that is not finite.
+    /// [`ParameterError::NoSuchChannel`], and a level beyond ±1e50.
     pub fn new(model: &'m M, channel: &str, level: f64, direction: Direction) -> Result<Self, ParameterError> {
         let probe = Probe::new(model);
         let channel = probe.index(channel)?;
-        check::finite("level", level)?;
+        check::quantity("level", level)?;
         Ok(Section { probe, channel, level, direction, states: Vec::new(), y: vec![0.0; 2 * model.dof()], last: None })
     }
 

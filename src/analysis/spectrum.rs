@@ -73,7 +73,7 @@ impl Spectrum {
     /// [`Statistics`](crate::Statistics).
     ///
     /// # Errors
-    /// Fewer than 2 samples or more than 2²⁶; one that is not finite; a spacing outside 1e-100 .. 1e100; samples so large that an amplitude
+    /// Fewer than 2 samples or more than 2²⁶; one that is not finite; a spacing outside 1e-50 .. 1e50; samples so large that an amplitude
     /// overflows.
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
@@ -114,7 +114,7 @@ impl Spectrum {
     /// The frequencies as orders of a base frequency `[Hz]`: of the shaft, of the mesh.
     ///
     /// # Errors
-    /// A base frequency outside 1e-100 .. 1e100.
+    /// A base frequency outside 1e-50 .. 1e50.
     pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
         let base = check::scale("base frequency", base)?;
         Ok(self.frequencies.iter().map(|f| f / base).collect())

@@ -131,7 +131,8 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// The figures of a channel so far.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`] for one that was not asked for; [`ParameterError::Empty`] before the first step.
+    /// [`ParameterError::NoSuchChannel`] for one that was not asked for; [`ParameterError::Empty`] before the first step;
+    /// [`ParameterError::Overflow`] for values whose squares overflow, [`ParameterError::NotFinite`] for a channel that was not a number.
     pub fn summary(&self, channel: &str) -> Result<Summary, ParameterError> {
         let Some(i) = self.names.iter().position(|name| name == channel) else {
             return Err(ParameterError::NoSuchChannel { name: channel.into(), known: self.names.join(", ") });
@@ -141,6 +142,11 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         }
         let r = self.running[i];
         let off = r.off / self.duration;
+        let squares = r.square + r.off_square;
+        if squares.is_nan() {
+            return Err(ParameterError::NotFinite { name: channel.into(), value: squares });
+        }
+        check::representable(format!("mean square of {channel}"), squares, &[r.min, r.max])?;
         let deviation = (r.off_square / self.duration - off * off).max(0.0).sqrt();
         Ok(Summary { mean: r.sum / self.duration, rms: (r.square / self.duration).sqrt(), min: r.min, max: r.max, deviation })
     }

@@ -57,13 +57,13 @@ impl Orbit {
     /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
     ///
     /// # Errors
-    /// A span that is not positive, lists of the wrong length, numbers that are not finite; orders that are too high.
+    /// A span that is not positive, lists of the wrong length, numbers beyond ±1e50; orders that are too high.
     pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
         harmonics.check()?;
         check::scale("span", span)?;
         for (j, list) in coefficients.iter().enumerate() {
             check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
-            check::all_finite(&format!("coefficients of coordinate {j}"), list)?;
+            check::quantities(&format!("coefficients of coordinate {j}"), list)?;
         }
         Ok(Orbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
     }
@@ -358,7 +358,7 @@ impl Orbit {
 
     /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
     /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
-    /// Infinite if they cannot be compared: different numbers of coordinates, or numbers that are not finite.
+    /// Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
     pub fn distance(&self, other: &Orbit) -> f64 {
         let n = self.dof();
         if other.dof() != n {

@@ -31,7 +31,7 @@ impl InstantCentre {
         // The second derivative of the forcing holds ω_c⁴ and (1 - ε)⁻⁸.
         Ok(InstantCentre {
             eccentric: Self::check_ratio("eccentric ratio", eccentric)?,
-            omega: check::size("frequency of the centre", omega)?,
+            omega: check::scale("frequency of the centre", omega)?,
         })
     }
 
@@ -55,14 +55,14 @@ impl InstantCentre {
     /// r(t) = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
     ///
     /// # Errors
-    /// A mean radius outside 1e-100 .. 1e100.
+    /// A mean radius outside 1e-50 .. 1e50.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Radius(check::scale("mean radius", mean)?)))
     }
     /// i(t) = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
     ///
     /// # Errors
-    /// A reduction ratio outside 1e-100 .. 1e100.
+    /// A reduction ratio outside 1e-50 .. 1e50.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Ratio(check::scale("reduction ratio", reduction)?)))
     }

@@ -79,12 +79,12 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    /// A finite factor and what it scales.
+    /// A factor within ±1e50 and what it scales.
     ///
     /// # Errors
-    /// A factor that is not finite.
+    /// A factor beyond ±1e50.
     pub fn new(factor: f64, inner: Shared) -> Result<Self, ParameterError> {
-        Ok(Scaled { factor: check::finite("factor", factor)?, inner })
+        Ok(Scaled { factor: check::quantity("factor", factor)?, inner })
     }
 }
 
@@ -121,7 +121,7 @@ impl<F: Fn(Jet) -> Jet + Send + Sync> Function<F> {
     /// The same, known to repeat with a period `[s]`.
     ///
     /// # Errors
-    /// A period outside 1e-100 .. 1e100.
+    /// A period outside 1e-50 .. 1e50.
     pub fn with_period(self, period: f64) -> Result<Self, ParameterError> {
         Ok(Function { repeats: Repeats::Every(check::scale("period", period)?), ..self })
     }

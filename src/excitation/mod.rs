@@ -125,12 +125,12 @@ pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 pub struct Constant(f64);
 
 impl Constant {
-    /// A finite constant.
+    /// A constant within ±1e50.
     ///
     /// # Errors
-    /// A value that is not finite.
+    /// A value beyond ±1e50.
     pub fn new(value: f64) -> Result<Self, ParameterError> {
-        Ok(Constant(check::finite("constant excitation", value)?))
+        Ok(Constant(check::quantity("constant excitation", value)?))
     }
 }
 

@@ -39,7 +39,7 @@ impl Backlash {
     /// Half width b, not negative.
     ///
     /// # Errors
-    /// A half width that is negative or not finite.
+    /// A half width that is negative or above 1e50.
     pub fn new(half_width: f64) -> Result<Self, ParameterError> {
         Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
     }
@@ -89,11 +89,11 @@ impl AsymmetricBacklash {
     /// lower <= upper, both flanks of relative stiffness 1. One edge may be infinite: a stop on the other side alone.
     ///
     /// # Errors
-    /// An edge that is not a number, or no finite edge at all; a lower edge above the upper one.
+    /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
     pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
         // A missing edge lies at its own infinity, and the other one is finite.
-        check::finite("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
-        check::finite("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
+        check::quantity("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
+        check::quantity("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
         if lower > upper {
             let (name, value) = ("gap between lower and upper edge".into(), upper - lower);
             return Err(ParameterError::Negative { name, value });
@@ -114,7 +114,7 @@ impl AsymmetricBacklash {
     /// Relative stiffness of the lower and the upper flank, both positive.
     ///
     /// # Errors
-    /// A slope that is not positive and finite.
+    /// A slope that is not positive or is above 1e50.
     pub fn with_slopes(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
         let slopes = [check::positive("slope of the lower flank", lower)?, check::positive("slope of the upper flank", upper)?];
         Ok(AsymmetricBacklash { slopes, ..self })

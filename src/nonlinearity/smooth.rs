@@ -39,12 +39,12 @@ pub struct Cubic {
 }
 
 impl Cubic {
-    /// Linear slope s and cubic coefficient κ, any finite numbers.
+    /// Linear slope s and cubic coefficient κ, within ±1e50.
     ///
     /// # Errors
-    /// A coefficient that is not finite.
+    /// A coefficient beyond ±1e50.
     pub fn new(linear: f64, cubic: f64) -> Result<Self, ParameterError> {
-        Ok(Cubic { linear: check::finite("linear slope", linear)?, cubic: check::finite("cubic coefficient", cubic)? })
+        Ok(Cubic { linear: check::quantity("linear slope", linear)?, cubic: check::quantity("cubic coefficient", cubic)? })
     }
 }
 
@@ -80,10 +80,10 @@ impl SmoothedBacklash {
     /// Half width b, not negative, and rounding length s, positive, in the unit of the deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e100; a rounding length outside 1e-100 .. 1e100, whose square would be lost.
+    /// A half width that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, whose square would be lost.
     pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
         Ok(SmoothedBacklash {
-            half_width: check::up_to_scale("half width b", half_width)?,
+            half_width: check::not_negative("half width b", half_width)?,
             rounding: check::scale("rounding length", rounding)?,
         })
     }

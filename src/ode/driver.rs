@@ -1,7 +1,7 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
 use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
-use super::engine::{Engine, Tableau};
+use super::engine::{Engine, LARGEST, Tableau};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
 use super::vector::Vector;
@@ -277,7 +277,7 @@ fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
 fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
     let n = e.model.dof();
     let stages = e.k[..T::SLOTS].iter().flat_map(|k| k.slice()[n..].iter().position(|a| !a.is_finite()).map(|i| n + i));
-    let component = stages.chain(e.y1.slice().iter().position(|y| !y.is_finite())).next().unwrap_or(0);
+    let component = stages.chain(e.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST)).next().unwrap_or(0);
     IntegrateError::NotFinite { t: e.t, component }
 }
 

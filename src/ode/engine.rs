@@ -44,6 +44,8 @@ pub trait Tableau {
 const SLOTS: usize = 16;
 /// Dense coefficients that any tableau may use, y0 included.
 const DENSE: usize = 8;
+/// Motions are given up beyond this size: their squares and products would overflow.
+pub(super) const LARGEST: f64 = 1e100;
 
 /// The working arrays of one run, all made before its first step.
 pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
@@ -250,10 +252,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.move_on();
     }
 
-    /// Whether the end of the step is made of numbers.
+    /// Whether the end of the step is made of numbers with which dense output, channels and their squares can be computed.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
-        self.y1.slice().iter().sum::<f64>().is_finite()
+        self.y1.slice().iter().map(|y| y.abs()).sum::<f64>() <= LARGEST
     }
 
     /// h |Σ e k| in units of the tolerances, root mean square over the components.

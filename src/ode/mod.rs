@@ -211,8 +211,11 @@ pub enum IntegrateError {
     /// A start that does not fit the model.
     #[error("start: {0}")]
     Start(#[from] ParameterError),
-    /// The model gave a NaN or an infinity, or the trajectory grew beyond all bounds.
-    #[error("component {component} of (coordinates, velocities) or its derivative is not finite after t = {t}; components count from 0")]
+    /// The model gave a NaN or an infinity, or the motion grew beyond 1e100.
+    #[error(
+        "component {component} of (coordinates, velocities) is beyond 1e100 or its derivative is not finite after t = {t}; components \
+         count from 0"
+    )]
     NotFinite {
         /// The last good time.
         t: f64,

@@ -4,7 +4,7 @@ use super::exponents::{Exponents, LyapunovError};
 use super::tangent::Tangent;
 use crate::budget::{Exhausted, Meter};
 use crate::model::{Model, State};
-use crate::ode::{Dop853, IntegrateError};
+use crate::ode::IntegrateError;
 use crate::root::dot;
 
 /// A direction that has shrunk to less than this, or is so near the ones before it, is known too badly: the flow holds it to a share of 1.
@@ -45,7 +45,8 @@ impl Failure {
 /// The motion and its directions, part by part.
 pub(super) struct Flow<'f, 'm> {
     pub(super) tangent: &'f Tangent<'m, dyn Model + 'm>,
-    pub(super) solver: Dop853,
+    /// Local error of the flow.
+    pub(super) tolerance: f64,
     pub(super) meter: &'f Meter<'f>,
     pub(super) directions: Directions<'f>,
     /// How often parts are halved at present.
@@ -63,7 +64,9 @@ impl Flow<'_, '_> {
             let share = (-f64::from(self.halvings)).exp2();
             let next = done + share;
             let end = if next < 1.0 { from + (until - from) * next } else { until };
-            let ahead = self.tangent.run_metered(&self.solver, all.clone(), end, Some(self.meter))?.0;
+            // The tolerance is no finer than the rounding of the motion, which may have grown.
+            let solver = self.tangent.solver(self.tolerance, all);
+            let ahead = self.tangent.run_metered(&solver, all.clone(), end, Some(self.meter))?.0;
             self.meter.left()?;
             let least = self.directions.measure(&ahead);
             if least.1 >= LEAST || (least.1 > 0.0 && self.halvings == HALVINGS) {

@@ -138,9 +138,9 @@ impl Lyapunov {
         }
         let scale = sizes.ranges();
         let tangent = Tangent::new(model, count, &scale, self.tolerance);
-        let solver = tangent.solver(self.tolerance, &exponents.state);
         exponents.floor = FLOOR * self.tolerance;
-        let mut flow = Flow { tangent: &tangent, solver, meter: &meter, directions: Directions::new(count, &scale), halvings: 0 };
+        let mut flow =
+            Flow { tangent: &tangent, tolerance: self.tolerance, meter: &meter, directions: Directions::new(count, &scale), halvings: 0 };
         let (from, mut all) = (exponents.state.t, tangent.start(&exponents.state));
         flow.directions.draw(start, &mut all);
         let parts = self.renormalisations as f64;

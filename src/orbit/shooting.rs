@@ -100,7 +100,7 @@ impl Shooting {
 
     /// The same within what is left of a budget.
     pub(crate) fn run_within(&self, model: &dyn Periodic, guess: &[State], meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
-        self.check()?;
+        self.check(model.dof())?;
         let plan = Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
@@ -117,17 +117,15 @@ impl Shooting {
         Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
-    fn check(&self) -> Result<(), ShootingError> {
-        let count = |name: &str, value: usize| match value {
-            0 => Err(ParameterError::TooFew { name: name.into(), value, least: 1 }),
-            1..=MOST => Ok(()),
-            _ => Err(ParameterError::OutOfRange { name: name.into(), value: value as f64, allowed: "1 to 1000000" }),
-        };
-        count("multiple", self.multiple)?;
-        count("segments", self.segments.unwrap_or(1))?;
-        if self.most_iterations == 0 {
-            return Err(ParameterError::TooFew { name: "most_iterations".into(), value: 0, least: 1 }.into());
+    fn check(&self, dof: usize) -> Result<(), ShootingError> {
+        let segments = self.segments.unwrap_or(1);
+        let counts =
+            [("multiple", self.multiple), ("segments", segments), ("most_iterations", self.most_iterations), ("degrees of freedom", dof)];
+        if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
+            return Err(ParameterError::TooFew { name: name.into(), value, least: 1 }.into());
         }
+        check::count("multiple", &[self.multiple], MOST)?;
+        check::count("segments", &[segments], MOST)?;
         check::positive("tolerance", self.tolerance)?;
         check::positive("flow_tolerance", self.flow_tolerance)?;
         Ok(())

@@ -1,6 +1,6 @@
 //! Broyden's methods.
 
-use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, is_root, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_share, dot, is_root, jacobian_of, largest};
 
 /// The Jacobian that Broyden's method starts from.
 ///
@@ -90,8 +90,10 @@ impl Broyden {
     /// # Errors
     /// [`RootError`], with the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
-        check_setting("tolerance", self.tolerance)?;
-        check_setting("restart", self.restart as f64)?;
+        check_share("tolerance", self.tolerance)?;
+        if self.restart == 0 {
+            return Err(RootError::Setting { name: "restart", value: 0.0, allowed: "at least 1" });
+        }
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;

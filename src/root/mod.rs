@@ -278,8 +278,9 @@ impl Root {
     }
 }
 
-fn check_setting(name: &'static str, value: f64) -> Result<(), RootError> {
-    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RootError::Setting { name, value, allowed: "positive and finite" }) }
+/// A share of the unknowns or of a correction.
+fn check_share(name: &'static str, value: f64) -> Result<(), RootError> {
+    if value > 0.0 && value < 1.0 { Ok(()) } else { Err(RootError::Setting { name, value, allowed: "above 0 and below 1" }) }
 }
 
 #[cfg(test)]

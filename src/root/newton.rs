@@ -1,6 +1,6 @@
 //! Newton's method, damped by the natural monotonicity test.
 
-use super::{Factors, Matrix, Residual, Root, RootError, check_setting, dot, is_root, jacobian_of, largest};
+use super::{Factors, Matrix, Residual, Root, RootError, check_share, dot, is_root, jacobian_of, largest};
 
 /// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
 /// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
@@ -53,8 +53,8 @@ impl Newton {
     /// # Errors
     /// [`RootError`], with the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
-        check_setting("tolerance", self.tolerance)?;
-        check_setting("least damping", self.least_damping)?;
+        check_share("tolerance", self.tolerance)?;
+        check_share("least damping", self.least_damping)?;
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;

@@ -23,8 +23,8 @@ impl Axis {
     /// # Errors
     /// Ends that are not finite or not in order, or so far apart that their distance is not finite; fewer than two values or more than 2²⁶.
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
-        check::finite(format!("start of axis {name}"), from)?;
-        check::finite(format!("end of axis {name}"), to)?;
+        check::quantity(format!("start of axis {name}"), from)?;
+        check::quantity(format!("end of axis {name}"), to)?;
         check::positive(format!("length of axis {name}, its end less its start"), to - from)?;
         if count < 2 {
             return Err(ParameterError::TooFew { name: format!("values on axis {name}"), value: count, least: 2 });

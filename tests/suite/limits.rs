@@ -183,16 +183,16 @@ fn laws_and_phases_that_overflow_are_refused() {
         assert!(SmoothedBacklash::new(1.0, rounding).is_err(), "{rounding}");
     }
     assert!(SmoothedBacklash::new(1e160, 1.0).is_err());
-    let law = SmoothedBacklash::new(1e100, 1e-100).unwrap();
+    let law = SmoothedBacklash::new(1e50, 1e-50).unwrap();
     assert!([0.0, 1e-100, 1e100].iter().all(|x| law.at(*x).is_finite() && law.slope(*x).is_finite()));
     for bad in [5e-324, 1e-200, 1e160, f64::MAX] {
         assert!(PhaseLaw::constant(bad).is_err(), "{bad}");
         assert!(PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(), "{bad}");
         assert!(PhaseLaw::ramp(bad, 1.0, 1.0).is_err() && PhaseLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
     }
-    assert!(PhaseLaw::ramp(1e99, 1e100, 1e300).is_err(), "the phase overflows");
+    assert!(PhaseLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
     assert!(PhaseLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
-    let law = PhaseLaw::fluctuation(1e100, 0.999, 1e-100).unwrap();
+    let law = PhaseLaw::fluctuation(1e50, 0.999, 1e-50).unwrap();
     assert!([0.0, 1.0, 1e100].iter().all(|t| law.phase(*t).is_finite() && law.speed(*t).is_finite()));
 }
 
@@ -202,11 +202,12 @@ fn figures_that_overflow_are_errors() {
     overflows("mean", Summary::of(&[f64::MAX, f64::MAX]).err());
     overflows("mean square", Summary::of(&[1e200, -1e200]).err());
     overflows("amplitude", Spectrum::of(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err());
-    overflows("series", Fourier::new(0.0, &[[1e200, 0.0]], 1e80).err());
-    overflows("series", Fourier::new(f64::MAX, &[[f64::MAX, 0.0]], 1.0).err());
-    overflows("fit", Fourier::fit(&[f64::MAX; 9], 2, 1.0).err());
-    overflows("table", Table::new(&[1e100, -1e100].repeat(10_000), 1e-100).err());
-    overflows("wave", RectangularWave::new(-f64::MAX, f64::MAX, 0.5, 1.0).err());
+    let beyond = |what: &str, error: Option<P>| assert!(matches!(error, Some(P::OutOfRange { .. })), "{what}: {error:?}");
+    beyond("series", Fourier::new(0.0, &[[1e200, 0.0]], 1e80).err());
+    beyond("series", Fourier::new(f64::MAX, &[[f64::MAX, 0.0]], 1.0).err());
+    beyond("fit", Fourier::fit(&[f64::MAX; 9], 2, 1.0).err());
+    beyond("table", Table::new(&[1e100, -1e100].repeat(10_000), 1e-100).err());
+    beyond("wave", RectangularWave::new(-f64::MAX, f64::MAX, 0.5, 1.0).err());
     assert!(Spectrum::of(&[1.0, 2.0], 5e-324, Window::Hann).is_err() && Spectrum::of(&[1.0, 2.0], f64::MAX, Window::Hann).is_err());
     // Values of any size have a mean with its standard error; their variance may be beyond all numbers.
     for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {

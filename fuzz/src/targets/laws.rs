@@ -98,9 +98,9 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
         let values = case.list(5, size);
         HeldProcess::from_values(hold, &values)?
     } else if case.chance(0.5) {
-        HeldProcess::new(hold, rand_distr::Normal::new(0.0, case.number(size))?)?
+        HeldProcess::new(hold, rand_distr::Normal::new(0.0, case.quantity(size))?)?
     } else {
-        let (a, b) = (case.number(size), case.number(2.0 * size));
+        let (a, b) = (case.quantity(size), case.quantity(2.0 * size));
         HeldProcess::new(hold, rand_distr::Uniform::new(a, b)?)?
     };
     Ok(process.with_seed(case.seed()).with_member(case.seed()))

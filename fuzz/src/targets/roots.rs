@@ -4,17 +4,14 @@ use crate::case::{Case, Run, all_finite, finite, holds};
 use gear_dynamics::*;
 
 /// Newton's method with any setting.
-pub fn newton(case: &mut Case) -> Newton {
-    let newton = Newton::new().max_iterations(case.effort(20));
-    if case.chance(0.5) { newton.tolerance(case.number(1e-9)).least_damping(case.number(1e-3)) } else { newton }
+pub fn newton(case: &mut Case, tolerance: f64) -> Newton {
+    let newton = Newton::new().max_iterations(case.effort(20)).tolerance(tolerance);
+    if case.chance(0.5) { newton.least_damping(case.number(1e-3)) } else { newton }
 }
 
 /// Broyden's method with any setting.
-pub fn broyden(case: &mut Case) -> Broyden {
-    let mut broyden = Broyden::new().max_iterations(case.effort(30));
-    if case.chance(0.5) {
-        broyden = broyden.tolerance(case.number(1e-9));
-    }
+pub fn broyden(case: &mut Case, tolerance: f64) -> Broyden {
+    let mut broyden = Broyden::new().max_iterations(case.effort(30)).tolerance(tolerance);
     if case.chance(0.2) {
         broyden = broyden.bad();
     }
@@ -48,12 +45,13 @@ pub fn solve(case: &mut Case) -> Run {
     let guess = case.list(n, 1.0);
     case.note(|| format!("kind {kind}, a {a:e}, b {b:e}, {n} unknowns, guess {guess:?}"));
     let mut equations = Equations::new(n, residual);
+    let tolerance = case.number(1e-9);
     let solved = if case.chance(0.5) {
-        let newton = newton(case);
+        let newton = newton(case, tolerance);
         case.note(|| format!("{newton:?}"));
         newton.solve(&mut equations, &guess)
     } else {
-        let broyden = broyden(case);
+        let broyden = broyden(case, tolerance);
         case.note(|| format!("{broyden:?}"));
         broyden.solve(&mut equations, &guess)
     };
@@ -67,8 +65,9 @@ pub fn solve(case: &mut Case) -> Run {
             holds((largest - root.residual).abs() <= 1e-9 * (1.0 + largest.abs()), || {
                 format!("residual {largest:e}, said {:e}", root.residual)
             })?;
-            let scale = a.abs() + b.abs() + root.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            let sensible = scale < 1e3 && n > 0;
+            // The tolerance is a share of the largest unknown of the guess or the root.
+            let scale = a.abs() + b.abs() + guess.iter().chain(&root.x).fold(0.0, |m: f64, x| m.max(x.abs()));
+            let sensible = scale < 1e3 && n > 0 && tolerance < 1e-3;
             holds(!sensible || largest < 0.1 * scale.max(1e-3), || format!("a root of residual {largest:e}: {:?}", root.x))
         }
         Err(error) => {

@@ -52,7 +52,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.strobe(case.count(2));
     }
     if case.chance(0.2) {
-        sweep = sweep.lyapunov(Lyapunov::new().periods(case.effort(2)).tolerance(case.number(1e-6)));
+        sweep = sweep.lyapunov(Lyapunov::new().periods(case.effort(2)).tolerance(case.number(1e-6)).budget(Budget::new().steps(20_000)));
     }
     if case.chance(0.2) {
         sweep = sweep.check_every(case.count(2));

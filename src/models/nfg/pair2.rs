@@ -64,7 +64,7 @@ impl NfgPair2 {
     /// The exact reading, the pinion of inertia I1 [kg m²].
     ///
     /// # Errors
-    /// A pinion inertia outside 1e-100 .. 1e100; every parameter out of its range, by the name of its field.
+    /// A pinion inertia outside 1e-50 .. 1e50; every parameter out of its range, by the name of its field.
     pub fn new(params: &NfgParams, pinion_inertia: f64) -> Result<Self, ParameterError> {
         NfgPair2::with_reading(params, pinion_inertia, NfgReading::exact())
     }
@@ -103,9 +103,9 @@ impl NfgPair2 {
     /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.
     ///
     /// # Errors
-    /// A torque that is not finite.
+    /// A torque beyond ±1e50.
     pub fn with_torque(self, torque: f64) -> Result<Self, ParameterError> {
-        Ok(NfgPair2 { torque: Some(check::finite("torque on the pinion", torque)?), ..self })
+        Ok(NfgPair2 { torque: Some(check::quantity("torque on the pinion", torque)?), ..self })
     }
 
     /// r_b1 `[m]`.

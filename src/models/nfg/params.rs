@@ -78,25 +78,25 @@ impl NfgParams {
             return Err(ParameterError::OutOfRange { name: "face gear teeth".into(), value: teeth, allowed });
         }
         InstantCentre::check_ratio("eccentric_ratio", self.eccentric_ratio)?;
-        check::finite("pressure_angle", self.pressure_angle)?;
+        check::quantity("pressure_angle", self.pressure_angle)?;
         if !(0.0..std::f64::consts::FRAC_PI_2).contains(&self.pressure_angle) {
             let (name, value) = ("pressure_angle".into(), self.pressure_angle);
             return Err(ParameterError::OutOfRange { name, value, allowed: "[0, π/2)" });
         }
-        check::up_to_scale("load_torque", self.load_torque)?;
+        check::not_negative("load_torque", self.load_torque)?;
         check::scale("inertia", self.inertia)?;
         check::scale("stiffness", self.stiffness)?;
         check::count("stiffness_harmonics", &[self.stiffness_harmonics.len()], check::ORDERS)?;
         check::count("error_harmonics", &[self.error_harmonics.len()], check::ORDERS)?;
         for (i, pair) in self.stiffness_harmonics.iter().enumerate() {
-            check::all_finite(&format!("stiffness_harmonics[{i}]"), pair)?;
+            check::quantities(&format!("stiffness_harmonics[{i}]"), pair)?;
         }
-        check::up_to_scale("damping_ratio", self.damping_ratio)?;
-        check::finite("error", self.error)?;
+        check::not_negative("damping_ratio", self.damping_ratio)?;
+        check::quantity("error", self.error)?;
         for (i, pair) in self.error_harmonics.iter().enumerate() {
-            check::all_finite(&format!("error_harmonics[{i}]"), pair)?;
+            check::quantities(&format!("error_harmonics[{i}]"), pair)?;
         }
-        check::up_to_scale("half_backlash", self.half_backlash)?;
+        check::not_negative("half_backlash", self.half_backlash)?;
         check::scale("speed", self.speed)?;
         Ok(())
     }

@@ -93,7 +93,7 @@ impl<N: Nonlinearity> Ring<N> {
     /// K = Bᵀ k B [N m/rad] with all teeth in contact, for given mesh stiffnesses [N/m].
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or not finite.
+    /// Mesh stiffnesses not as many as meshes, negative or above 1e50.
     pub fn stiffness_matrix(&self, mesh_stiffness: &[f64]) -> Result<DMatrix<f64>, ParameterError> {
         Ok(self.assemble(self.link_stiffnesses(mesh_stiffness)?))
     }
@@ -112,7 +112,7 @@ impl<N: Nonlinearity> Ring<N> {
     /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or not finite; [`ParameterError::NotFinite`] when no eigenvalues are found.
+    /// Mesh stiffnesses not as many as meshes, negative or above 1e50; [`ParameterError::NotFinite`] when no eigenvalues are found.
     pub fn modes(&self, mesh_stiffness: &[f64]) -> Result<Modes, ParameterError> {
         let k = self.stiffness_matrix(mesh_stiffness)?;
         let c = self.damping_matrix();

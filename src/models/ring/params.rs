@@ -107,7 +107,7 @@ pub struct RingParams<N = Backlash> {
 impl<N: Nonlinearity> RingParams<N> {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         check::scale("motor.inertia", self.motor.inertia)?;
-        check::finite("motor.torque", self.motor.torque)?;
+        check::quantity("motor.torque", self.motor.torque)?;
         self.motor.shaft.check("motor.shaft")?;
         if self.gears.len() < 3 {
             return Err(ParameterError::TooFew { name: "gears of a closed ring".into(), value: self.gears.len(), least: 3 });
@@ -116,9 +116,9 @@ impl<N: Nonlinearity> RingParams<N> {
         check::length("meshes", self.meshes.len(), self.gears.len())?;
         for (i, gear) in self.gears.iter().enumerate() {
             check::scale(format!("gears[{i}].inertia"), gear.inertia)?;
-            check::size(format!("gears[{i}].base_radius"), gear.base_radius)?;
+            check::scale(format!("gears[{i}].base_radius"), gear.base_radius)?;
             check::scale(format!("gears[{i}].load.inertia"), gear.load.inertia)?;
-            check::finite(format!("gears[{i}].load.torque"), gear.load.torque)?;
+            check::quantity(format!("gears[{i}].load.torque"), gear.load.torque)?;
             gear.load.shaft.check(&format!("gears[{i}].load.shaft"))?;
         }
         let period = TAU / check::scale("omega", self.omega)?;
@@ -232,7 +232,7 @@ impl RingSet {
     /// The ring as full parameters.
     ///
     /// # Errors
-    /// No teeth; more than 4095 gears; a speed or mean stiffness that is not positive; phases not as many as gears; a number that is not finite.
+    /// No teeth; more than 4095 gears; a speed or mean stiffness that is not positive; phases not as many as gears; a number beyond ±1e50.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
         if self.teeth == 0 {
             return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, least: 1 });
@@ -240,10 +240,10 @@ impl RingSet {
         check::count("gears", &[self.gears], MOST_GEARS)?;
         check::positive("rpm", self.rpm)?;
         check::positive("mesh_stiffness", self.mesh_stiffness)?;
-        check::finite("error", self.error)?;
-        check::all_finite("stiffness_harmonics", &self.stiffness_harmonics)?;
+        check::quantity("error", self.error)?;
+        check::quantities("stiffness_harmonics", &self.stiffness_harmonics)?;
         check::length("phases", self.phases.len(), self.gears)?;
-        check::all_finite("phases", &self.phases)?;
+        check::quantities("phases", &self.phases)?;
         let omega = self.omega();
         let wave: Vec<_> = self.stiffness_harmonics.iter().map(|a| [self.mesh_stiffness * a, 0.0]).collect();
         let stiffness = Fourier::new(self.mesh_stiffness, &wave, omega)?;

@@ -40,8 +40,8 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn relative(&self, nominal_size: f64, frequency: f64) -> Result<RelativeView<'_, N>, ParameterError> {
         Ok(RelativeView {
             ring: self,
-            length: check::size("nominal size b_e", nominal_size)?,
-            frequency: check::size("frequency omega_n", frequency)?,
+            length: check::scale("nominal size b_e", nominal_size)?,
+            frequency: check::scale("frequency omega_n", frequency)?,
         })
     }
 }
@@ -105,8 +105,8 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         let n = self.ring.gears();
         check::length("relative coordinates", q.len(), 2 * n + 1)?;
         check::length("relative rates", v.len(), 2 * n + 1)?;
-        check::all_finite("relative coordinates", q)?;
-        check::all_finite("relative rates", v)?;
+        check::quantities("relative coordinates", q)?;
+        check::quantities("relative rates", v)?;
         let (e, rate) = self.closure(t);
         for (name, x, expected) in [("sum of the mesh coordinates", q, e), ("sum of the mesh rates", v, rate)] {
             let found: f64 = x[1..=n].iter().sum();
@@ -136,7 +136,7 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     /// shaft stiffnesses, in the units of the relative coordinates.   Source: Yao 2020, coefficient list under Eq. (2), corrected.
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or not finite.
+    /// Mesh stiffnesses not as many as meshes, negative or above 1e50.
     pub fn coefficients(&self, mesh_stiffness: &[f64]) -> Result<(DMatrix<f64>, DMatrix<f64>), ParameterError> {
         let (dampings, stiffnesses) = (self.ring.link_dampings(), self.ring.link_stiffnesses(mesh_stiffness)?);
         let b = self.ring.mesh_matrix();
