@@ -126,6 +126,9 @@ impl PhaseLaw {
         for _ in 0..200 {
             let (sine, cosine) = libm::sincos(x);
             let off = x + self.swing * sine - target;
+            if off == 0.0 {
+                break;
+            }
             if off > 0.0 {
                 hi = x
             } else {

@@ -135,7 +135,7 @@ impl Case {
     /// A value that a user's own code may have: within the range of all quantities.
     pub fn quantity(&mut self, sensible: f64) -> f64 {
         let value = self.number(sensible);
-        if value.is_finite() { value.clamp(-1e50, 1e50) } else { sensible }
+        if value.abs() <= 1e50 { value } else { 1.0 }
     }
     /// The sensible value itself, as a period that has to fit, or a hostile one.
     pub fn exactly(&mut self, sensible: f64) -> f64 {

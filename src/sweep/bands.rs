@@ -105,7 +105,7 @@ impl Bands {
     pub fn band(&self, channel: &str, p: f64) -> Result<Vec<f64>, ParameterError> {
         (0..self.times.len()).map(|i| self.at(channel, i)?.quantile(p)).collect()
     }
-    /// Mean of a channel over time.
+    /// Mean of a channel over time; not a number at times that no member reached.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`].
