@@ -73,7 +73,7 @@ impl WaterfallLine {
 }
 
 impl Waterfall {
-    /// Windows of whole turns of the phase, seen at so many points of each turn: orders up to half of them.
+    /// Windows of `turns` whole turns of the phase, seen at `samples` points of each turn: orders up to half of `samples`.
     ///
     /// # Errors
     /// No turns; fewer than four samples; more than 2²⁶ samples in a window.

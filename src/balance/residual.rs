@@ -71,7 +71,7 @@ pub(super) enum Method<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
-    /// `finer`: with so many times the samples, or as much narrower panels, as the orders ask for.
+    /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
     pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
         let n = model.dof();
         check::scale("period of the model", model.period())?;

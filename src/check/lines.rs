@@ -4,18 +4,20 @@ use super::Finding;
 use super::point::Point;
 use crate::model::Model;
 
-/// Equal parts of a line, of which so many at a time make a window.
+/// Equal parts of a line, and of a window that is looked at.
 const PARTS: usize = 32;
 const WINDOW: usize = 8;
 /// Lines reach to twenty times the size of the coordinates, and to ever smaller distances.
 const REACHES: i32 = 10;
-/// Share of all bending in a window that two neighbouring nodes hold: 2/7 of a smooth curve, all of a bend.
+/// Share of the second differences of a window that its two largest neighbours hold: 2/7 on a smooth curve, 1 at a kink. Above the first a
+/// kink is suspected, above the second it is certain.
 const SUSPECT: f64 = 0.45;
 const CERTAIN: f64 = 0.9;
 /// Times that a window is narrowed, each to 3/8, and after how many a bend is certain.
 const LEVELS: usize = 14;
 const LEAST: usize = 6;
-/// What is left of a bend in a window of 3/8: as much; of a smooth curve the square of it, of a cusp x^1.5 the power 1.5.
+/// Narrowing a window to 3/8 leaves 3/8 of the second difference at a kink, (3/8)² = 0.14 of that of a smooth curve, (3/8)^1.5 = 0.23 of
+/// that of a cusp x^1.5. Below this share it is no kink.
 const LEFT: f64 = 0.3;
 
 /// The strongest bend over equal parts: between which nodes, how strong, and its share of all.

@@ -70,7 +70,7 @@ pub(crate) struct Table {
     ends: Vec<u32>,
 }
 
-/// Up to so many columns stand in rows as they are.
+/// Up to this number of columns stand in rows as they are.
 pub(super) const WHOLE: usize = 16;
 
 /// Whether the acceleration at rest is finite.

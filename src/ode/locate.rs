@@ -278,7 +278,7 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     if on_edge && d0.rate <= 0.0 && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack) {
         return Some(0.0);
     }
-    // One that came in a little past its edge, because the edge was met no closer, may be as far out for as long.
+    // If locating left the contact outside its edge by δ, δ is tolerated for this step.
     let slack = if on_edge { slack.max(-d0.value) } else { slack };
     // Halve the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
     let right = if limit == 1.0 { d1 } else { look(limit) };

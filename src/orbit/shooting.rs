@@ -67,7 +67,7 @@ impl Shooting {
         Shooting { multiple, ..self }
     }
     /// Number of segments: by default one for each state of the guess, and from a single state as many as the motion asks for. More
-    /// segments make orbits that are very unstable reachable. A list of states is thinned to so many, never filled up. At most 10⁶.
+    /// segments make orbits that are very unstable reachable. A list of states is thinned to this number, never filled up. At most 10⁶.
     pub fn segments(self, segments: usize) -> Self {
         Shooting { segments: Some(segments), ..self }
     }

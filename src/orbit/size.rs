@@ -85,7 +85,7 @@ pub(crate) struct Rounding<'m, M: ?Sized> {
     largest: Vec<f64>,
 }
 
-/// The estimate of an error is made of a dozen evaluations: it does not fall below so many roundings.
+/// The error estimate sums a dozen evaluations: it does not fall below this many roundings.
 const ROUNDINGS: f64 = 16.0;
 /// A coarse run, held to 1e-9, shows no motion below this share of the same sums.
 const SEEN: f64 = 1e-9;

@@ -28,8 +28,8 @@ pub enum FirstJacobian {
 ///
 /// Source: Broyden 1965; Kelley, Iterative Methods for Linear and Nonlinear Equations, ch. 7. The second paper's solver.
 ///
-/// A small step alone is no root: a B that has become too small makes every step small. The last one is judged by the equations' own Jacobian,
-/// or by differences; where these ask for more, iterations go on from them.
+/// A small step does not prove a root: a B that has become too small makes every step small. The last iterate is therefore judged by the
+/// equations' own Jacobian there, or by differences; where that asks for a larger correction, iterations go on from it.
 ///
 /// ```
 /// use gear_dynamics::{Broyden, Equations};
@@ -75,8 +75,8 @@ impl Broyden {
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }
     }
-    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate. The residual there is held to it too: so
-    /// small has to be the correction that the equations' own Jacobian at the root asks for.
+    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate. The correction that the equations' own
+    /// Jacobian at the root asks for is held to the same size.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Broyden { tolerance, ..self }
     }

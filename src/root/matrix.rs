@@ -55,7 +55,7 @@ impl Matrix {
     /// Zeros in blocks of the given heights; `pattern` lists (block row, block column) of those that are stored.
     ///
     /// # Errors
-    /// A block outside the matrix, or twice; heights of more than 2³² in sum, or more than 2³² stored entries.
+    /// A block outside the matrix, or twice; heights of more than 2²⁸ in sum, or more than 2²⁸ stored entries.
     pub fn blocks(heights: &[usize], pattern: &[(usize, usize)]) -> Result<Self, ParameterError> {
         let size = heights.iter().fold(0usize, |size, &height| size.saturating_add(height));
         check::count("sum of the heights", &[size], MOST_ENTRIES)?;

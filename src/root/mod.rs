@@ -39,6 +39,9 @@ pub trait Residual {
     /// r(x).
     fn residual(&mut self, x: &[f64], r: &mut [f64]);
     /// An empty Jacobian of the right pattern; dense unless said otherwise.
+    ///
+    /// # Panics
+    /// As it stands for more than 65 536 unknowns, see [`Matrix::dense`]: equations as large as that have a pattern of their own.
     fn matrix(&self) -> Matrix {
         Matrix::dense(self.size())
     }

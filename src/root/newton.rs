@@ -158,8 +158,8 @@ impl Newton {
     }
 }
 
-/// Whether x is a root to `bound`: the correction that led here did to every residual what the Jacobian at hand foresaw, or that of the very
-/// place asks for no more.
+/// Whether x is a root to `bound`: every residual is at most half of Σ_j |J_ij s_j|, with the Jacobian at hand and the correction s that led
+/// here, or the Jacobian at x itself asks for no correction above `bound`.
 fn is_met<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], step: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
     let mut foreseen = vec![0.0; r.len()];
     jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
@@ -176,7 +176,7 @@ struct Descent {
     steps: usize,
 }
 
-/// Steps shorter than this share crawl; so many of them, one after the other, are too many.
+/// A step damped below this share crawls; after `CRAWLS` of them in a row the descent begins.
 const CRAWL: f64 = 1.0 / 16.0;
 const CRAWLS: usize = 4;
 /// How many of the last |r|₂ count.

@@ -30,7 +30,7 @@ pub enum SweepError {
     /// A parameter, a channel name or a range that cannot be used.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// No table of so many steps.
+    /// No table with this number of steps.
     #[error(transparent)]
     Table(#[from] TableError),
     /// A channel that this engine does not measure.

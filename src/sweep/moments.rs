@@ -224,7 +224,8 @@ impl Distribution {
         Ok(self.max)
     }
 
-    /// Counts over so many equal spans between the extremes, by the middle of each span: to a bin's width.
+    /// Counts over `spans` equal spans between the extremes, with the middle of each span; which span a value falls in is known to the width
+    /// of a bin.
     ///
     /// # Errors
     /// No spans or more than 2²⁴; no values.

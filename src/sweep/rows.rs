@@ -149,7 +149,7 @@ impl Rows {
         Ok(self.layout == *layout)
     }
 
-    /// Whether there is room for so many rows of so many figures.
+    /// Whether there is room for `rows` rows of `stride` figures.
     pub(crate) fn check_room(rows: usize, stride: Option<usize>) -> Result<(), SweepError> {
         check::count("figures of the rows; chunks hold fewer", &[rows, stride.unwrap_or(usize::MAX)], MOST_FIGURES)?;
         Ok(())

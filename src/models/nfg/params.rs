@@ -162,7 +162,7 @@ impl NfgParams {
     pub fn mean_base_radius(&self) -> f64 {
         self.mean_pitch_radius() * libm::cos(self.pressure_angle)
     }
-    /// L without cos α `[m]`: what the paper's own figures used.
+    /// L without cos α `[m]`: fits the paper's own figures best.
     pub fn mean_pitch_radius(&self) -> f64 {
         let eps2 = self.eccentric_ratio * self.eccentric_ratio;
         self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)
@@ -274,7 +274,7 @@ pub struct NfgReading {
 }
 
 impl NfgReading {
-    /// The equations as the paper's own figures used them.
+    /// The reading of the equations that fits the paper's own figures best.
     pub fn published() -> Self {
         NfgReading {
             radius: Radius::Pitch,
