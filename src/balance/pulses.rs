@@ -17,8 +17,9 @@ const DEPARTS: f64 = 1e-3;
 const AGREE: f64 = 1e-12;
 /// Halvings of a pulse: down to the rounding of time.
 const DEEPEST: usize = 40;
-/// Ends of panels that one pulse may have.
+/// Ends of panels that one pulse may have, and all of them together.
 const MOST: usize = 1 << 12;
+const MOST_OF_ALL: usize = 1 << 16;
 
 /// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
 pub(super) fn pulses<M: Periodic + ?Sized>(model: &M, near: &Orbit, harmonics: &Harmonics) -> Vec<f64> {
@@ -63,7 +64,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
             if let Some((start, end)) = pulse {
                 ends.extend([start, end]);
-                let most = ends.len() + MOST;
+                let most = (ends.len() + MOST).min(MOST_OF_ALL);
                 looks.halve((start, end), &largest, 0, most, &mut ends);
             }
         };

@@ -177,11 +177,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         check_gaps(e, e.t1)?;
         let stall = |t: f64, exit: Exit| Err(IntegrateError::EdgeStall { t, contact: exit.contact });
         match self.locator.find::<T, M, V>(e) {
-            // Behind the end of the run, or behind a jump of the drives, an edge met just there would be passed uncounted.
-            Found::Nothing if e.t1 >= self.stop => {
-                self.crossings.extend(Locator::on_edges(&e.pieces, &e.contacts));
-                self.stats.crossings += self.crossings.len() as u64;
-            }
             Found::Nothing => {}
             Found::TooLong(share) => {
                 self.pace.h = share * made;

@@ -16,6 +16,8 @@ use crate::piece::Piece;
 const SHARE: f64 = 0.005;
 /// ... or by this share of the gap.
 const FLOOR: f64 = 1e-6;
+/// ... or by this many times what rounding moves it by.
+const ROUNDINGS: f64 = 16.0;
 /// A step this much longer than any found resolved at many places is looked at there, others at one node.
 const GROWTH: f64 = 1.25;
 /// Those places: multiples of the golden ratio, modulo 1, in step with no period.
@@ -92,6 +94,7 @@ impl Gaps {
         e: &mut Engine<'_, M, V>,
         start: &[Contact],
         end: &[Contact],
+        noise: &[f64],
     ) -> Resolved {
         let h = e.h();
         e.contacts_on_cubic::<T>(T::PROBE);
@@ -110,13 +113,13 @@ impl Gaps {
                 let off = seen.max(missed * (h / length).powi(4).min(FOURTH));
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
-                    ratio = ratio.max(off / allowed(&end[i], [d0.value, d.value, d1.value]));
+                    ratio = ratio.max(off / allowed(&end[i], noise[i], [d0.value, d.value, d1.value]));
                 }
             }
         }
         let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest;
         if closely {
-            ratio = self.look_closely::<T, M, V>(e, start, end, ratio);
+            ratio = self.look_closely::<T, M, V>(e, start, end, noise, ratio);
         }
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
@@ -145,6 +148,7 @@ impl Gaps {
         e: &mut Engine<'_, M, V>,
         start: &[Contact],
         end: &[Contact],
+        noise: &[f64],
         ratio: f64,
     ) -> f64 {
         let h = e.h();
@@ -178,7 +182,7 @@ impl Gaps {
                 }
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
-                    let allowed = allowed(&end[i], range);
+                    let allowed = allowed(&end[i], noise[i], range);
                     by_rates = by_rates.max(off / allowed);
                     by_values = by_values.max(off_values / allowed);
                 }
@@ -188,12 +192,12 @@ impl Gaps {
     }
 }
 
-/// How far the cubic may miss a distance with these values in the step.
+/// How far the cubic may miss a distance with these values in the step, which rounding moves by `noise`.
 #[inline]
-fn allowed(c: &Contact, values: [f64; 3]) -> f64 {
+fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
     let range = a.max(b).max(c_) - a.min(b).min(c_);
-    (SHARE * range + FLOOR * scale(c)).max(f64::MIN_POSITIVE)
+    (SHARE * range + FLOOR * scale(c)).max(ROUNDINGS * noise).max(f64::MIN_POSITIVE)
 }
 
 /// The cubic through four points.

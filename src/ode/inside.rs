@@ -41,9 +41,11 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
     pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
         noise.fill(0.0);
         self.contacts_at_start();
-        for pattern in 1..=4_u64 {
+        // The bits of the places: any two components move in opposite directions at least once.
+        let patterns = usize::BITS - self.y.slice().len().leading_zeros();
+        for pattern in 0..patterns {
             for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
-                let up = ((j as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (7 * pattern)) & 1 == 0;
+                let up = (j >> pattern) & 1 == 0;
                 *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
             }
             let (q, v) = halves(&self.look);

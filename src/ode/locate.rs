@@ -3,7 +3,6 @@
 use super::engine::{Engine, Tableau};
 use super::gaps::{Gaps, Resolved};
 use super::hermite::{Distance, Hermite};
-use super::step::Crossing;
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
@@ -15,7 +14,7 @@ const SLACK: f64 = 1e-10;
 const CLOSE: f64 = 1e-13;
 /// Slack, in units of what rounding of the coordinates moves the deflection by.
 const NOISE: f64 = 4.0;
-/// Accepted steps between two looks at the size of the coordinates.
+/// Accepted steps between two measurements of what rounding moves the deflections by.
 const LOOKS: u8 = 31;
 /// Contacts this close to their edges, in shares of the gap, may cross together with the one located.
 const WITH: f64 = 1e-6;
@@ -28,6 +27,8 @@ const RESOLVED: f64 = 0.05;
 /// Halvings of a step in search of a first root, and the stretch that is left.
 const HALVINGS: usize = 10;
 const SHORTEST: f64 = 1.0 / 1024.0;
+/// Where a stretch is divided: a multiple of the golden ratio modulo 1, so that no wave has a whole number of periods on both sides.
+const MIDDLE: f64 = 0.472_135_954_999_579;
 /// Refinements of one root; bisection alone would need about 50.
 const MOST: usize = 60;
 
@@ -79,10 +80,9 @@ pub(crate) struct Locator {
     /// Changes of piece since time last moved.
     still: Vec<u8>,
     gaps: Gaps,
-    /// What rounding of large coordinates moves each deflection by, and how large they were when it was looked at.
+    /// What rounding of large coordinates moves each deflection by.
     noise: Vec<f64>,
-    size: f64,
-    /// Steps until the next look at their size.
+    /// Steps until it is measured again.
     countdown: u8,
     /// How many times as long as this step the next may be.
     pub(crate) growth: f64,
@@ -112,7 +112,6 @@ impl Locator {
             still: vec![0; contacts],
             gaps: Gaps::new(contacts),
             noise: vec![0.0; contacts],
-            size: 0.0,
             countdown: 0,
             growth: f64::INFINITY,
         }
@@ -156,15 +155,11 @@ impl Locator {
         }
     }
 
-    /// Looks at the rounding of the deflections, when the coordinates have doubled since the last look.
+    /// Measures what rounding moves the deflections by: coordinates may have grown.
     #[cold]
     pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
         self.countdown = LOOKS;
-        let size = e.y.slice().iter().fold(0.0, |m: f64, y| m.max(y.abs()));
-        if size > 2.0 * self.size {
-            self.size = size;
-            e.rounding_of_contacts(&mut self.noise);
-        }
+        e.rounding_of_contacts(&mut self.noise);
     }
 
     /// How far contact `i` may lie past its edge before it counts.
@@ -195,24 +190,13 @@ impl Locator {
         })
     }
 
-    /// Every contact that lies on an edge of its piece, within the slack, and is on its way out.
-    pub(crate) fn on_edges<'a>(pieces: &'a [Piece], contacts: &'a [Contact]) -> impl Iterator<Item = Crossing> + 'a {
-        (0..contacts.len()).flat_map(move |i| {
-            let out = Exit::of(i, pieces[i]).into_iter().flatten().find(move |exit| {
-                let d = exit.distance(pieces[i], &contacts[i], 1.0);
-                d.rate < 0.0 && d.value <= SLACK * scale(&contacts[i])
-            });
-            out.map(|exit| Crossing { contact: i, from: pieces[i], to: exit.to })
-        })
-    }
-
     /// The first exit inside the step just made; its end contacts are in `e.contacts`.
     pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> Found {
         let h = e.h();
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         self.end.copy_from_slice(&e.contacts);
-        match self.gaps.look::<T, M, V>(e, &self.start, &self.end) {
+        match self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise) {
             Resolved::Yes(growth) => self.growth = growth,
             Resolved::No(share) => return Found::TooLong(share),
         }
@@ -280,17 +264,17 @@ fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     }
     // If locating left the contact outside its edge by δ, δ is tolerated for this step.
     let slack = if on_edge { slack.max(-d0.value) } else { slack };
-    // Halve the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
+    // Divide the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
     let right = if limit == 1.0 { d1 } else { look(limit) };
     let mut ends = [(limit, right); HALVINGS + 1];
     let mut open = 1;
     while open > 0 {
         let (b, db) = ends[open - 1];
         let cubic = Hermite::over(b - a, da, db);
-        let m = 0.5 * (a + b);
+        let m = a + MIDDLE * (b - a);
         let dm = look(m);
         // A slope that is off tells of a wave that the middle meets by chance.
-        let off = (dm.value - cubic.at(0.5)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(0.5)).abs());
+        let off = (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
         let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
         let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
         if dm.value < -slack && db.value >= -slack && m > a {

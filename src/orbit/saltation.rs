@@ -34,11 +34,18 @@ pub(super) struct Saltation<'t, M: ?Sized> {
 const NEGLIGIBLE: f64 = 1e-10;
 /// Instants before an edge, in shares of the step, and weights of a one-sided difference of third order.
 const BACK: f64 = 1e-3;
+/// The same as a share of the time, at the least.
+const LEAST: f64 = 1e-8;
 const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
 
 /// The distance from one edge.
 fn distance(c: &Contact, lower: bool) -> f64 {
     c.deflection - if lower { c.lower } else { c.upper }
+}
+
+/// How fast that edge moves.
+fn edge_rate(c: &Contact, lower: bool) -> f64 {
+    if lower { c.lower_rate } else { c.upper_rate }
 }
 
 impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
@@ -82,7 +89,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         changed
     }
 
-    /// ∇h of a contact at an edge. d' is linear in the velocities with the very coefficients ∂d/∂q unless d depends on the velocities itself:
+    /// ∇h of a contact at an edge. h' is linear in the velocities with the very coefficients ∂h/∂q unless h depends on the velocities itself:
     /// then differences are taken. Whether it does.
     fn slope(&mut self, contact: usize, lower: bool, q: &[f64]) -> bool {
         let n = self.n;
@@ -92,16 +99,16 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let mut by_velocity = false;
         for j in 0..n {
             let here = self.moved[n + j];
-            let (mut rate, mut value) = ([0.0; 2], [0.0; 2]);
-            for ((rate, value), side) in rate.iter_mut().zip(&mut value).zip([1.0, -1.0]) {
+            let [above, below] = [1.0, -1.0].map(|side| {
                 self.moved[n + j] = here + side * self.scale[n + j];
                 model.contact(u, q, &self.moved[n..], contacts);
-                (*rate, *value) = (contacts[contact].rate, distance(&contacts[contact], lower));
-            }
+                contacts[contact]
+            });
             self.moved[n + j] = here;
-            self.gradient[j] = (rate[0] - rate[1]) / (2.0 * self.scale[n + j]);
+            let rate = (above.rate - below.rate) - (edge_rate(&above, lower) - edge_rate(&below, lower));
+            self.gradient[j] = rate / (2.0 * self.scale[n + j]);
             self.gradient[n + j] = 0.0;
-            by_velocity |= value[0] != value[1];
+            by_velocity |= distance(&above, lower) != distance(&below, lower);
         }
         if by_velocity {
             let mut h = |q: &[f64], v: &[f64]| {
@@ -125,7 +132,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
 
     /// h' of a distance that depends on the velocities: ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'', the acceleration that before the edge.
     fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2], q: &[f64]) -> f64 {
-        let (n, back) = (self.n, BACK * (to - from));
+        // Far from time zero a short step holds too few instants that can be told apart.
+        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
             self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
@@ -158,7 +166,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
         let rate = match by_velocity {
             true => self.rate(contact, lower, times, q),
-            false => c.rate - if lower { c.lower_rate } else { c.upper_rate },
+            false => c.rate - edge_rate(&c, lower),
         };
         if !known || rate == 0.0 {
             return false;

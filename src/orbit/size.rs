@@ -14,6 +14,8 @@ pub(crate) struct Sizes {
     y: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
+    /// The largest coordinate and the largest velocity, rigid motion among them.
+    largest: [f64; 2],
     pub(crate) steps: usize,
     first: f64,
     last: f64,
@@ -31,6 +33,7 @@ impl Sizes {
             y: vec![0.0; m],
             low: vec![f64::INFINITY; m],
             high: vec![f64::NEG_INFINITY; m],
+            largest: [0.0; 2],
             steps: 0,
             first: f64::INFINITY,
             last: f64::NEG_INFINITY,
@@ -42,6 +45,9 @@ impl Sizes {
         let (y_q, y_v) = self.y.split_at_mut(q.len());
         y_q.copy_from_slice(q);
         y_v.copy_from_slice(v);
+        if !self.rigid.is_empty() {
+            self.largest = [(self.largest[0], q), (self.largest[1], v)].map(|(m, y)| y.iter().fold(m, |m, y| m.max(y.abs())));
+        }
         for r in &self.rigid {
             remove(r, y_q);
             remove(r, y_v);
@@ -58,7 +64,8 @@ impl Sizes {
         let value = |i: usize| self.low[i].abs().max(self.high[i].abs());
         let range = |i: usize| {
             let range = self.high[i] - self.low[i];
-            if range > ROUNDING * value(i) { range } else { 0.0 }
+            // Taking rigid motion out brings in the rounding of all coordinates, or of all velocities.
+            if range > ROUNDING * value(i).max(self.largest[i / n]) { range } else { 0.0 }
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let fellows = |part: std::ops::Range<usize>| part.map(range).fold(0.0, f64::max);

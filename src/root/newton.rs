@@ -147,7 +147,8 @@ impl Newton {
                 let serves = contraction <= FAST && taken.update(&mut next);
                 // The next correction estimates the error that is left.
                 let near = largest(&next) <= bound;
-                if near && is_met(equations, &x, &r, &step, bound, &mut matrix) {
+                // A correction within the tolerance has been judged above.
+                if near && size > bound && is_met(equations, &x, &r, &step, bound, &mut matrix) {
                     return Ok(root);
                 }
                 factors = (serves && !near).then_some(kept);

@@ -237,7 +237,7 @@ impl Ensemble {
             return Ok(None);
         }
         let peak = |name: &&str| statistics.summary(name).map(|x| x.max.abs().max(x.min.abs()));
-        let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Start)?;
+        let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Figure)?;
         let impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
         Ok(Some(Seen { values, peaks, impacts }))
     }

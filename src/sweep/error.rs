@@ -98,6 +98,9 @@ pub enum PointError {
     /// A start that does not fit.
     #[error("start: {0}")]
     Start(ParameterError),
+    /// A figure that was asked for is not a number, while the motion is.
+    #[error("figures of the run: {0}")]
+    Figure(ParameterError),
     /// A period that is not positive and finite.
     #[error("the period of the model is {period}: it must be positive and finite")]
     Period {

@@ -89,8 +89,11 @@ impl<I: Integrator> Located<I> {
                 let mut statistics = Statistics::new(model, &names).map_err(PointError::Start)?;
                 let mut measures = (&mut statistics, &mut rattle);
                 let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
+                if finish.stopped {
+                    return Ok(None);
+                }
                 for (i, name) in names.iter().enumerate() {
-                    let Ok(x) = statistics.summary(name) else { continue };
+                    let x = statistics.summary(name).map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {

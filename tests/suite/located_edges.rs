@@ -2,6 +2,7 @@
 
 use crate::common::{FreeDeadZone, Impact};
 use gear_dynamics::*;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Hides the pieces of a model, so that edges are found by re-stepping.
@@ -334,4 +335,108 @@ fn rings_that_have_turned_far_do_not_stall() {
     assert!(off < 1e-8, "{off}");
     // A million radians leave 1e-10 rad of the angles: the motion is coarse, and goes on.
     assert!(run(1e6).stats.crossings > 3);
+}
+
+/// Two masses whose distance has a gap, far from the origin: R(q1 - q2) = ±b, opened by cos t.
+struct Couple;
+
+impl Model for Couple {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let mut contact = [Contact::default()];
+        self.contact(u, q, v, &mut contact);
+        self.accel_on_pieces(&[contact[0].piece()], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let (deflection, rate) = (0.05 * (q[0] - q[1]), 0.05 * (v[0] - v[1]));
+        out[0] = Contact { deflection, rate, lower: -1e-5, upper: 1e-5, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let d = 0.05 * (q[0] - q[1]);
+        let force = match pieces[0] {
+            Piece::Lower => d + 1e-5,
+            Piece::Gap => 0.0,
+            Piece::Upper => d - 1e-5,
+        };
+        let force = 1e3 * force + 5.0 * (v[0] - v[1]) * f64::from(pieces[0] != Piece::Gap) + 1e-2 * u[0].cos();
+        a.copy_from_slice(&[-force, force]);
+        true
+    }
+}
+
+/// Rounding of 10⁴ rad moves the deflection of neighbouring coordinates by 1e-13 m, a thousand slacks of the gap: no contact stalls, and as many
+/// edges are met as near the origin.
+#[test]
+fn two_coordinates_that_have_turned_far_do_not_stall() {
+    let solver = Dop853::new().rtol(1e-9).atol(1e-10);
+    let crossings = |turned: f64, spin: f64, apart: f64| {
+        let start = State::new(0.0, &[turned + apart, turned], &[spin, spin]);
+        solver.run(&Couple, &start, 40.0, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).unwrap().stats.crossings
+    };
+    for k in 0..20 {
+        let apart = 1e-5 * f64::from(k);
+        let near = crossings(0.0, 0.0, apart);
+        assert!(near > 5, "{near}");
+        assert_eq!(crossings(1e4, 0.0, apart), near, "{k}");
+        // Fast rotation from the origin comes as far.
+        assert_eq!(crossings(0.0, 250.0, apart), near, "{k}");
+    }
+}
+
+/// A fixed step holds whole periods of the edge and ends at its crests: ends and middle agree with a straight line, and the edge is met all
+/// the same.
+#[test]
+fn an_edge_in_step_with_fixed_steps_is_met() {
+    for periods in [1.0, 2.0, 4.0, 6.0, 10.0] {
+        let h = 0.01;
+        let omega = periods * TAU / h;
+        let model = Crest { omega };
+        // The gap closes to -E between crests while 1 + E cos ωt - t falls below 1 + E - t.
+        let mut touched = f64::NAN;
+        let mut watch = |step: &mut Step<'_>| {
+            if step.crossings().is_empty() {
+                return ControlFlow::Continue(());
+            }
+            touched = step.t1();
+            ControlFlow::Break(())
+        };
+        Rk4::new(h).run(&model, &State::new(0.0, &[0.0], &[1.0]), 1.2, &mut watch).unwrap();
+        let gap = |t: f64| 1.0 + 0.05 * (omega * t).cos() - t;
+        let (mut t, step) = (0.94, 1e-4 / omega);
+        while gap(t) > 0.0 {
+            t += step;
+        }
+        assert!((touched - t).abs() < 2.0 * step, "{periods} periods a step: {touched} in place of {t}");
+    }
+}
+
+/// A mass in free flight below an edge at 1 + .05 cos ωt.
+struct Crest {
+    omega: f64,
+}
+
+impl Model for Crest {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = 0.0;
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let (s, c) = (self.omega * u[0]).sin_cos();
+        let (upper, upper_rate) = (1.0 + 0.05 * c, -0.05 * self.omega * s);
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: f64::NEG_INFINITY, upper, upper_rate, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, _: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+        a[0] = 0.0;
+        true
+    }
 }

@@ -346,8 +346,11 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
         Ok::<_, ParameterError>(State::new(0.0, &[if p.index() == 1 { 1e308 } else { -6.4e-4 }], &[1e308 * (p.index() == 1) as u8 as f64]))
     };
     let rows = sweep(3).run(&LaneRk4::<4>::new(STEPS), pair, far).unwrap();
-    assert!(matches!(rows.row(1).unwrap(), Err(PointError::Diverged { period: 1 })));
+    assert!(matches!(rows.row(1).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
+    // Steps far beyond the limit of stability.
+    let coarse = sweep(3).settle(2000).run(&LaneRk4::<4>::new(3), pair, rest).unwrap();
+    assert!((0..3).all(|i| matches!(coarse.row(i).unwrap(), Err(PointError::Diverged { period: 2.. }))));
     let wrong = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2))).unwrap();
     assert!(matches!(wrong.row(0).unwrap(), Err(PointError::Start(ParameterError::Length { .. }))));
     let late = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))).unwrap();
