@@ -240,12 +240,14 @@ fn table_2_with_one_constant() {
     let data = read("nfg.json");
     let column = |name: &str| -> Vec<f64> { data["table2"][name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
     let (recomputed, paper) = (column("xi_ours"), column("xi_paper"));
-    let ratios = |harmonics: Harmonics, truncating: bool| -> Vec<f64> {
+    let ratios = |harmonics: Harmonics, truncating: bool, every: usize| -> Vec<f64> {
         let mut balance = Balance::new(harmonics);
         if truncating {
             balance = balance.integrals(Integrals::Sampled { samples: 1024 });
         }
         [280.0, 392.0, 504.0, 616.0, 728.0, 840.0, 952.0, 1064.0, 1176.0]
+            .into_iter()
+            .step_by(every)
             .map(|rpm| {
                 let params = NfgParams { speed: TAU * rpm / 60.0 / 1.3, ..NfgParams::table1() };
                 let pair = NfgPair::with_reading(&params, NfgReading::published()).unwrap();
@@ -256,16 +258,16 @@ fn table_2_with_one_constant() {
                 }
                 63.0 * orbit.amplitude(0, 63) / orbit.amplitude(0, 1)
             })
-            .to_vec()
+            .collect()
     };
-    let converged = ratios(Harmonics::up_to(400), false);
-    for ((ratio, recomputed), paper) in converged.iter().zip(&recomputed).zip(&paper) {
+    let converged = ratios(Harmonics::up_to(400), false, 4);
+    for ((ratio, recomputed), paper) in converged.iter().zip(recomputed.iter().step_by(4)).zip(paper.iter().step_by(4)) {
         let xi = data["table2"]["C"].as_f64().unwrap() * ratio;
         println!("converged {xi:.3}, recomputed {recomputed:.3}, paper {paper:.1}");
         assert!((xi / recomputed - 1.0).abs() < 1e-4);
         assert!((xi / paper - 1.0).abs() < 1.5e-3);
     }
-    let fifteen = ratios(Harmonics::bands(63, 1, 2).unwrap(), true);
+    let fifteen = ratios(Harmonics::bands(63, 1, 2).unwrap(), true, 1);
     let constants: Vec<f64> = paper.iter().zip(&fifteen).map(|(xi, ratio)| xi / ratio).collect();
     let (low, high) = constants.iter().fold((f64::MAX, f64::MIN), |(l, h), c| (l.min(*c), h.max(*c)));
     println!("15 unknowns: constants {low:.4} .. {high:.4}");

@@ -87,7 +87,7 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
 
 #[test]
 fn of_the_rattling_pair() {
-    rattling_pair(40, |speed| speed == 180.0);
+    rattling_pair(20, |speed| speed == 180.0);
 }
 
 #[test]
@@ -136,11 +136,6 @@ fn window(speeds: &[f64]) {
             _ => {}
         }
     }
-}
-
-#[test]
-fn the_chaotic_window_ends_at_163() {
-    window(&[163.0, 164.0]);
 }
 
 #[test]

@@ -11,7 +11,8 @@ pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {
     let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
     let mut contacts = vec![Contact::default(); model.contacts()];
     model.drive(state.t, Side::After, &mut u);
-    all_finite("drives", &u)?;
+    // A law without an edge has it at infinity.
+    holds(!u.iter().any(|u| u.is_nan()), || format!("drives {u:?}"))?;
     model.accel(&u, &state.q, &state.v, &mut a);
     all_finite("acceleration", &a)?;
     model.contact(&u, &state.q, &state.v, &mut contacts);
