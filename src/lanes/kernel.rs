@@ -130,7 +130,7 @@ const STATES: usize = 7;
 
 #[inline(always)]
 fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
-    algebra.dof() <= 2 && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
+    (1..=2).contains(&algebra.dof()) && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
 }
 
 /// The room for `len` numbers in which vectors one after the other begin 576 bytes apart in their pages of 4 KiB: processors take a load for
