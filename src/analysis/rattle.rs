@@ -58,7 +58,7 @@ impl ContactStatistics {
         let [lower, gap, upper] = self.time.map(|t| t > 0.0);
         match (lower, upper, gap) {
             // From flank to flank without an impact: there is no backlash.
-            (true, true, false) if self.impacts == [0, 0] => RattleState::None,
+            (true, true, _) if self.impacts == [0, 0] => RattleState::None,
             (true, true, _) => RattleState::Bilateral,
             (false, false, _) => RattleState::Floating,
             (_, _, true) => RattleState::Unilateral,

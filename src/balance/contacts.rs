@@ -33,11 +33,16 @@ impl ContactHistory {
         }
         for (i, &(start, piece)) in events.iter().enumerate() {
             let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
-            history.intervals.push((start, end, piece));
+            // A gap without width takes no time, and is no interval.
+            if piece != Piece::Gap || end > start {
+                history.intervals.push((start, end, piece));
+            }
+            // An impact ends an interval in the gap.
+            let before = if i == 0 { events[events.len() - 1].0 - span } else { events[i - 1].0 };
             match piece {
-                Piece::Lower => history.statistics.impacts[0] += 1,
-                Piece::Gap => {}
-                Piece::Upper => history.statistics.impacts[1] += 1,
+                Piece::Lower if start > before => history.statistics.impacts[0] += 1,
+                Piece::Upper if start > before => history.statistics.impacts[1] += 1,
+                _ => {}
             }
         }
         for &(start, end, piece) in &history.intervals {

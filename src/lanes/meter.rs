@@ -35,7 +35,7 @@ pub(crate) struct ChannelMeter<S> {
 pub(crate) struct ContactMeter {
     /// Samples on the lower and on the upper flank.
     pub(crate) samples: [f64; 2],
-    /// Entries into each.
+    /// Entries into each from a gap that has a width.
     pub(crate) impacts: [f64; 2],
     /// Largest penetration of each, negative off the flank.
     pub(crate) deepest: [f64; 2],
@@ -53,6 +53,8 @@ struct Flanks<S> {
     next: [S; 2],
     deepest: [S; 2],
     loosest: S,
+    /// Least sum of both penetrations at the ends of blocks: below zero if the gap has had a width.
+    overlap: S,
 }
 
 /// Above the number of samples between two readings, so that both counts fit into the 53 bits of one number.
@@ -86,7 +88,7 @@ impl<S: Number> Meters<S> {
     pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
         let zero = S::Part::from(0.0);
         let channel = ChannelMeter::all(zero);
-        let contact = Flanks { visits: [zero; 2], next: [S::Part::from(1.0); 2], deepest: [zero; 2], loosest: zero };
+        let contact = Flanks { visits: [zero; 2], next: [S::Part::from(1.0); 2], deepest: [zero; 2], loosest: zero, overlap: zero };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
             Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
             Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
@@ -161,6 +163,9 @@ impl<S: Number> Meters<S> {
                 for k in 0..count {
                     meter.sample(rows[0][k].part(part), rows[1][k].part(part));
                 }
+                if let Some(last) = count.checked_sub(1) {
+                    meter.see_width(rows[0][last].part(part), rows[1][last].part(part));
+                }
                 meters[part] = meter;
             }
         }
@@ -194,6 +199,7 @@ impl<S: Number> Meters<S> {
             contact.visits.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
             contact.deepest.iter_mut().for_each(|x| x.set_lane(lane, f64::NEG_INFINITY));
             contact.loosest.set_lane(lane, f64::INFINITY);
+            contact.overlap.set_lane(lane, 0.0);
         }
     }
 
@@ -292,6 +298,11 @@ impl<S: Number> Flanks<S> {
     }
 
     #[inline(always)]
+    fn see_width(&mut self, below: S, above: S) {
+        self.overlap = self.overlap.min(below + above);
+    }
+
+    #[inline(always)]
     fn visit<const FLANK: usize>(&mut self, depth: S) {
         let (zero, visits) = (S::from(0.0), self.visits[FLANK]);
         self.visits[FLANK] = S::if_above(depth, zero, visits + self.next[FLANK], visits);
@@ -300,10 +311,12 @@ impl<S: Number> Flanks<S> {
 
     fn lane(&self, lane: usize) -> ContactMeter {
         let visits = self.visits.map(|x| x.lane(lane));
-        let impacts = visits.map(|x| (x / ENTRY).floor());
+        let entries = visits.map(|x| (x / ENTRY).floor());
+        // Without backlash the flanks carry in turn, and nothing meets.
+        let open = self.overlap.lane(lane) < 0.0;
         ContactMeter {
-            samples: [visits[0] - ENTRY * impacts[0], visits[1] - ENTRY * impacts[1]],
-            impacts,
+            samples: [visits[0] - ENTRY * entries[0], visits[1] - ENTRY * entries[1]],
+            impacts: if open { entries } else { [0.0; 2] },
             deepest: self.deepest.map(|x| x.lane(lane)),
             loosest: self.loosest.lane(lane),
         }

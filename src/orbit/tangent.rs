@@ -24,7 +24,7 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     slopes: RefCell<Slopes<'m, M>>,
 }
 
-/// Differences are held to the tolerance of the motion times this.
+/// Differences are held to the tolerance of the motion times this, or to the noise of their slopes.
 const COLUMNS: f64 = 10.0;
 /// From a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
 type Choose<'c> = dyn FnMut(&State, f64) -> (Dop853, Vec<f64>) + 'c;
@@ -56,9 +56,11 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn solver_for(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Dop853 {
         // The norm is a mean over all components: differences must not hide an error of the motion.
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
+        // Nor can they be held finer than their slopes are known.
+        let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
         let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
             let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
-            motion.chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| COLUMNS * tolerance * size * s))).collect()
+            motion.chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s))).collect()
         };
         let (q, v) = self.scale.split_at(self.n);
         Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())

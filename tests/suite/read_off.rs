@@ -194,6 +194,28 @@ fn zero_backlash_does_not_rattle() {
     assert_eq!(run.stats.crossings, 38);
 }
 
+/// A pair without backlash under a light load that reverses, in lanes, by tables and located, and along an orbit of the balance.
+#[test]
+fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
+    let make = || NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() });
+    let sweep = Sweep::over(Points::along(Axis::list("one", &[1.0]).unwrap())).settle(1).measure(1).rattle();
+    let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
+    let all = [
+        sweep.run(&LaneRk4::<4>::new(4032), family, start).unwrap(),
+        sweep.run(&TableRk4::new(4032), family, start).unwrap(),
+        sweep.run(&Located(Dop853::new()), family, start).unwrap(),
+    ];
+    for rows in &all {
+        let (state, contact) = (rows.row(0).unwrap().unwrap().state(0), rows.row(0).unwrap().unwrap().contact(0));
+        assert!(contact.time[0] > 0.0 && contact.time[2] > 0.0, "the load does not reverse: {contact:?}");
+        assert_eq!((state, contact.impact_count()), (RattleState::None, 0), "{contact:?}");
+    }
+    let (pair, balance) = (make().unwrap(), Balance::new(Harmonics::up_to(70)));
+    let contact = &balance.linearised(&pair, Piece::Lower).unwrap().contacts(&pair).unwrap()[0];
+    assert!(contact.intervals.len() > 2 && contact.intervals.iter().all(|(.., piece)| *piece != Piece::Gap));
+    assert_eq!((contact.statistics.state(), contact.statistics.impact_count()), (RattleState::None, 0));
+}
+
 /// A run in two parts counts each edge once, wherever it was divided: before, on or behind the edge.
 #[test]
 fn an_edge_on_which_a_run_ends_is_counted_once() {
