@@ -9,6 +9,7 @@ use super::rows::{Layout, Rows};
 use super::track::Plan;
 use super::watch::Watch;
 use crate::channel::Probe;
+use crate::error::ParameterError;
 use crate::model::{Periodic, State};
 use crate::orbit::Lyapunov;
 use std::fmt::Display;
@@ -257,6 +258,9 @@ impl Sweep {
         let Some(model) = self.first_model(rows, &family, watch, total) else { return Ok(()) };
         let probe = Probe::new(&model);
         let channels = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        if model.dof() == 0 {
+            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into());
+        }
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {
             finer.accepts(&model, &channels)?;

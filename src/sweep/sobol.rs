@@ -116,11 +116,11 @@ pub struct SobolIndex {
     pub name: String,
     /// Alone.
     pub first: f64,
-    /// Standard error of it.
+    /// Standard error of it; infinite where the measure varies in one sample alone.
     pub first_error: f64,
     /// With all its interactions.
     pub total: f64,
-    /// Standard error of it.
+    /// Standard error of it, as above.
     pub total_error: f64,
 }
 
@@ -139,7 +139,7 @@ impl SobolDesign {
     /// without them has bars that are too short: of e^(x + y/2), x and y normal, they hold it in 88 to 93 % at 200 samples, 91 to 96 % at 1000.
     ///
     /// # Errors
-    /// A list of another length; a measure that does not vary, or less than two good samples.
+    /// A list of another length; a measure that does not vary, or whose variance lies outside 1e-50 .. 1e50; less than two good samples.
     pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
         check::length("measure", measure.len(), self.points.len())?;
         let n = self.parameters;
@@ -148,7 +148,7 @@ impl SobolDesign {
             return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), least: 2 });
         }
         let both = super::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
-        let (mean, variance) = (both.mean(), check::positive("variance of the measure", both.variance()?)?);
+        let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
@@ -186,5 +186,5 @@ fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
         without[1].add(left[4] / (m - 1.0) / variance);
     }
     // The standard error of the mean of m values, times m - 1.
-    without.map(|all| all.standard_error() * (m - 1.0))
+    without.map(|all| if all.not_finite() > 0 { f64::INFINITY } else { all.standard_error() * (m - 1.0) })
 }

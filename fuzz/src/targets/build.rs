@@ -96,8 +96,9 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
         let process = laws::process(case, 20.0, 1e-3)?;
         let slots: Vec<usize> = (0..case.below(3)).map(|_| if case.hostile() { case.count(12) } else { case.below(13) }).collect();
         let gain = case.number(1.0);
-        case.note(|| format!("slots {slots:?}, gain {gain:e}, {process:?}"));
-        held = match case.below(4) {
+        let way = case.below(4);
+        case.note(|| format!("way {way}, slots {slots:?}, gain {gain:e}, {process:?}, first {:?}", process.held(0, 0)));
+        held = match way {
             0 => held.shared(&slots, gain, process)?,
             1 => held.per_slot(&slots, gain, process)?,
             2 => {

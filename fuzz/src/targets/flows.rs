@@ -7,7 +7,7 @@ use gear_dynamics::*;
 use std::ops::ControlFlow;
 
 /// Steps after which a run gives up: what makes a case short.
-const STEPS: usize = 20_000;
+const STEPS: usize = 4_000;
 
 /// A solver behind one type.
 #[derive(Clone, Debug)]
