@@ -136,10 +136,11 @@ impl PhaseLaw {
             }
             let newton = x - off / (1.0 + self.swing * cosine);
             let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
-            if next == x || hi <= lo {
+            let step = (next - x).abs();
+            x = next;
+            if step <= 2.0 * f64::EPSILON * x || hi <= lo {
                 break;
             }
-            x = next;
         }
         (x / self.frequency).copysign(phase)
     }

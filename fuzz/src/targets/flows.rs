@@ -252,7 +252,9 @@ pub fn stopped(case: &mut Case) -> Result<(), Stop> {
         left = left.saturating_sub(1);
         let mut y = vec![0.0; step.y1().len()];
         step.at(0.5 * (step.t0() + step.t1()), &mut y);
-        if left == 0 || y.iter().any(|y| !y.is_finite()) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        // Between the steps of a motion that blows up there is nothing to interpolate.
+        let moderate = step.y1().iter().all(|y| y.abs() < 1e30);
+        if left == 0 || (moderate && y.iter().any(|y| !y.is_finite())) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let finish = solver.run(&model, &start, end, &mut watch)?;
     holds(finish.stopped || finish.state.t == end, || format!("{finish:?}"))?;
