@@ -241,3 +241,91 @@ fn a_ring_bounds_jumps_and_gears() {
     assert!(matches!(with(1e8), Err(P::TooMany { name, most: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period"));
     assert!(matches!(RingSet::a(4096, 1000.0).params(), Err(P::TooMany { most: 4095, .. })));
 }
+
+/// x'' + c x' - x = cos t from rest grows without end: the growth of differences is exactly that of the equation, and rounding of the motion, which is
+/// soon far above any tolerance about its start, holds up no step.
+#[test]
+fn exponents_of_a_motion_that_grows() {
+    struct Growing;
+    impl Model for Growing {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = u[0].cos() - 0.06 * v[0] + q[0];
+        }
+    }
+    impl Periodic for Growing {
+        fn period(&self) -> f64 {
+            std::f64::consts::TAU
+        }
+    }
+    let exponents = Lyapunov::new().settle(0).align(3).periods(12).budget(Budget::new().steps(100_000));
+    let exponents = exponents.run(&Growing, &State::at_rest(1)).unwrap();
+    let root = (1.0f64 + 0.03 * 0.03).sqrt();
+    assert!((exponents.values()[0] - (root - 0.03)).abs() < 1e-7, "{exponents:?}");
+    assert!((exponents.values()[1] + (root + 0.03)).abs() < 1e-7, "{exponents:?}");
+}
+
+#[test]
+fn models_without_coordinates_are_refused() {
+    struct Nothing;
+    impl Model for Nothing {
+        fn dof(&self) -> usize {
+            0
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) {}
+    }
+    impl Periodic for Nothing {
+        fn period(&self) -> f64 {
+            1.0
+        }
+    }
+    let none = |error: &P| matches!(error, P::TooFew { name, value: 0, .. } if name == "degrees of freedom");
+    let shot = Shooting::new().run(&Nothing, &[State::at_rest(0)]).unwrap_err();
+    assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
+    let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
+    assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
+    let sweep = Sweep::over(Points::along(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
+    let swept = sweep.run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0))).unwrap_err();
+    assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");
+}
+
+/// The time of a phase is when the phase is reached, however fast or slow the law runs between its knots.
+#[test]
+fn times_of_phases_at_any_scale() {
+    let laws = [
+        PhaseLaw::table(&[0.0, 1e-30, 1.0], &[1e40, 1e-40, 1e40]).unwrap(),
+        PhaseLaw::table(&[0.0, 1e20, 2e20], &[1e-50, 1e50, 1.0]).unwrap(),
+        PhaseLaw::ramp(1e10, 1e-10, 1e-5).unwrap(),
+        PhaseLaw::fluctuation(2e12, 0.57, 1e-50).unwrap(),
+        PhaseLaw::fluctuation(1e-50, 0.999, 1e50).unwrap(),
+        PhaseLaw::fluctuation(3.0, 0.9, 1e3).unwrap(),
+    ];
+    for law in &laws {
+        for phase in [-1e60, -1.0, -1e-12, 0.0, 1e-300, 1e-12, 1.0, 40.0, 1e60] {
+            let again = law.phase(law.time(phase));
+            assert!((again - phase).abs() <= 1e-9 * phase.abs().max(1e-9), "{law:?}: {phase:e}, {again:e}");
+        }
+    }
+}
+
+#[test]
+fn multipliers_with_an_error_that_is_no_number_are_none() {
+    let matrix = nalgebra::DMatrix::identity(2, 2);
+    assert!(Multipliers::of(&matrix, f64::NAN).is_none());
+    assert!(Multipliers::of(&matrix, 0.0).is_some());
+}
+
+/// A quantity of 1e51 or of 1e-51 that is divided by is refused by name, with its range.
+#[test]
+fn quantities_have_a_range() {
+    for bad in [1e51, -1e51, 1e300, f64::MAX] {
+        assert!(matches!(Constant::new(bad), Err(P::OutOfRange { value, allowed: "[-1e50, 1e50]", .. }) if value == bad));
+        assert!(Fourier::new(0.0, &[[bad, 0.0]], 1.0).is_err() && Cubic::new(1.0, bad).is_err());
+    }
+    for bad in [1e51, 1e-51, 5e-324] {
+        assert!(matches!(Fourier::new(0.0, &[], bad), Err(P::OutOfRange { allowed: "[1e-50, 1e50]", .. })));
+    }
+    assert!(Constant::new(1e50).is_ok() && Fourier::new(0.0, &[[1.0, 0.0]], 1e-50).is_ok());
+}

@@ -156,8 +156,8 @@ fn wrong_length_is_refused() {
 }
 
 #[test]
-fn tolerance_that_is_not_positive_is_refused() {
-    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+fn tolerance_that_is_no_share_is_refused() {
+    for tolerance in [0.0, -1.0, 1.0, 1e160, f64::NAN, f64::INFINITY] {
         let error = Newton::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
         assert!(matches!(error, RootError::Setting { name: "tolerance", .. }));
         let error = Broyden::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
