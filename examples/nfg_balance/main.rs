@@ -309,7 +309,7 @@ fn table2(folder: &Path) -> Outcome<()> {
         let orders = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k < 130);
         orders.map(|&k| (k as f64 * hertz, 1e6 * orbit.amplitude(0, k))).collect()
     };
-    let fig17 = Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "[Hz]", "amplitude of q [μrad]")
+    let fig17 = Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "f [Hz]", "amplitude of q [μrad]")
         .labels_at(SeriesLabelPosition::UpperRight)
         .with("measured frequencies", Mark::Dots, vec![(row[4], 0.0), (row[5], 0.0)])
         .with("published", Mark::Bars, spectrum(truth))
@@ -322,7 +322,7 @@ fn circular() -> Outcome<Panel> {
     let pair = pair(&NfgParams { eccentric_ratio: 0.0, ..NfgParams::table1() })?;
     let p = paper_orbit(&pair)?.ok_or("no orbit at ε = 0")?;
     let (truth, ..) = converged_turn(&pair)?;
-    let [history, ..] = portrait("Fig. 13b: ε = 0, 160 rad/s (red published, green P)", &[("published", &truth), ("P", &p)])?;
+    let [history, ..] = portrait("Fig. 13b: ε = 0, 160 rad/s (blue published, orange P)", &[("published", &truth), ("P", &p)])?;
     println!("Fig. 13b: at ε = 0 and 160 rad/s ppv is {:.3e} rad in P, {:.3e} published", p.peak_to_peak(0), truth.peak_to_peak(0));
     Ok(history)
 }
