@@ -62,14 +62,11 @@ impl Ranges {
         let n = a.len() / 2;
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
         Ranges::relative(&self.rigid, &mut self.y);
-        // A projection brings in the rounding of all coordinates, or of all velocities.
-        let of_all = |i: usize| if i < n { &self.largest[..n] } else { &self.largest[n..] };
-        let largest = |i: usize| match self.rigid.is_empty() {
-            true => self.largest[i],
-            false => of_all(i).iter().fold(0.0, |m: f64, x| m.max(*x)),
-        };
+        // Couplings, and taking rigid motion out, bring in the rounding of all coordinates, or of all velocities.
+        let largest = |of: &[f64], now: &[f64]| of.iter().chain(now).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (of_q, of_v) = (largest(&self.largest[..n], &a[..n]), largest(&self.largest[n..], &a[n..]));
         self.y.iter().enumerate().fold(0.0, |worst: f64, (i, apart)| {
-            let rounding = ROUNDING * largest(i).max(a[i].abs()) / tolerance;
+            let rounding = ROUNDING * if i < n { of_q } else { of_v } / tolerance;
             let size = (self.high[i] - self.low[i]).max(rounding);
             // Not a number is no return.
             let share = if *apart == 0.0 { 0.0 } else { apart.abs() / size };

@@ -134,3 +134,41 @@ fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
     assert!(rows.iter().all(|row| row.period_multiple() == Some(1)));
     assert_eq!(rows.iter().count(), 3);
 }
+
+/// Three equal arms in phase around a body that their forces hold in balance: rounding alone moves it.
+struct Balanced;
+
+impl Model for Balanced {
+    fn dof(&self) -> usize {
+        4
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let mut push = 0.0;
+        for k in 0..3 {
+            let toward = (std::f64::consts::TAU / 3.0 * k as f64).cos();
+            let d = q[k] - 0.3 * q[3] * toward;
+            let force = d + 0.2 * d * d * d;
+            a[k] = (0.8 * u[0]).cos() - 0.1 * v[k] - force;
+            push += force * toward;
+        }
+        a[3] = push - 0.02 * v[3] - 5.0 * q[3];
+    }
+}
+
+impl Periodic for Balanced {
+    fn period(&self) -> f64 {
+        std::f64::consts::TAU / 0.8
+    }
+}
+
+#[test]
+fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
+    let steady = Settle::new().run(&Dop853::new(), &Balanced, &State::at_rest(4)).unwrap();
+    assert_eq!(steady.period_multiple, 1);
+    assert!(steady.state.q[3].abs() < 1e-13 && steady.state.q[0] > 1.4, "{:?}", steady.state);
+    let points = Points::along(Axis::list("x", &[0.0]).unwrap());
+    let sweep = Sweep::over(points).settle(80).measure(4);
+    let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
+    let rows = sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
+    assert_eq!(rows.row(0).unwrap().unwrap().period_multiple(), Some(1));
+}
