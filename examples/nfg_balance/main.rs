@@ -18,7 +18,8 @@ use gear_dynamics::{
     RattleState, uniform_times,
 };
 use motions::{
-    ELASTIC, MEASURE, MESH, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting, solver,
+    ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting,
+    solver,
 };
 use plotters::prelude::SeriesLabelPosition;
 use rand_distr::Uniform;
@@ -68,7 +69,7 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(Orbit, Point, String)> {
     let (motion, point) = converged(pair, None)?;
     let turn = Orbit::project(&solver(), pair, &motion.start, &many)?;
     if motion.cycle.is_none() {
-        return Ok((turn, point, format!("chaotic: {MEASURE} turns in time")));
+        return Ok((turn, point, format!("no stable orbit after {SETTLE} turns: {MEASURE} more in time")));
     }
     let balance = Balance::new(Harmonics::up_to(600));
     let proof = balance.solve_to(pair, &turn, 2e-3, 1400)?;

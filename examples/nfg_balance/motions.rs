@@ -7,7 +7,7 @@ use gear_dynamics::{
 };
 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.
-pub const SETTLE: usize = 60;
+pub const SETTLE: usize = 20;
 pub const MEASURE: usize = 20;
 
 /// The channel of f(q).
