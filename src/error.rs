@@ -189,6 +189,12 @@ pub(crate) mod check {
         }
     }
 
+    /// A tolerance of a flow: no finer than the rounding of numbers, and below 1.
+    pub(crate) fn tolerance(name: impl Into<String>, value: f64) -> Checked {
+        let allowed = "[1e-16, 1)";
+        if (1e-16..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed }) }
+    }
+
     /// 0 <= value < 1, for ratios such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
         if (0.0..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1)" }) }

@@ -57,7 +57,7 @@ impl Ranges {
         }
     }
 
-    /// The largest difference of two states in units of the range of each component; one that moves by rounding only counts as at rest.
+    /// The largest difference of two states in units of the range of each component. One beyond the tolerance, but within rounding, is none.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
         let n = a.len() / 2;
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
@@ -66,10 +66,11 @@ impl Ranges {
         let largest = |of: &[f64], now: &[f64]| of.iter().chain(now).fold(0.0, |m: f64, x| m.max(x.abs()));
         let (of_q, of_v) = (largest(&self.largest[..n], &a[..n]), largest(&self.largest[n..], &a[n..]));
         self.y.iter().enumerate().fold(0.0, |worst: f64, (i, apart)| {
-            let rounding = ROUNDING * if i < n { of_q } else { of_v } / tolerance;
+            let rounding = ROUNDING * if i < n { of_q } else { of_v };
             let size = (self.high[i] - self.low[i]).max(rounding);
             // Not a number is no return.
             let share = if *apart == 0.0 { 0.0 } else { apart.abs() / size };
+            let share = if share > tolerance && apart.abs() <= rounding { 0.0 } else { share };
             if share.is_nan() { f64::INFINITY } else { worst.max(share) }
         })
     }

@@ -27,6 +27,10 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(integrator: &I, model: &M, st
             IntegrateError::Setting { name: "count", value: count as f64, allowed: "at most 2^26 numbers, a state and a time each" };
         return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
     }
+    if !(1e-50..=1e50).contains(&model.period()) {
+        let error = IntegrateError::Setting { name: "period of the model", value: model.period(), allowed: "in [1e-50, 1e50]" };
+        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
+    }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
     integrator.sample(model, start, &times)
 }

@@ -60,18 +60,15 @@ impl Settle {
     /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay;
     /// [`Unsettled::Failed`] when a run does, or when the budget is spent.
     pub fn run<I: Integrator, M: Periodic + ?Sized>(&self, integrator: &I, model: &M, start: &State) -> Result<Steady, Unsettled> {
-        let positive = |name, value: f64| {
-            let error = IntegrateError::Setting { name, value, allowed: "positive" };
-            if value > 0.0 { Ok(()) } else { Err(Unsettled::Failed { error, state: start.clone(), periods: 0 }) }
+        let within = |name, value: f64, range: bool, allowed| {
+            let error = IntegrateError::Setting { name, value, allowed };
+            if range { Ok(()) } else { Err(Unsettled::Failed { error, state: start.clone(), periods: 0 }) }
         };
-        positive("tolerance", self.tolerance)?;
-        positive("largest_multiple", self.largest_multiple as f64)?;
-        if self.largest_multiple > LONGEST {
-            let (value, allowed) = (self.largest_multiple as f64, "at most 65536 periods");
-            let error = IntegrateError::Setting { name: "largest_multiple", value, allowed };
-            return Err(Unsettled::Failed { error, state: start.clone(), periods: 0 });
-        }
+        within("tolerance", self.tolerance, self.tolerance > 0.0 && self.tolerance < 1.0, "above 0 and below 1")?;
+        let multiple = self.largest_multiple;
+        within("largest_multiple", multiple as f64, (1..=LONGEST).contains(&multiple), "1 to 65536 periods")?;
         let period = model.period();
+        within("period of the model", period, (1e-50..=1e50).contains(&period), "in [1e-50, 1e50]")?;
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
         let mut last = start.clone();
@@ -134,7 +131,7 @@ pub struct Steady {
     pub period_multiple: usize,
     /// Periods it took.
     pub periods: usize,
-    /// How far the last repetition was off, as a share of the range of motion.
+    /// How far the last repetition was off, as a share of the range of motion; 0 if by rounding only, below the tolerance that was asked for.
     pub change: f64,
 }
 
@@ -150,7 +147,9 @@ pub struct Steady {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsettled {
     /// Nothing repeated.
-    #[error("no orbit of up to {multiple} periods repeats within {periods}: the closest return is {closest} of the range of motion")]
+    #[error(
+        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is {closest:.1e} of the range of motion"
+    )]
     Aperiodic {
         /// The last state, from which statistics can be taken.
         state: State,

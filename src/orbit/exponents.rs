@@ -48,6 +48,10 @@ impl Exponents {
     /// It is the root of the sum of three squares: the scatter of the growth (up to 16 projections on sine tapers, with Student's t), good if
     /// growth is correlated for less than about 1/16 of the run; where in a turn of the direction the run begins and ends; and 10 times the
     /// tolerance of the flow.
+    ///
+    /// With complex multipliers whose argument is near a simple fraction of a turn, the direction drifts slowly from period to period. A run
+    /// shorter than that drift has bars up to two times too small: 20 periods of a dead zone with μ = -0.32 ± 0.50 i (122°) were held by two
+    /// bars in 6 of 10 cases.
     pub fn standard_error(&self) -> Vec<f64> {
         self.grown.iter().map(|growth| growth.error().hypot(self.floor)).collect()
     }

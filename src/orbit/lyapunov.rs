@@ -209,7 +209,7 @@ impl Lyapunov {
             let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
             return Err(ParameterError::OutOfRange { name, value, allowed: "1 to 65536 a period" });
         }
-        check::positive("tolerance", self.tolerance).map(|_| ())
+        check::tolerance("tolerance", self.tolerance).map(drop)
     }
 
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {

@@ -127,7 +127,7 @@ impl Shooting {
         check::count("multiple", &[self.multiple], MOST)?;
         check::count("segments", &[segments], MOST)?;
         check::positive("tolerance", self.tolerance)?;
-        check::positive("flow_tolerance", self.flow_tolerance)?;
+        check::tolerance("flow_tolerance", self.flow_tolerance)?;
         Ok(())
     }
 

@@ -64,8 +64,8 @@ impl Variation {
     }
 
     fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
-        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
-            return Err(IntegrateError::Setting { name: "tolerance", value: self.tolerance, allowed: "positive and finite" });
+        if !(1e-16..1.0).contains(&self.tolerance) {
+            return Err(IntegrateError::Setting { name: "tolerance", value: self.tolerance, allowed: "in [1e-16, 1)" });
         }
         let meter = self.budget.begin();
         let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));

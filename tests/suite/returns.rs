@@ -172,3 +172,18 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let rows = sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
     assert_eq!(rows.row(0).unwrap().unwrap().period_multiple(), Some(1));
 }
+
+/// A tolerance below rounding is met where states agree to rounding: the return is then reported as none, never as a share of the tolerance.
+#[test]
+fn returns_below_rounding_are_reported_as_none() {
+    let settle = |tolerance: f64| Settle::new().tolerance(tolerance).most_periods(400).run(&Dop853::new(), &Balanced, &State::at_rest(4));
+    let coarse = settle(1e-9).unwrap();
+    assert!(coarse.change > 1e-12 && coarse.change <= 1e-9, "{}", coarse.change);
+    if let Ok(fine) = settle(1e-300) {
+        assert_eq!(fine.change, 0.0);
+    }
+    for bad in [0.0, 1.0, f64::INFINITY, f64::NAN] {
+        let error = settle(bad).unwrap_err().to_string();
+        assert!(error.contains("tolerance is") && error.contains("above 0 and below 1"), "{error}");
+    }
+}
