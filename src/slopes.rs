@@ -30,7 +30,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         Slopes { model, scale, jacobian, differenced, y: vec![0.0; 2 * room], a: [vec![0.0; room], vec![0.0; room]], step }
     }
 
-    /// The share of its terms that rounding makes of a slope by differences; 0 of the model's own.
+    /// Relative rounding error of a slope taken by differences. It is 0 for slopes that the model gives itself.
     pub(crate) fn noise(&self) -> f64 {
         if self.differenced { 0.5 * f64::EPSILON / self.step } else { 0.0 }
     }

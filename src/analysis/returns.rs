@@ -57,7 +57,8 @@ impl Ranges {
         }
     }
 
-    /// The largest difference of two states in units of the range of each component. One beyond the tolerance, but within rounding, is none.
+    /// The largest difference of two states, each component in units of its range. A difference above the tolerance counts as 0 if rounding
+    /// explains it.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
         let n = a.len() / 2;
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);

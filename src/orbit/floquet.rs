@@ -57,8 +57,8 @@ impl Multipliers {
         Multipliers { values, error: error.abs() }
     }
 
-    /// The eigenvalues of a monodromy matrix, with a given error. `None` when they cannot be found: the matrix is not square, or it
-    /// or the error is not a number.
+    /// The eigenvalues of a monodromy matrix, with a given error. `None` when they cannot be found: the matrix is not square, or
+    /// an entry or the error is not a number.
     pub fn of(monodromy: &DMatrix<f64>, error: f64) -> Option<Self> {
         if error.is_nan() || !monodromy.is_square() || monodromy.iter().any(|x| !x.is_finite()) {
             return None;
