@@ -4,13 +4,11 @@ mod contacts;
 mod display;
 mod drives;
 mod finding;
-mod generic;
 mod lines;
 mod point;
 mod rates;
 
 pub use finding::Finding;
-pub use generic::check_generic;
 
 use crate::channel::Probe;
 use crate::model::{Model, Periodic, State};

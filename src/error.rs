@@ -112,12 +112,12 @@ pub enum ParameterError {
         /// Number of gears in the ring.
         gears: usize,
     },
-    /// Mesh phases, errors or torques that do not repeat with the mesh.
-    #[error("{name} does not repeat with the period {period} s of the model")]
+    /// A wave that does not repeat when the shape says.
+    #[error("{name} does not repeat with the angle {period} rad")]
     NotPeriodic {
-        /// Which excitation.
+        /// Which wave.
         name: String,
-        /// The model's period `[s]`.
+        /// The angle with which it should repeat `[rad]`.
         period: f64,
     },
     /// A state that breaks the closure of the ring.
@@ -137,6 +137,32 @@ pub enum ParameterError {
         slot: usize,
         /// How many the model has.
         drives: usize,
+    },
+    /// A constant that the shape does not have.
+    #[error("no constant \"{name}\"; there are: {known}")]
+    NoSuchConstant {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// A constant without a value.
+    #[error("constant \"{name}\" has no value")]
+    MissingConstant {
+        /// Which constant.
+        name: String,
+    },
+    /// A constant with two values.
+    #[error("constant \"{name}\" is given twice")]
+    ConstantTwice {
+        /// Which constant.
+        name: String,
+    },
+    /// A constant that the algebra reads in another form, so that no drive holds it.
+    #[error("constant \"{name}\" is no drive of the model: the algebra reads what is derived from it")]
+    NotADrive {
+        /// Which constant.
+        name: String,
     },
     /// An output channel that the model does not have.
     #[error("there is no channel \"{name}\"; the model has: {known}")]
@@ -158,6 +184,8 @@ pub(crate) mod check {
     pub(crate) const NUMBERS: usize = 1 << 26;
     /// Highest order of a Fourier series: each is summed at every evaluation.
     pub(crate) const ORDERS: usize = 10_000;
+    /// Most times that a wave may repeat in a turn: beyond it the phase of a mesh loses digits that derivatives need.
+    pub(crate) const TEETH: usize = 1_000_000;
     /// Largest size of a physical quantity.
     const LARGEST: f64 = 1e50;
 

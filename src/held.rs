@@ -2,8 +2,9 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::earlier;
-use crate::model::{Channel, Contact, Jacobian, Model};
-use crate::piece::{Piece, Side};
+use crate::model::Model;
+use crate::piece::Side;
+use crate::wrapped::{DriveRule, Wrapped};
 use rand::TryRng;
 use rand_distr::Distribution;
 use std::convert::Infallible;
@@ -200,30 +201,46 @@ struct Fill {
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// // The paper's C_gΔ: uniform on (0, 1) times 500 N s/m, one stream per mesh, held for a tenth of a millisecond.
 /// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
-/// let slots: Vec<usize> = (0..3).map(|mesh| ring.damping_slot(mesh)).collect();
+/// let slots = (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
 /// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;
 /// assert_eq!(noisy.next_edge(0.0), Some(1e-4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct Held<M> {
-    model: M,
+pub type Held<M> = Wrapped<M, HeldDrives>;
+
+/// The rule of [`Held`]: which processes are added to which drives.
+///
+/// ```
+/// use gear_dynamics::{Held, HeldDrives, NfgPair, NfgParams};
+/// let noisy: Held<NfgPair> = Held::new(NfgPair::new(&NfgParams::table1())?);
+/// assert_eq!(noisy.rule().fills(), 0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct HeldDrives {
     processes: Vec<HeldProcess>,
     fills: Vec<Fill>,
     /// How many streams are taken.
     streams: u64,
 }
 
-impl<M: Model> Held<M> {
-    /// No process yet.
-    pub fn new(model: M) -> Self {
-        Held { model, processes: Vec::new(), fills: Vec::new(), streams: 0 }
+impl HeldDrives {
+    /// How many drives have a process.
+    pub fn fills(&self) -> usize {
+        self.fills.len()
     }
 
-    fn fill(mut self, slots: &[usize], gains: &[f64], process: HeldProcess, streams: &[u64]) -> Result<Self, ParameterError> {
+    fn fill(
+        mut self,
+        drives: usize,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+        streams: &[u64],
+    ) -> Result<Self, ParameterError> {
         for ((&slot, &gain), &stream) in slots.iter().zip(gains).zip(streams) {
-            if slot >= self.model.drives() {
-                return Err(ParameterError::NoSuchSlot { slot, drives: self.model.drives() });
+            if slot >= drives {
+                return Err(ParameterError::NoSuchSlot { slot, drives });
             }
             let gain = check::quantity("gain", gain)?;
             let stream = self.streams + stream;
@@ -232,6 +249,29 @@ impl<M: Model> Held<M> {
         self.streams += streams.iter().max().map_or(0, |last| last + 1);
         self.processes.push(process);
         Ok(self)
+    }
+}
+
+impl<M: Model> DriveRule<M> for HeldDrives {
+    fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
+        model.drive(t, side, u);
+        for fill in &self.fills {
+            u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
+        }
+    }
+    fn next_edge(&self, model: &M, t: f64) -> Option<f64> {
+        self.processes.iter().fold(model.next_edge(t), |first, process| earlier(first, process.next_edge(t)))
+    }
+}
+
+impl<M: Model> Held<M> {
+    /// No process yet.
+    pub fn new(model: M) -> Self {
+        Wrapped::by_rule(model, HeldDrives::default())
+    }
+
+    fn fill(self, slots: &[usize], gains: &[f64], process: HeldProcess, streams: &[u64]) -> Result<Self, ParameterError> {
+        self.map_rule(|model, rule| rule.fill(model.drives(), slots, gains, process, streams))
     }
 
     /// One stream for all slots: every mesh gets the same value.
@@ -270,51 +310,5 @@ impl<M: Model> Held<M> {
         let gains: Vec<f64> = slots.iter().flat_map(|_| [-gain, gain]).collect();
         let streams: Vec<u64> = (0..slots.len() as u64).flat_map(|s| [s, s]).collect();
         self.fill(&flat, &gains, process, &streams)
-    }
-
-    /// The model without its random drives.
-    pub fn bare(&self) -> &M {
-        &self.model
-    }
-}
-
-impl<M: Model> Model for Held<M> {
-    fn dof(&self) -> usize {
-        self.model.dof()
-    }
-    #[inline]
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.model.accel(u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-        for fill in &self.fills {
-            u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
-        }
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.processes.iter().fold(self.model.next_edge(t), |first, process| earlier(first, process.next_edge(t)))
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
-    }
-    #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
-    }
-    fn channels(&self) -> Vec<Channel> {
-        self.model.channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.model.observe(u, q, v, contacts, out);
     }
 }

@@ -1,16 +1,16 @@
 //! Jacobians by dual numbers.
 
 use crate::dual::Dual;
-use crate::model::{AsIs, Generic, Jacobian, Law, OnPieces};
+use crate::model::Jacobian;
 use crate::piece::Piece;
+use crate::shape::{AsIs, Drives, Law, OnPieces, Shape};
 
-/// The Jacobian of a generic model by dual numbers, exact to rounding: the one line of [`Model::jacobian`](crate::Model::jacobian).
-pub fn dual_jacobian<M: Generic>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+/// The Jacobian of a shape by dual numbers, exact to rounding.
+pub(crate) fn dual_jacobian<G: Shape>(shape: &G, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
     match pieces {
-        None => slopes(model, &AsIs, u, q, v, out),
-        Some(pieces) => slopes(model, &OnPieces(pieces), u, q, v, out),
+        None => slopes(shape, &AsIs, u, q, v, out),
+        Some(pieces) => slopes(shape, &OnPieces(pieces), u, q, v, out),
     }
-    true
 }
 
 /// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
@@ -20,29 +20,29 @@ const LARGER: usize = 512;
 /// Columns that one evaluation gives.
 const COLUMNS: usize = 4;
 
-fn slopes<M: Generic, L: Law<Dual<COLUMNS>>>(model: &M, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-    let needed = u.len() + 3 * model.dof();
+fn slopes<G: Shape, L: Law<Dual<COLUMNS>>>(shape: &G, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+    let needed = u.len() + 3 * shape.size().dof;
     let zero = Dual::from(0.0);
     if needed <= SMALL {
-        slopes_in(&mut [zero; SMALL][..needed], model, law, u, q, v, out)
+        slopes_in(&mut [zero; SMALL][..needed], shape, law, u, q, v, out)
     } else if needed <= LARGER {
-        slopes_in(&mut [zero; LARGER][..needed], model, law, u, q, v, out)
+        slopes_in(&mut [zero; LARGER][..needed], shape, law, u, q, v, out)
     } else {
-        slopes_in(&mut vec![zero; needed], model, law, u, q, v, out)
+        slopes_in(&mut vec![zero; needed], shape, law, u, q, v, out)
     }
 }
 
 #[inline(always)]
-fn slopes_in<M: Generic, L: Law<Dual<COLUMNS>>>(
+fn slopes_in<G: Shape, L: Law<Dual<COLUMNS>>>(
     numbers: &mut [Dual<COLUMNS>],
-    model: &M,
+    shape: &G,
     law: &L,
     u: &[f64],
     q: &[f64],
     v: &[f64],
     out: &mut Jacobian,
 ) {
-    let n = model.dof();
+    let (n, waves) = (shape.size().dof, shape.size().waves);
     for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
         *number = x.into();
     }
@@ -51,7 +51,7 @@ fn slopes_in<M: Generic, L: Law<Dual<COLUMNS>>>(
     for first in (0..2 * n).step_by(COLUMNS) {
         let columns = first..(first + COLUMNS).min(2 * n);
         columns.clone().for_each(|j| y[j] = Dual::along(y[j].value, j - first));
-        model.accel_on(law, u, &y[..n], &y[n..], a);
+        shape.accel(law, Drives::new(waves, u), &y[..n], &y[n..], a);
         for j in columns {
             y[j] = y[j].value.into();
             let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };

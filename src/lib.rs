@@ -22,11 +22,11 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | a model of one's own | [`Model`], [`Periodic`], [`Generic`]; [`check_model`] says what is inconsistent |
+//! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`] says what is inconsistent |
 //! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
-//! | functions of time | [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
+//! | functions of an angle | [`Wave`], [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
 //! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
-//! | random drives | [`HeldProcess`], [`Held`] |
+//! | random drives, functions of time | [`HeldProcess`], [`Held`]; [`Driven`] |
 //! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
@@ -40,12 +40,14 @@ mod balance;
 mod budget;
 mod channel;
 mod check;
+mod driven;
 mod dual;
 mod error;
 mod excitation;
 mod held;
 mod jacobian;
 mod lanes;
+mod machine;
 mod mesh;
 mod model;
 mod models;
@@ -56,8 +58,10 @@ mod phase;
 mod piece;
 mod root;
 mod scalar;
+mod shape;
 mod slopes;
 mod sweep;
+mod wrapped;
 
 pub use analysis::{
     ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Waterfall,
@@ -66,21 +70,21 @@ pub use analysis::{
 pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
 pub use budget::{Budget, Exhausted};
 pub use channel::Probe;
-pub use check::{Finding, check_generic, check_model, check_periodic};
+pub use check::{Finding, check_model, check_periodic};
+pub use driven::{Driven, TimeDrives};
 pub use dual::Dual;
 pub use error::ParameterError;
 pub use excitation::{
-    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Repeats, Scaled, Shared, Sum,
-    Table, shared,
+    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Sum, Table, Wave, same,
 };
-pub use held::{CounterRng, Held, HeldProcess};
-pub use jacobian::dual_jacobian;
+pub use held::{CounterRng, Held, HeldDrives, HeldProcess};
 pub use lanes::{InstructionSet, Lanes, TableError};
+pub use machine::Machine;
 pub use mesh::{ContactDamping, Mesh};
-pub use model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
+pub use model::{Channel, Contact, Jacobian, Model, Periodic, State};
 pub use models::{
-    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, Radius,
-    RelativeView, Ring, RingParams, RingSet, Shaft,
+    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, NfgShape,
+    NfgShape2, Radius, RelativeView, Ring, RingParams, RingSet, RingShape, Shaft,
 };
 pub use nonlinearity::{AnyLaw, AsymmetricBacklash, Backlash, Cubic, Edges, Linear, Nonlinearity, SmoothedBacklash, VaryingBacklash};
 pub use ode::{
@@ -94,10 +98,12 @@ pub use phase::{PhaseLaw, Varying};
 pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
 pub use scalar::{Scalar, one_by_one};
+pub use shape::{AsIs, Drives, Law, OnPieces, Shape, Size};
 pub use sweep::{
     Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble, EnsembleError, LaneRk4, Located,
     Point, PointError, Points, Row, Rows, RowsError, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
+pub use wrapped::{DriveRule, Wrapped};
 
 /// Guide pages: theory, events, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {

@@ -1,8 +1,8 @@
 //! A gear mesh: what rings and trains are made of.
 
-use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, Repeats, Shared, earlier};
-use crate::model::Law;
+use crate::error::ParameterError;
+use crate::excitation::{Wave, earlier};
+use crate::shape::Law;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::scalar::Scalar;
 
@@ -20,33 +20,28 @@ pub enum ContactDamping {
     InContact,
 }
 
-/// What a [`Ring`](crate::Ring) is made of: W = C d' + K(t) f(d), d the deflection less the error e(t).   Source: Yao 2020, Eq. (1), with the dots it lacks.
+/// What a [`Ring`](crate::Ring) is made of: W = C d' + K(φ) f(d), d the deflection less the error e(φ).   Source: Yao 2020, Eq. (1), with the dots it lacks.
 ///
 /// ```
-/// use gear_dynamics::{Backlash, Constant, Fourier, Mesh, shared};
-/// let stiffness = shared(Constant::new(2e8)?); // [N/m]
-/// let error = shared(Fourier::new(0.0, &[[0.0, 1e-6]], 3000.0)?); // 1 μm sin ωt [m]
-/// let mesh = Mesh::new(stiffness, error, 1000.0, Backlash::new(2.65e-5)?)?;
-/// assert_eq!(mesh.damping(), 1000.0);
+/// use gear_dynamics::{Backlash, Fourier, Mesh, Wave};
+/// let stiffness = Wave::constant(2e8)?; // [N/m]
+/// let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]])?); // 1 μm sin φ [m]
+/// let mesh = Mesh::new(stiffness, error, Backlash::new(2.65e-5)?);
+/// assert_eq!(mesh.law().half_width(), 2.65e-5);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mesh<N = Backlash> {
-    pub(crate) stiffness: Shared,
-    pub(crate) error: Shared,
-    pub(crate) damping: f64,
+    pub(crate) stiffness: Wave,
+    pub(crate) error: Wave,
     pub(crate) law: N,
     pub(crate) contact_damping: ContactDamping,
 }
 
 impl<N: Nonlinearity> Mesh<N> {
-    /// Stiffness K(t) [N/m], transmission error e(t) `[m]`, damping C [N s/m] (not negative), contact law.
-    ///
-    /// # Errors
-    /// A damping that is negative or above 1e50.
-    pub fn new(stiffness: Shared, error: Shared, damping: f64, law: N) -> Result<Self, ParameterError> {
-        let damping = check::not_negative("mesh damping", damping)?;
-        Ok(Mesh { stiffness, error, damping, law, contact_damping: ContactDamping::Always })
+    /// Stiffness K(φ) [N/m], transmission error e(φ) `[m]`, contact law. Its damping C is a constant of the model that it stands in.
+    pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
+        Mesh { stiffness, error, law, contact_damping: ContactDamping::Always }
     }
 
     /// The same mesh with damping that acts always or only in contact.
@@ -54,35 +49,39 @@ impl<N: Nonlinearity> Mesh<N> {
         Mesh { contact_damping, ..self }
     }
 
-    /// C [N s/m].
-    pub fn damping(&self) -> f64 {
-        self.damping
+    /// K(φ).
+    pub fn stiffness(&self) -> &Wave {
+        &self.stiffness
     }
-    /// K(t).
-    pub fn stiffness(&self) -> &dyn Excitation {
-        &*self.stiffness
-    }
-    /// e(t).
-    pub fn error(&self) -> &dyn Excitation {
-        &*self.error
+    /// e(φ).
+    pub fn error(&self) -> &Wave {
+        &self.error
     }
     /// The contact law.
     pub fn law(&self) -> &N {
         &self.law
     }
 
-    pub(crate) fn next_edge(&self, t: f64) -> Option<f64> {
-        earlier(earlier(self.stiffness.next_edge(t), self.error.next_edge(t)), self.law.next_edge(t))
+    /// The next angle at which one of its waves or an edge of its gap jumps or kinks.
+    pub(crate) fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.next_edge_of(angle, 1.0)
     }
-    pub(crate) fn repeats(&self) -> Repeats {
-        self.stiffness.repeats().with(self.error.repeats()).with(self.law.repeats())
+    /// The same where the waves are of a shaft that turns once for `teeth` turns of the mesh angle, that of the law.
+    pub(crate) fn next_edge_of(&self, angle: f64, teeth: f64) -> Option<f64> {
+        let of_law = self.law.next_edge(teeth * angle).map(|edge| edge / teeth);
+        earlier(earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle)), of_law)
     }
 
-    /// W from the deflection, its rate and what the drives say.
+    /// The same mesh `order` times a turn.
+    pub(crate) fn per_turn(self, order: u32) -> Result<Self, ParameterError> {
+        Ok(Mesh { stiffness: self.stiffness.per_turn(order)?, error: self.error.per_turn(order)?, ..self })
+    }
+
+    /// W from the deflection x, its rate, the rate `slip` that is damped and what the drives say.
     #[inline(always)]
-    pub(crate) fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, x: S, rate: S, at: MeshDrives<S>) -> S {
+    pub(crate) fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, x: S, rate: S, slip: S, at: MeshDrives<S>) -> S {
         let elastic = at.stiffness * law.force(i, &self.law, x, rate, at.lower, at.upper);
-        let viscous = at.damping * rate;
+        let viscous = at.damping * slip;
         match self.contact_damping {
             ContactDamping::Always => elastic + viscous,
             ContactDamping::InContact => elastic + viscous * law.touch(i, x, at.lower, at.upper),

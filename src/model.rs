@@ -1,11 +1,9 @@
 //! The traits of a gear model: drives, algebra, contacts.
 
 use crate::error::{ParameterError, check};
-use crate::nonlinearity::Nonlinearity;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
-use std::ops::Range;
 
 /// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
 ///
@@ -243,89 +241,6 @@ impl std::fmt::Display for Channel {
 pub trait Periodic: Model {
     /// The period of the drives, in the model's time unit.
     fn period(&self) -> f64;
-}
-
-/// The same algebra on other numbers: dual numbers give exact Jacobians, lanes run many trajectories at once.
-///
-/// A generic model forwards the plain methods in one line each:
-/// `accel` to `self.accel_on(&AsIs, ..)`, `accel_on_pieces` to `self.accel_on(&OnPieces(pieces), ..)`, `jacobian` to
-/// [`dual_jacobian`](crate::dual_jacobian).
-pub trait Generic: Model {
-    /// q'' on any [`Scalar`]; contact forces come from `law`.
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]);
-
-    /// Deflection, rate, edges and force of the contacts `which` on any [`Scalar`], each at its place in `out`: what statistics over lanes
-    /// read. `false`: not offered.
-    #[inline(always)]
-    fn contact_on<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let _ = (which, u, q, v, out);
-        false
-    }
-
-    /// How many leading drives are shapes of phase, shared by all lanes; the rest are constants of each lane.
-    fn phases(&self) -> usize;
-    /// The shapes at a phase `[rad]` of the period: the first [`phases`](Generic::phases) drives.
-    fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]);
-    /// The constants of this lane: the remaining drives.
-    fn constants(&self, u: &mut [f64]);
-    /// Puts another speed of the phase in place of the model's own, 2π/period, among the constants: what a
-    /// [phase law](crate::PhaseLaw) needs. By default no constant stands for the speed.
-    fn at_speed(&self, speed: f64, u: &mut [f64]) {
-        let _ = (speed, u);
-    }
-    /// Whether everything outside the constants is equal, so that both may run in lanes of one table.
-    fn shares_lanes_with(&self, other: &Self) -> bool;
-}
-
-/// How contact forces are evaluated: by the law itself, or on a frozen piece of it.
-pub trait Law<S: Scalar> {
-    /// The force of contact `i` under `nonlinearity`, per unit stiffness.
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
-    /// 1 where contact `i` touches and 0 in its gap.
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
-}
-
-/// The contact laws as they are.
-///
-/// ```
-/// use gear_dynamics::{AsIs, Backlash, Law};
-/// assert_eq!(AsIs.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct AsIs;
-
-impl<S: Scalar> Law<S> for AsIs {
-    #[inline(always)]
-    fn force<N: Nonlinearity>(&self, _: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        nonlinearity.force(x, rate, lower, upper)
-    }
-    #[inline(always)]
-    fn touch(&self, _: usize, x: S, lower: S, upper: S) -> S {
-        (x - upper).step() + (lower - x).step()
-    }
-}
-
-/// Every contact held on a given piece, smoothly continued past its edge.
-///
-/// ```
-/// use gear_dynamics::{Backlash, Law, OnPieces, Piece};
-/// let law = OnPieces(&[Piece::Upper]);
-/// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct OnPieces<'a>(pub &'a [Piece]);
-
-impl<S: Scalar> Law<S> for OnPieces<'_> {
-    #[inline(always)]
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        nonlinearity.force_on(self.0[i], x, rate, lower, upper)
-    }
-    #[inline(always)]
-    fn touch(&self, i: usize, _: S, _: S, _: S) -> S {
-        S::from(if self.0[i] == Piece::Gap { 0.0 } else { 1.0 })
-    }
 }
 
 /// A time with coordinates and velocities.

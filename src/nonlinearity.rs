@@ -7,7 +7,6 @@ pub use backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 pub use smooth::{Cubic, Linear, SmoothedBacklash};
 
 use crate::dual::Dual;
-use crate::excitation::Repeats;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
@@ -24,9 +23,9 @@ pub struct Edges {
     pub lower: f64,
     /// Upper edge.
     pub upper: f64,
-    /// d(lower)/dt.
+    /// Rate of the lower edge.
     pub lower_rate: f64,
-    /// d(upper)/dt.
+    /// Rate of the upper edge.
     pub upper_rate: f64,
 }
 
@@ -43,10 +42,12 @@ impl Edges {
 /// A contact law: force per unit stiffness over the deflection, with the edges of its pieces.
 ///
 /// Only [`force`](Nonlinearity::force) is needed; a law with kinks also says where its [`edges`](Nonlinearity::edges) are and how each
-/// piece continues past them, and gains located edges from every solver.
+/// piece continues past them, and gains located edges from every solver. Two laws are equal if they are the very same: models with equal
+/// laws may share lanes.
 ///
 /// ```
 /// use gear_dynamics::{Nonlinearity, Scalar};
+/// #[derive(PartialEq)]
 /// struct Hertz; // force ~ x^1.5 on one flank
 /// impl Nonlinearity for Hertz {
 ///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
@@ -56,7 +57,11 @@ impl Edges {
 /// }
 /// assert_eq!(Hertz.at(4.0), 8.0);
 /// ```
-pub trait Nonlinearity {
+pub trait Nonlinearity: PartialEq {
+    /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and f(c x; ∓c b) = c f(x; ∓b) for c > 0. Default:
+    /// no.
+    const HALF_WIDTH: bool = false;
+
     /// f(x, x') between the edges `lower` and `upper`, which may move. Mark it `#[inline(always)]`: it runs inside lanes.
     fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S;
 
@@ -67,33 +72,23 @@ pub trait Nonlinearity {
         self.force(x, rate, lower, upper)
     }
 
-    /// Where the pieces meet at `t`.
-    fn edges(&self, t: f64, side: Side) -> Edges {
-        let _ = (t, side);
+    /// Where the pieces meet at an angle of the shaft, the rates over that angle.
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        let _ = (angle, side);
         Edges::NONE
     }
-    /// The next instant at which an edge of the gap itself jumps.
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        let _ = t;
+    /// The next angle at which an edge of the gap itself jumps.
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        let _ = angle;
         None
     }
-    /// How the motion of the edges repeats.
-    fn repeats(&self) -> Repeats {
-        Repeats::Always
-    }
 
-    /// Whether another law of this type is the very same, so that models with it may share lanes. Never, unless said.
-    fn same_as(&self, other: &Self) -> bool {
-        let _ = other;
-        false
-    }
-
-    /// f(x) at rest at t = 0.
+    /// f(x) at rest at the angle 0.
     fn at(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
         self.force(x, 0.0, e.lower, e.upper)
     }
-    /// df/dx at rest at t = 0, exact by dual numbers; at an edge the slope of the gap.
+    /// df/dx at rest at the angle 0, exact by dual numbers; at an edge the slope of the gap.
     fn slope(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
         self.force(Dual::variable(x), 0.0.into(), e.lower.into(), e.upper.into()).slope[0]
@@ -108,7 +103,7 @@ pub trait Nonlinearity {
 /// assert_eq!(laws.map(|law| law.at(2.0)), [1.0, 6.0]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum AnyLaw<N = Linear> {
     /// f(x) = x.
     Linear(Linear),
@@ -150,24 +145,10 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         each_law!(self, law => law.force_on(piece, x, rate, lower, upper))
     }
-    fn edges(&self, t: f64, side: Side) -> Edges {
-        each_law!(self, law => law.edges(t, side))
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        each_law!(self, law => law.edges(angle, side))
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        each_law!(self, law => law.next_edge(t))
-    }
-    fn repeats(&self) -> Repeats {
-        each_law!(self, law => law.repeats())
-    }
-    fn same_as(&self, other: &Self) -> bool {
-        match (self, other) {
-            (AnyLaw::Linear(a), AnyLaw::Linear(b)) => a.same_as(b),
-            (AnyLaw::Cubic(a), AnyLaw::Cubic(b)) => a.same_as(b),
-            (AnyLaw::Backlash(a), AnyLaw::Backlash(b)) => a.same_as(b),
-            (AnyLaw::Asymmetric(a), AnyLaw::Asymmetric(b)) => a.same_as(b),
-            (AnyLaw::Smoothed(a), AnyLaw::Smoothed(b)) => a.same_as(b),
-            (AnyLaw::Other(a), AnyLaw::Other(b)) => a.same_as(b),
-            _ => false,
-        }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        each_law!(self, law => law.next_edge(angle))
     }
 }

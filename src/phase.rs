@@ -2,9 +2,10 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::earlier;
-use crate::model::{Channel, Contact, Generic, Jacobian, Model, Periodic};
-use crate::piece::{Piece, Side};
-use std::f64::consts::TAU;
+use crate::machine::Machine;
+use crate::piece::Side;
+use crate::shape::Shape;
+use crate::wrapped::{DriveRule, Wrapped};
 
 /// How the phase φ of the drives runs: its speed φ'(t) > 0 over the model's time, and φ(0) = 0.
 ///
@@ -105,6 +106,17 @@ impl PhaseLaw {
         let ([t0, speed, _], slope) = self.piece(t);
         speed + slope * (t - t0) + speed * self.swing * libm::cos(self.frequency * t)
     }
+    /// φ''(t), seen from one side.
+    pub fn acceleration(&self, t: f64, side: Side) -> f64 {
+        let at = |next: usize| {
+            let ([_, speed, _], slope) = self.piece_before(next);
+            slope - speed * self.swing * self.frequency * libm::sin(self.frequency * t)
+        };
+        match side {
+            Side::Before => at(self.knots.partition_point(|knot| knot[0] < t)),
+            Side::After => at(self.knots.partition_point(|knot| knot[0] <= t)),
+        }
+    }
     /// When the phase is reached.
     ///
     /// Between two knots δ = ω dt + α dt²/2 is solved for dt; with a fluctuation the phase is met by Newton steps.
@@ -149,11 +161,10 @@ impl PhaseLaw {
     }
 }
 
-/// A model whose drives follow a phase law in place of constant speed.
+/// A [`Machine`] whose angle follows a phase law in place of constant speed.
 ///
-/// Its drives are those of the phase, and what stands in its equations for the speed is φ'(t). What φ'' adds to second derivatives of the
-/// excitations is left out: exact for the ring, whose equations hold first derivatives only, and for the face gear pairs short of
-/// terms of the order φ''/φ'², which a run-up over many turns does not see.
+/// Its waves are those of the angle φ(t); φ' and φ'' are those of the law, so that second derivatives of excitations are exact:
+/// d²e/dt² = e'' φ'² + e' φ''.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, PhaseLaw, Varying};
@@ -164,13 +175,17 @@ impl PhaseLaw {
 /// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct Varying<M> {
-    model: M,
-    law: PhaseLaw,
-    /// φ' of the bare model.
-    nominal: f64,
-    edges: bool,
+pub type Varying<G> = Wrapped<Machine<G>, PhaseLaw>;
+
+impl<G: Shape> Varying<G> {
+    /// The same machine with its angle following a law.
+    pub fn new(model: Machine<G>, law: PhaseLaw) -> Self {
+        Wrapped::by_rule(model, law)
+    }
+    /// The law.
+    pub fn law(&self) -> &PhaseLaw {
+        self.rule()
+    }
 }
 
 /// How far from an edge its sides are looked at `[rad]`: 1e-9, or what rounding leaves of a large phase.
@@ -178,67 +193,19 @@ fn aside(phase: f64) -> f64 {
     (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
 }
 
-impl<M: Generic + Periodic> Varying<M> {
-    /// The same model at another speed.
-    pub fn new(model: M, law: PhaseLaw) -> Self {
-        let nominal = TAU / model.period();
-        Varying { edges: model.next_edge(0.0).is_some(), model, law, nominal }
-    }
-    /// The model at its own speed.
-    pub fn bare(&self) -> &M {
-        &self.model
-    }
-    /// The law.
-    pub fn law(&self) -> &PhaseLaw {
-        &self.law
-    }
-}
-
-impl<M: Generic + Periodic> Model for Varying<M> {
-    fn dof(&self) -> usize {
-        self.model.dof()
-    }
-    #[inline]
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.model.accel(u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let phase = self.law.phase(t);
+impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
+    fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
+        let phase = self.phase(t);
         let phase = match side {
-            _ if !self.edges => phase,
+            _ if model.shape().next_edge(0.0).is_none() => phase,
             Side::Before => phase - aside(phase),
             Side::After => phase + aside(phase),
         };
-        self.model.phase_drives(phase - TAU * (phase / TAU).floor(), side, u);
-        self.model.constants(u);
-        self.model.at_speed(self.law.speed(t), u);
+        model.drive_at(phase, side, self.speed(t), self.acceleration(t, side), u);
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        let phase = self.law.phase(t);
-        let phase = phase + 2.0 * aside(phase);
-        let edge = self.model.next_edge(phase / self.nominal).map(|edge| self.law.time(edge * self.nominal));
-        earlier(edge.filter(|edge| *edge > t), self.law.next_knot(t))
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
-    }
-    #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
-    }
-    fn channels(&self) -> Vec<Channel> {
-        self.model.channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.model.observe(u, q, v, contacts, out);
+    fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
+        let phase = self.phase(t);
+        let edge = model.shape().next_edge(phase + 2.0 * aside(phase)).map(|edge| self.time(edge));
+        earlier(edge.filter(|edge| *edge > t), self.next_knot(t))
     }
 }

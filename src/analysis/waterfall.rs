@@ -3,7 +3,8 @@
 use super::{Spectrum, Window};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Generic, Model, Periodic, State};
+use crate::model::{Model, State};
+use crate::shape::Shape;
 use crate::ode::{Failed, Integrator};
 use crate::phase::Varying;
 use std::f64::consts::TAU;
@@ -91,10 +92,10 @@ impl Waterfall {
     ///
     /// # Errors
     /// [`WaterfallError`]; a run of more than 2²⁶ numbers is refused before it begins.
-    pub fn run<I: Integrator, M: Generic + Periodic>(
+    pub fn run<I: Integrator, G: Shape>(
         &self,
         solver: &I,
-        model: &Varying<M>,
+        model: &Varying<G>,
         start: &State,
         end: f64,
         channel: &str,

@@ -35,7 +35,9 @@ pub use proof::Proof;
 pub use residual::BalanceEquations;
 
 use crate::budget::{Budget, Meter};
-use crate::model::{Generic, Periodic};
+use crate::machine::Machine;
+use crate::model::Periodic;
+use crate::shape::Shape;
 use crate::piece::Piece;
 use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
 use metered::Metered;
@@ -213,11 +215,11 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
-    pub fn solve_truncating_forces<M: Generic + Periodic>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+    pub fn solve_truncating_forces<G: Shape>(&self, model: &Machine<G>, guess: &Orbit) -> Result<Orbit, BalanceError> {
         self.solve_truncating_within(model, guess, &self.budget.begin())
     }
 
-    fn solve_truncating_within<M: Generic + Periodic>(&self, model: &M, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
+    fn solve_truncating_within<G: Shape>(&self, model: &Machine<G>, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }

@@ -7,7 +7,9 @@ use super::residual::Method;
 use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
 use crate::budget::Meter;
 use crate::error::ParameterError;
-use crate::model::{Generic, Periodic};
+use crate::machine::Machine;
+use crate::model::Periodic;
+use crate::shape::Shape;
 use crate::orbit::Cycle;
 use crate::piece::Piece;
 use nalgebra::{DMatrix, DVector};
@@ -70,7 +72,7 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one.
-    pub fn prove_truncating_forces<M: Generic + Periodic>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
+    pub fn prove_truncating_forces<G: Shape>(&self, model: &Machine<G>, orbit: &Orbit) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
         let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
         let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);

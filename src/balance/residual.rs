@@ -17,7 +17,9 @@ use super::switching::Switching;
 use super::truncated::{Forces, Truncated};
 use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::error::check;
-use crate::model::{Generic, Periodic};
+use crate::machine::Machine;
+use crate::model::{Model, Periodic};
+use crate::shape::Shape;
 use crate::piece::Piece;
 use crate::root::{Matrix, Residual};
 use crate::slopes::Slopes;
@@ -156,22 +158,6 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let (n, varying, m) = (self.layout.dof, self.couplings.varying.len(), self.grid.samples());
         self.method = Method::Held(Samples::new(n, varying, m), pieces.to_vec());
         self.seen.clear();
-        self
-    }
-
-    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as the second paper
-    /// does.
-    pub fn truncating_forces(mut self) -> Self
-    where
-        M: Generic + Sized,
-    {
-        let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
-        let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);
-        self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
-        self.seen.clear();
-        self.couplings = self.couplings.without_slopes();
-        self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
-        self.layout.make_dense();
         self
     }
 
@@ -350,6 +336,20 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// Notes that hold for any orbit of these equations.
     pub(super) fn notes(&self) -> Vec<BalanceNote> {
         if self.slopes.differenced { vec![BalanceNote::Differences] } else { Vec::new() }
+    }
+}
+
+impl<G: Shape> BalanceEquations<'_, Machine<G>> {
+    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Yao 2020 does.
+    pub fn truncating_forces(mut self) -> Self {
+        let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
+        let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);
+        self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
+        self.seen.clear();
+        self.couplings = self.couplings.without_slopes();
+        self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
+        self.layout.make_dense();
+        self
     }
 }
 

@@ -7,15 +7,17 @@ use super::spectra::pack;
 use super::table::Table;
 use super::transform::{spread, unpack, write};
 use crate::dual::Dual;
-use crate::model::{AsIs, Generic, Law, Periodic};
+use crate::machine::Machine;
+use crate::model::{Model, Periodic};
 use crate::nonlinearity::Nonlinearity;
 use crate::root::Matrix;
 use crate::scalar::Scalar;
+use crate::shape::{AsIs, Drives, Law, Shape};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
 
-/// What a balance with truncated forces asks of a generic model; a trait so that other models need not be generic.
+/// What a balance with truncated forces asks of a machine; a trait so that other models need not be one.
 pub(super) trait Truncated<M: ?Sized> {
     /// Samples of the acceleration with truncated forces.
     fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]);
@@ -106,13 +108,13 @@ impl Forces {
     }
 }
 
-impl<M: Generic + Periodic> Truncated<M> for Forces {
-    fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]) {
-        let n = self.dof;
+impl<G: Shape> Truncated<Machine<G>> for Forces {
+    fn accelerations(&mut self, grid: &mut Grid<'_, Machine<G>>, out: &mut [Vec<f64>]) {
+        let (n, waves) = (self.dof, grid.model.size().waves);
         for s in 0..grid.samples() {
             let (q, v, a, _) = split(&mut self.values, n);
             grid.state(s, q, v);
-            grid.model.accel_on(&Recorded(&self.seen), grid.drives(s), q, v, a);
+            grid.model.shape().accel(&Recorded(&self.seen), Drives::new(waves, grid.drives(s)), q, v, a);
             self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] = seen.get());
         }
         self.truncate(grid);
@@ -120,13 +122,14 @@ impl<M: Generic + Periodic> Truncated<M> for Forces {
             let (q, v, a, given) = split(&mut self.values, n);
             grid.state(s, q, v);
             given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
-            grid.model.accel_on(&Given { forces: given, seen: &self.seen }, grid.drives(s), q, v, a);
+            let u = Drives::new(waves, grid.drives(s));
+            grid.model.shape().accel(&Given { forces: given, seen: &self.seen }, u, q, v, a);
             out.iter_mut().zip(a).for_each(|(out, a)| out[s] = *a);
         }
     }
 
-    fn slopes(&mut self, grid: &mut Grid<'_, M>) {
-        let (n, c, drives) = (self.dof, self.contacts, grid.model.drives());
+    fn slopes(&mut self, grid: &mut Grid<'_, Machine<G>>) {
+        let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
         let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
         for s in 0..grid.samples() {
             let (q, v, _, forces) = split(&mut self.values, n);
@@ -143,7 +146,8 @@ impl<M: Generic + Periodic> Truncated<M> for Forces {
                 let directions = first..(first + DIRECTIONS).min(2 * n + c);
                 directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
                 let (y, forces) = variables.split_at(2 * n);
-                grid.model.accel_on(&Given { forces, seen: &self.seen_duals }, u, &y[..n], &y[n..], a);
+                let given = Given { forces, seen: &self.seen_duals };
+                grid.model.shape().accel(&given, Drives::new(waves, u), &y[..n], &y[n..], a);
                 for j in directions {
                     variables[j] = variables[j].value.into();
                     for (i, a) in a.iter().enumerate() {

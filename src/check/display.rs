@@ -66,20 +66,6 @@ impl fmt::Display for Finding {
             Finding::Period { what, index, t, first, second } => {
                 write!(f, "period: {what} {index} is {first} at t = {t}, but {second} a period later")
             }
-            Finding::Generic { component, generic, plain } => {
-                write!(f, "accel_on: component {component} is {generic}, but the plain form says {plain}")
-            }
-            Finding::GenericContact { contact, generic, plain } => {
-                write!(f, "contact_on: contact {contact} has {generic} where contact says {plain}")
-            }
-            Finding::Phases { phases, drives } => {
-                write!(f, "phases: {phases} shapes of phase among {drives} drives; there can be no more of them than drives")
-            }
-            Finding::Split { drive, split, plain } => write!(
-                f,
-                "drive {drive} is {split} from phase_drives and constants, but drive says {plain}; the first phases() drives are shapes, the \
-                 rest constants"
-            ),
         }
     }
 }

@@ -155,38 +155,4 @@ pub enum Finding {
         /// A period later.
         second: f64,
     },
-    /// The generic acceleration differs from the plain one.
-    Generic {
-        /// Component.
-        component: usize,
-        /// On f64 through the generic form.
-        generic: f64,
-        /// Plain.
-        plain: f64,
-    },
-    /// A contact of the generic form differs from the plain one.
-    GenericContact {
-        /// Which contact.
-        contact: usize,
-        /// On f64 through the generic form.
-        generic: f64,
-        /// Plain.
-        plain: f64,
-    },
-    /// More shapes of phase than drives.
-    Phases {
-        /// Shapes of phase.
-        phases: usize,
-        /// Drives.
-        drives: usize,
-    },
-    /// The drives split for tables differ from the plain ones, or one of them is given by neither half.
-    Split {
-        /// Which drive.
-        drive: usize,
-        /// From phase and constants.
-        split: f64,
-        /// Plain.
-        plain: f64,
-    },
 }

@@ -1,38 +1,31 @@
 //! The instantaneous centre of a noncircular gear.
 
-use super::{Excitation, Jet, Repeats};
+use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
-use std::f64::consts::TAU;
 
-/// The moving instantaneous centre of an eccentric gear: ε its eccentric ratio, x = ω_c t its phase.
+/// The moving instantaneous centre of an eccentric gear over its phase x `[rad]`: ε its eccentric ratio.
 ///
 /// All curves carry exact first and second derivatives.   Source: Liu 2021, Eqs. (8), (18), (20), corrected.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, InstantCentre, Side};
-/// let centre = InstantCentre::new(0.2, 1.0)?;
-/// assert!((centre.radius(1.0)?.value(0.0, Side::After) - (1.0 + 0.4 / 1.04)).abs() < 1e-15);
-/// assert!((centre.ratio(3.5)?.value(0.0, Side::After) - 5.25).abs() < 1e-14);
+/// use gear_dynamics::{Excitation, InstantCentre};
+/// let centre = InstantCentre::new(0.2)?;
+/// assert!((centre.radius(1.0)?.value(0.0) - (1.0 + 0.4 / 1.04)).abs() < 1e-15);
+/// assert!((centre.ratio(3.5)?.value(0.0) - 5.25).abs() < 1e-14);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstantCentre {
     eccentric: f64,
-    omega: f64,
 }
 
 impl InstantCentre {
-    /// Eccentric ratio ε in [0, 1) and frequency ω_c [rad/s].
+    /// Eccentric ratio ε in [0, 1).
     ///
     /// # Errors
-    /// An eccentric ratio outside [0, 0.999999]; a frequency outside 1e-50 .. 1e50.
-    pub fn new(eccentric: f64, omega: f64) -> Result<Self, ParameterError> {
-        // The second derivative of the forcing holds ω_c⁴ and (1 - ε)⁻⁸.
-        Ok(InstantCentre {
-            eccentric: Self::check_ratio("eccentric ratio", eccentric)?,
-            omega: check::scale("frequency of the centre", omega)?,
-        })
+    /// An eccentric ratio outside [0, 0.999999].
+    pub fn new(eccentric: f64) -> Result<Self, ParameterError> {
+        Ok(InstantCentre { eccentric: Self::check_ratio("eccentric ratio", eccentric)? })
     }
 
     /// An eccentric ratio so far from 1 that 1 - 2 ε + ε² is not lost in rounding.
@@ -52,30 +45,31 @@ impl InstantCentre {
         CentreCurve { centre: self, kind }
     }
 
-    /// r(t) = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
+    /// r = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
     ///
     /// # Errors
     /// A mean radius outside 1e-50 .. 1e50.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Radius(check::scale("mean radius", mean)?)))
     }
-    /// i(t) = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
+    /// i = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
     ///
     /// # Errors
     /// A reduction ratio outside 1e-50 .. 1e50.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Ratio(check::scale("reduction ratio", reduction)?)))
     }
-    /// θ'' = 2 ω_c² ε (1 - ε²) sin x/(1 + 2 ε cos x + ε²)²: the acceleration of the rigid motion.
+    /// dθ/dx = (1 - ε²)/(1 + 2 ε cos x + ε²): how the driven gear turns in its rigid motion. Its rate dω/dx = 2 ε (1 - ε²) sin x/(1 + 2 ε cos x +
+    /// ε²)² is the centre forcing: θ'' = (d²θ/dx²) x'² + (dθ/dx) x''.
     // Erratum (docs/errata.md): Eq. (20) as printed lacks both squares.
-    pub fn forcing(self) -> CentreCurve {
-        self.curve(Kind::Forcing)
+    pub fn rotation(self) -> CentreCurve {
+        self.curve(Kind::Rotation)
     }
-    /// The Fourier series of [`forcing`](InstantCentre::forcing): -2 ω_c² Σ_{n=1}^{order} n (-ε)^n sin n x. Order 2 is Eq. (22).
+    /// The Fourier series of [`rotation`](InstantCentre::rotation): 1 + 2 Σ_{n=1}^{order} (-ε)^n cos n x. Order 2 gives Eq. (22).
     ///
     /// # Errors
     /// An order above 10 000: every one of them is summed at every evaluation.
-    pub fn forcing_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
+    pub fn rotation_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Series(check::count("order of the forcing series", &[order], check::ORDERS)?)))
     }
 }
@@ -83,10 +77,10 @@ impl InstantCentre {
 /// One curve of an [`InstantCentre`].
 ///
 /// ```
-/// use gear_dynamics::{Excitation, InstantCentre, Side};
-/// let centre = InstantCentre::new(0.2, 2.0)?;
-/// let (exact, series) = (centre.forcing(), centre.forcing_series(40)?);
-/// assert!((exact.value(0.3, Side::After) - series.value(0.3, Side::After)).abs() < 1e-14);
+/// use gear_dynamics::{Excitation, InstantCentre};
+/// let centre = InstantCentre::new(0.2)?;
+/// let (exact, series) = (centre.rotation(), centre.rotation_series(40)?);
+/// assert!((exact.jet(0.3).rate - series.jet(0.3).rate).abs() < 1e-14); // the centre forcing
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,25 +93,25 @@ pub struct CentreCurve {
 enum Kind {
     Radius(f64),
     Ratio(f64),
-    Forcing,
+    Rotation,
     Series(usize),
 }
 
 impl Excitation for CentreCurve {
-    fn jet(&self, t: f64, _: Side) -> Jet {
-        let InstantCentre { eccentric: eps, omega } = self.centre;
-        let (sin, cos) = Jet::new(omega * t, omega, 0.0).sin_cos();
+    fn jet(&self, angle: f64) -> Jet {
+        let eps = self.centre.eccentric;
+        let (sin, cos) = Jet::time(angle).sin_cos();
         let swing = || cos * (2.0 * eps) + (1.0 + eps * eps);
         match self.kind {
             Kind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,
             Kind::Ratio(reduction) => swing() * (reduction / (1.0 - eps * eps)),
-            Kind::Forcing => sin * (2.0 * omega * omega * eps * (1.0 - eps * eps)) / (swing() * swing()),
+            Kind::Rotation => Jet::constant(1.0 - eps * eps) / swing(),
             Kind::Series(order) => {
-                let mut sum = Jet::constant(0.0);
+                let mut sum = Jet::constant(1.0);
                 let (mut s, mut c) = (sin, cos);
                 let mut power = -eps;
-                for n in 1..=order {
-                    sum = sum + s * (-2.0 * omega * omega * n as f64 * power);
+                for _ in 1..=order {
+                    sum = sum + c * (2.0 * power);
                     power *= -eps;
                     (s, c) = (s * cos + c * sin, c * cos - s * sin);
                 }
@@ -125,7 +119,7 @@ impl Excitation for CentreCurve {
             }
         }
     }
-    fn repeats(&self) -> Repeats {
-        Repeats::Every(TAU / self.centre.omega)
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }

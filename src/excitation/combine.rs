@@ -1,81 +1,87 @@
 //! Excitations made of others.
 
-use super::{Excitation, Jet, Repeats, Shared, earlier};
+use super::{Excitation, Jet, Wave, same};
 use crate::error::{ParameterError, check};
 use crate::piece::Side;
 use std::fmt;
 
-/// f(t) + g(t) + ...
+/// f(φ) + g(φ) + ...
 ///
 /// ```
-/// use gear_dynamics::{Constant, Excitation, Fourier, Side, Sum, shared};
-/// let sum = Sum::new(vec![shared(Constant::new(1.0)?), shared(Fourier::new(0.0, &[[2.0, 0.0]], 1.0)?)]);
-/// assert_eq!(sum.value(0.0, Side::After), 3.0);
+/// use gear_dynamics::{Excitation, Fourier, Sum, Wave};
+/// let cosine = Wave::new(Fourier::new(0.0, &[[2.0, 0.0]])?).per_turn(3)?;
+/// let sum = Sum::new(vec![Wave::constant(1.0)?, cosine]); // 1 + 2 cos 3 φ
+/// assert_eq!(sum.jet(0.0).value, 3.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct Sum(Vec<Shared>);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sum(Vec<Wave>);
 
 impl Sum {
     /// The terms; none at all is zero.
-    pub fn new(terms: Vec<Shared>) -> Self {
+    pub fn new(terms: Vec<Wave>) -> Self {
         Sum(terms)
     }
 }
 
+/// Edges of all parts.
+fn edges(parts: &[Wave]) -> Vec<f64> {
+    parts.iter().flat_map(Wave::edges_of_a_turn).collect()
+}
+
 impl Excitation for Sum {
-    fn jet(&self, t: f64, side: Side) -> Jet {
-        self.0.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(t, side))
+    fn jet(&self, angle: f64) -> Jet {
+        self.0.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(angle, Side::After))
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.0.iter().fold(None, |first, f| earlier(first, f.next_edge(t)))
+    fn edges(&self) -> Vec<f64> {
+        edges(&self.0)
     }
-    fn repeats(&self) -> Repeats {
-        self.0.iter().fold(Repeats::Always, |all, f| all.with(f.repeats()))
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }
 
-/// f(t) g(t) ...
+/// f(φ) g(φ) ...
 ///
 /// ```
-/// use gear_dynamics::{Constant, Excitation, Fourier, Product, Side, shared};
-/// let product = Product::new(vec![shared(Constant::new(5.0)?), shared(Fourier::new(0.0, &[[0.0, 1.0]], 2.0)?)]);
-/// assert_eq!(product.rate(0.0, Side::After), 10.0);
+/// use gear_dynamics::{Excitation, Fourier, Product, Wave};
+/// let product = Product::new(vec![Wave::constant(5.0)?, Wave::new(Fourier::new(0.0, &[[0.0, 2.0]])?)]);
+/// assert_eq!(product.jet(0.0).rate, 10.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct Product(Vec<Shared>);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Product(Vec<Wave>);
 
 impl Product {
     /// The factors; none at all is one.
-    pub fn new(factors: Vec<Shared>) -> Self {
+    pub fn new(factors: Vec<Wave>) -> Self {
         Product(factors)
     }
 }
 
 impl Excitation for Product {
-    fn jet(&self, t: f64, side: Side) -> Jet {
-        self.0.iter().fold(Jet::constant(1.0), |product, f| product * f.jet(t, side))
+    fn jet(&self, angle: f64) -> Jet {
+        self.0.iter().fold(Jet::constant(1.0), |product, f| product * f.jet(angle, Side::After))
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.0.iter().fold(None, |first, f| earlier(first, f.next_edge(t)))
+    fn edges(&self) -> Vec<f64> {
+        edges(&self.0)
     }
-    fn repeats(&self) -> Repeats {
-        self.0.iter().fold(Repeats::Always, |all, f| all.with(f.repeats()))
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }
 
-/// a f(t).
+/// a f(φ).
 ///
 /// ```
-/// use gear_dynamics::{Constant, Excitation, Scaled, Side, shared};
-/// assert_eq!(Scaled::new(2.0, shared(Constant::new(1.5)?))?.value(0.0, Side::After), 3.0);
+/// use gear_dynamics::{Excitation, Scaled, Wave};
+/// assert_eq!(Scaled::new(2.0, Wave::constant(1.5)?)?.value(0.0), 3.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scaled {
     factor: f64,
-    inner: Shared,
+    inner: Wave,
 }
 
 impl Scaled {
@@ -83,61 +89,68 @@ impl Scaled {
     ///
     /// # Errors
     /// A factor beyond ±1e50.
-    pub fn new(factor: f64, inner: Shared) -> Result<Self, ParameterError> {
+    pub fn new(factor: f64, inner: Wave) -> Result<Self, ParameterError> {
         Ok(Scaled { factor: check::quantity("factor", factor)?, inner })
     }
 }
 
 impl Excitation for Scaled {
-    fn jet(&self, t: f64, side: Side) -> Jet {
-        self.inner.jet(t, side) * self.factor
+    fn jet(&self, angle: f64) -> Jet {
+        self.inner.jet(angle, Side::After) * self.factor
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.inner.next_edge(t)
+    fn edges(&self) -> Vec<f64> {
+        self.inner.edges_of_a_turn()
     }
-    fn repeats(&self) -> Repeats {
-        self.inner.repeats()
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }
 
-/// A closure on [`Jet`]s: derivatives come from its arithmetic.
+/// A closure on [`Jet`]s of the angle: derivatives come from its arithmetic. It should repeat with 2π; where it does not, it jumps at 0.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Function, Jet, Side};
-/// let ramp = Function::new(|t: Jet| t * t * 0.5);
-/// assert_eq!(ramp.jet(3.0, Side::After), Jet::new(4.5, 3.0, 1.0));
+/// use gear_dynamics::{Excitation, Function, Jet};
+/// let bump = Function::new(|angle: Jet| (angle.cos() * 2.0).exp());
+/// assert_eq!(bump.jet(0.0).rate, 0.0);
+/// assert_eq!(bump.jet(0.0).value, 2f64.exp());
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 pub struct Function<F> {
     function: F,
-    repeats: Repeats,
+    edges: Vec<f64>,
 }
 
-impl<F: Fn(Jet) -> Jet + Send + Sync> Function<F> {
-    /// A smooth function that does not repeat.
+impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Function<F> {
+    /// A smooth function.
     pub fn new(function: F) -> Self {
-        Function { function, repeats: Repeats::Never }
+        Function { function, edges: Vec::new() }
     }
 
-    /// The same, known to repeat with a period `[s]`.
+    /// The same, known to jump or to kink at these angles in [0, 2π).
     ///
     /// # Errors
-    /// A period outside 1e-50 .. 1e50.
-    pub fn with_period(self, period: f64) -> Result<Self, ParameterError> {
-        Ok(Function { repeats: Repeats::Every(check::scale("period", period)?), ..self })
+    /// An angle outside [0, 2π).
+    pub fn with_edges(self, angles: &[f64]) -> Result<Self, ParameterError> {
+        for (i, &value) in angles.iter().enumerate() {
+            if !(0.0..std::f64::consts::TAU).contains(&value) {
+                return Err(ParameterError::OutOfRange { name: format!("edges[{i}] of the function"), value, allowed: "[0, 2π)" });
+            }
+        }
+        Ok(Function { edges: angles.to_vec(), ..self })
     }
 }
 
 impl<F> fmt::Debug for Function<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Function").field("repeats", &self.repeats).finish_non_exhaustive()
+        f.debug_struct("Function").field("edges", &self.edges).finish_non_exhaustive()
     }
 }
 
-impl<F: Fn(Jet) -> Jet + Send + Sync> Excitation for Function<F> {
-    fn jet(&self, t: f64, _: Side) -> Jet {
-        (self.function)(Jet::time(t))
+impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Excitation for Function<F> {
+    fn jet(&self, angle: f64) -> Jet {
+        (self.function)(Jet::time(angle))
     }
-    fn repeats(&self) -> Repeats {
-        self.repeats
+    fn edges(&self) -> Vec<f64> {
+        self.edges.clone()
     }
 }

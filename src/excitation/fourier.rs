@@ -1,60 +1,57 @@
 //! Fourier series.
 
-use super::{Excitation, Jet, Repeats};
+use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
 use std::f64::consts::TAU;
 
-/// f(t) = mean + Σ_n c_n cos(n ω t) + s_n sin(n ω t), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
+/// f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Fourier, Side};
-/// let stiffness = Fourier::new(3.1e8, &[[0.9e8, 0.0]], 2880.0)?; // k0 + k_r cos(ω_e t) [N/m]
-/// assert_eq!(stiffness.value(0.0, Side::After), 4.0e8);
+/// use gear_dynamics::{Excitation, Fourier};
+/// let stiffness = Fourier::new(3.1e8, &[[0.9e8, 0.0]])?; // k0 + k_r cos φ [N/m]
+/// assert_eq!(stiffness.value(0.0), 4.0e8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fourier {
     mean: f64,
     pairs: Vec<[f64; 2]>,
-    omega: f64,
 }
 
 impl Fourier {
-    /// Mean, cosine and sine coefficients by order from 1, and base frequency ω [rad/s].
+    /// Mean, cosine and sine coefficients by order from 1.
     ///
     /// # Errors
-    /// A mean or coefficient beyond ±1e50; a frequency outside 1e-50 .. 1e50; more than 10 000 orders.
-    pub fn new(mean: f64, pairs: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
+    /// A mean or coefficient beyond ±1e50; more than 10 000 orders.
+    pub fn new(mean: f64, pairs: &[[f64; 2]]) -> Result<Self, ParameterError> {
         check::quantity("mean", mean)?;
         check::count("orders of the series", &[pairs.len()], check::ORDERS)?;
         for (i, pair) in pairs.iter().enumerate() {
             check::quantity(format!("cosine coefficient of order {}", i + 1), pair[0])?;
             check::quantity(format!("sine coefficient of order {}", i + 1), pair[1])?;
         }
-        let omega = check::scale("frequency omega", omega)?;
-        Ok(Fourier { mean, pairs: pairs.to_vec(), omega })
+        Ok(Fourier { mean, pairs: pairs.to_vec() })
     }
 
-    /// f(t) = mean + Σ_n A_n cos(n ω t + φ_n) from pairs (A_n, φ_n `[rad]`).
+    /// f(φ) = mean + Σ_n A_n cos(n φ + φ_n) from pairs (A_n, φ_n `[rad]`).
     ///
     /// # Errors
-    /// A mean, amplitude or phase beyond ±1e50; a frequency outside 1e-50 .. 1e50.
-    pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]], omega: f64) -> Result<Self, ParameterError> {
+    /// A mean, amplitude or phase beyond ±1e50.
+    pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]]) -> Result<Self, ParameterError> {
         for (i, pair) in amplitudes.iter().enumerate() {
             check::quantity(format!("amplitude of order {}", i + 1), pair[0])?;
             check::quantity(format!("phase of order {}", i + 1), pair[1])?;
         }
         let pairs: Vec<_> = amplitudes.iter().map(|&[a, phi]| [a * libm::cos(phi), -a * libm::sin(phi)]).collect();
-        Fourier::new(mean, &pairs, omega)
+        Fourier::new(mean, &pairs)
     }
 
-    /// The series up to `order` through uniform samples of one period, the first at t = 0: how the mean stiffness and its
+    /// The series up to `order` through uniform samples of one period, the first at φ = 0: how the mean stiffness and its
     /// amplitudes are drawn from a computed stiffness curve (Liu 2021, under Eq. 19).
     ///
     /// # Errors
     /// Fewer than `2 order + 1` samples cannot tell the orders apart; as [`new`](Fourier::new), for samples and the series through them.
-    pub fn fit(samples: &[f64], order: usize, omega: f64) -> Result<Self, ParameterError> {
+    pub fn fit(samples: &[f64], order: usize) -> Result<Self, ParameterError> {
         let least = order.saturating_mul(2).saturating_add(1);
         if samples.len() < least {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least });
@@ -75,20 +72,7 @@ impl Fourier {
                 pair
             })
             .collect();
-        Fourier::new(mean, &pairs, omega)
-    }
-
-    /// The same shape ahead by a phase φ `[rad]` of its base frequency: f(t + φ/ω).
-    ///
-    /// # Errors
-    /// A phase beyond ±1e50.
-    pub fn with_phase(mut self, phase: f64) -> Result<Self, ParameterError> {
-        let phase = check::quantity("phase", phase)? % TAU;
-        for (i, pair) in self.pairs.iter_mut().enumerate() {
-            let (s, c) = libm::sincos((i + 1) as f64 * phase);
-            *pair = [pair[0] * c + pair[1] * s, pair[1] * c - pair[0] * s];
-        }
-        Ok(self)
+        Fourier::new(mean, &pairs)
     }
 
     /// The mean.
@@ -99,30 +83,32 @@ impl Fourier {
     pub fn pairs(&self) -> &[[f64; 2]] {
         &self.pairs
     }
-    /// Base frequency ω [rad/s].
-    pub fn omega(&self) -> f64 {
-        self.omega
+}
+
+impl Fourier {
+    /// f(φ) with its derivatives over φ/times, from the sine and cosine of φ.
+    #[inline]
+    pub(crate) fn jet_of(&self, (s1, c1): (f64, f64), times: f64) -> Jet {
+        let (mut s, mut c, mut n) = (s1, c1, 0.0);
+        let mut jet = Jet::constant(self.mean);
+        for &[cos, sin] in &self.pairs {
+            n += times;
+            let wave = cos * c + sin * s;
+            jet.value += wave;
+            jet.rate += n * (sin * c - cos * s);
+            jet.second -= n * n * wave;
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+        jet
     }
 }
 
 impl Excitation for Fourier {
     #[inline]
-    fn jet(&self, t: f64, _: Side) -> Jet {
-        let (s1, c1) = libm::sincos(self.omega * t);
-        let (mut s, mut c) = (s1, c1);
-        let mut jet = Jet::constant(self.mean);
-        let mut w = 0.0;
-        for &[cos, sin] in &self.pairs {
-            w += self.omega;
-            let wave = cos * c + sin * s;
-            jet.value += wave;
-            jet.rate += w * (sin * c - cos * s);
-            jet.second -= w * w * wave;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-        }
-        jet
+    fn jet(&self, angle: f64) -> Jet {
+        self.jet_of(libm::sincos(angle), 1.0)
     }
-    fn repeats(&self) -> Repeats {
-        Repeats::Every(TAU / self.omega)
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }

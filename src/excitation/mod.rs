@@ -1,4 +1,4 @@
-//! Functions of time that drive a gear: mesh stiffness, transmission error, instantaneous centre, torque.
+//! Functions of an angle that drive a gear: mesh stiffness, transmission error, instantaneous centre, ripple.
 
 mod centre;
 mod combine;
@@ -6,6 +6,7 @@ mod fourier;
 mod jet;
 mod rectangle;
 mod table;
+mod wave;
 
 pub use centre::{CentreCurve, InstantCentre};
 pub use combine::{Function, Product, Scaled, Sum};
@@ -13,97 +14,53 @@ pub use fourier::Fourier;
 pub use jet::Jet;
 pub use rectangle::RectangularWave;
 pub use table::Table;
+pub use wave::Wave;
+pub(crate) use wave::reduced;
 
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
+use std::any::Any;
 use std::fmt::Debug;
-use std::sync::Arc;
 
-/// A function of time with its first two derivatives, exact where they exist.
+/// A function f(φ) of an angle φ `[rad]` that repeats with 2π, with its first two derivatives over the angle, exact where they exist.
+///
+/// It does not know how fast the angle turns, nor how often it repeats in one turn of a shaft: [`Wave`] says the latter.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Fourier, Side};
-/// let error = Fourier::new(0.0, &[[0.0, 1e-5]], 3.0)?; // 10 μm sin(3 t)
-/// assert!((error.rate(0.0, Side::After) - 3e-5).abs() < 1e-20);
+/// use gear_dynamics::{Excitation, Fourier};
+/// let error = Fourier::new(0.0, &[[0.0, 1e-5]])?; // 10 μm sin φ
+/// assert_eq!(error.jet(0.0).rate, 1e-5);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-pub trait Excitation: Debug + Send + Sync {
-    /// Value, first and second derivative at `t`, seen from one side.
-    fn jet(&self, t: f64, side: Side) -> Jet;
-    /// The value alone.
-    fn value(&self, t: f64, side: Side) -> f64 {
-        self.jet(t, side).value
+pub trait Excitation: Any + Debug + Send + Sync {
+    /// f, f' and f'' at an angle in [0, 2π), which is never one of its [`edges`](Excitation::edges).
+    fn jet(&self, angle: f64) -> Jet;
+    /// f alone.
+    fn value(&self, angle: f64) -> f64 {
+        self.jet(angle).value
     }
-    /// The first time derivative alone.
-    fn rate(&self, t: f64, side: Side) -> f64 {
-        self.jet(t, side).rate
+    /// Angles in [0, 2π) at which f or a derivative jumps, in any order.
+    fn edges(&self) -> Vec<f64> {
+        Vec::new()
     }
-    /// The first instant after `t` at which the value or a derivative jumps.
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        let _ = t;
-        None
-    }
-    /// Whether and when it repeats.
-    fn repeats(&self) -> Repeats {
-        Repeats::Never
+    /// Whether another excitation is the very same function, so that models with it may share a table of drives. Default: it is not. A type
+    /// that is `PartialEq` says `gear_dynamics::same(self, other)`.
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        let _ = other;
+        false
     }
 }
 
-/// An excitation that several meshes may share; a shared one is evaluated once per instant.
-pub type Shared = Arc<dyn Excitation>;
-
-/// Wraps an excitation for sharing.
-pub fn shared(excitation: impl Excitation + 'static) -> Shared {
-    Arc::new(excitation)
-}
-
-/// Whether and when an excitation repeats.
+/// Whether an excitation equals another one of any type: the line of [`Excitation::same_as`] for a type that is `PartialEq`.
 ///
 /// ```
-/// use gear_dynamics::Repeats;
-/// assert_eq!(Repeats::Every(2.0).with(Repeats::Every(3.0)), Repeats::Every(6.0));
-/// assert!(Repeats::Every(2.0).fits(4.0) && !Repeats::Every(2.0).fits(3.0));
+/// use gear_dynamics::{Constant, Fourier, same};
+/// let (two, also) = (Constant::new(2.0)?, Constant::new(2.0)?);
+/// assert!(same(&two, &also) && !same(&two, &Fourier::new(2.0, &[])?));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Repeats {
-    /// Constant.
-    Always,
-    /// With this period.
-    Every(f64),
-    /// Not at all.
-    Never,
-}
-
-impl Repeats {
-    /// Largest common multiple that is looked for.
-    const LARGEST: u32 = 10_000;
-    /// How far a ratio of periods may be from whole numbers, as a share of itself and at the most.
-    const ROUNDING: f64 = 1e-9;
-    const APART: f64 = 1e-3;
-
-    /// The common period of two, in either order; `Never` if there is none within 10 000 times the longer one.
-    pub fn with(self, other: Self) -> Self {
-        match (self, other) {
-            (Repeats::Always, x) | (x, Repeats::Always) => x,
-            (Repeats::Every(a), Repeats::Every(b)) => (1..=Self::LARGEST)
-                .map(|m| f64::from(m) * a.max(b))
-                .find(|&period| Repeats::Every(a.min(b)).fits(period))
-                .map_or(Repeats::Never, Repeats::Every),
-            _ => Repeats::Never,
-        }
-    }
-
-    /// Whether `period` is a whole number of its periods.
-    pub fn fits(self, period: f64) -> bool {
-        match self {
-            Repeats::Always => true,
-            Repeats::Every(own) => {
-                let ratio = period / own;
-                ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= (Self::ROUNDING * ratio).min(Self::APART)
-            }
-            Repeats::Never => false,
-        }
-    }
+pub fn same<E: Excitation + PartialEq>(one: &E, other: &dyn Excitation) -> bool {
+    let other: &dyn Any = other;
+    other.downcast_ref::<E>() == Some(one)
 }
 
 /// The earlier of two instants, either of which may be missing.
@@ -117,8 +74,8 @@ pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 /// A constant.
 ///
 /// ```
-/// use gear_dynamics::{Constant, Excitation, Side};
-/// assert_eq!(Constant::new(2e8)?.value(7.0, Side::After), 2e8);
+/// use gear_dynamics::{Constant, Excitation};
+/// assert_eq!(Constant::new(2e8)?.value(1.0), 2e8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,10 +92,10 @@ impl Constant {
 }
 
 impl Excitation for Constant {
-    fn jet(&self, _: f64, _: Side) -> Jet {
+    fn jet(&self, _: f64) -> Jet {
         Jet::constant(self.0)
     }
-    fn repeats(&self) -> Repeats {
-        Repeats::Always
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }

@@ -1,16 +1,16 @@
 //! A sampled curve.
 
-use super::{Excitation, Jet, Repeats};
+use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
+use std::f64::consts::TAU;
 
-/// Uniform samples of one period, the first at t = 0, joined by the periodic cubic spline (twice continuously differentiable).
+/// Uniform samples of one turn, the first at φ = 0, joined by the periodic cubic spline (twice continuously differentiable).
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Side, Table};
+/// use gear_dynamics::{Excitation, Table};
 /// let samples: Vec<f64> = (0..64).map(|i| (i as f64 / 64.0 * std::f64::consts::TAU).cos()).collect();
-/// let table = Table::new(&samples, 2.0)?;
-/// assert!((table.value(0.3, Side::After) - (0.3 * std::f64::consts::PI).cos()).abs() < 1e-6);
+/// let table = Table::new(&samples)?;
+/// assert!((table.value(0.3) - 0.3f64.cos()).abs() < 1e-6);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -18,22 +18,20 @@ pub struct Table {
     samples: Vec<f64>,
     /// Second derivatives at the knots, times h².
     moments: Vec<f64>,
-    period: f64,
 }
 
 impl Table {
-    /// At least 3 samples and the period `[s]` that they fill.
+    /// At least 3 samples.
     ///
     /// # Errors
-    /// Fewer than 3 samples; one beyond ±1e50; a period outside 1e-50 .. 1e50.
-    pub fn new(samples: &[f64], period: f64) -> Result<Self, ParameterError> {
+    /// Fewer than 3 samples; one beyond ±1e50.
+    pub fn new(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
         }
         check::quantities("samples", samples)?;
-        let period = check::scale("period", period)?;
         let moments = periodic_moments(samples);
-        Ok(Table { moments, samples: samples.to_vec(), period })
+        Ok(Table { moments, samples: samples.to_vec() })
     }
 }
 
@@ -72,10 +70,10 @@ fn thomas(diagonal: &[f64], rhs: &[f64]) -> Vec<f64> {
 }
 
 impl Excitation for Table {
-    fn jet(&self, t: f64, _: Side) -> Jet {
+    fn jet(&self, angle: f64) -> Jet {
         let n = self.samples.len();
-        let per = n as f64 / self.period;
-        let place = (t / self.period).rem_euclid(1.0) * n as f64;
+        let per = n as f64 / TAU;
+        let place = angle * per;
         let i = (place as usize).min(n - 1);
         let s = place - i as f64;
         let j = (i + 1) % n;
@@ -87,7 +85,7 @@ impl Excitation for Table {
             per * per * (r * m0 + s * m1),
         )
     }
-    fn repeats(&self) -> Repeats {
-        Repeats::Every(self.period)
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }

@@ -4,8 +4,9 @@ use super::isa::InstructionSet;
 use super::meter::Meters;
 use super::number::Number;
 use super::table::{Table, WHOLE};
-use crate::model::{AsIs, Contact, Generic, Model};
+use crate::model::{Contact, Model};
 use crate::scalar::{Scalar, one_by_one};
+use crate::shape::{AsIs, Drives, Shape};
 use std::ops::Range;
 
 /// What a step needs of a model on numbers `S`: the drives of the table, then those of each lane.
@@ -20,33 +21,37 @@ pub(crate) trait Algebra<S> {
     fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
 }
 
-/// A generic model, shared by all lanes.
-pub(crate) struct Shared<'m, M>(pub(crate) &'m M);
+/// The shape of a model, shared by all lanes.
+pub(crate) struct Shared<'m, G>(pub(crate) &'m G);
 
-impl<S: Scalar, M: Generic> Algebra<S> for Shared<'_, M> {
+impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
     #[inline(always)]
     fn dof(&self) -> usize {
-        self.0.dof()
+        self.0.size().dof
     }
     #[inline(always)]
     fn drives(&self) -> usize {
-        self.0.drives()
+        self.0.size().drives()
     }
     #[inline(always)]
     fn columns(&self) -> usize {
-        self.0.phases()
+        self.0.size().waves
     }
     #[inline(always)]
     fn contacts(&self) -> usize {
-        self.0.contacts()
+        self.0.size().contacts
     }
     #[inline(always)]
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        self.0.accel_on(&AsIs, u, q, v, a);
+        self.0.accel(&AsIs, Drives::new(self.0.size().waves, u), q, v, a);
     }
     #[inline(always)]
     fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        self.0.contact_on(which, u, q, v, out);
+        let (u, out) = (Drives::new(self.0.size().waves, u), &mut out[..self.0.size().contacts]);
+        for i in which {
+            let i = one_by_one(i);
+            out[i] = self.0.contact(&AsIs, i, u, q, v);
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! Drives over one period, evaluated once for all runs.
 
-use crate::model::{Generic, Periodic};
+use crate::machine::Machine;
+use crate::model::Periodic;
 use crate::piece::Side;
+use crate::shape::Shape;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
@@ -89,14 +91,11 @@ impl Table {
         if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) { Ok(()) } else { Err(TableError::Size { steps, drives }) }
     }
 
-    /// The shapes of phase that all lanes share. `None`: not to go on.
-    pub(crate) fn of_shapes<M: Generic + Periodic>(model: &M, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
-        let mut all = vec![0.0; model.drives()];
-        let columns = model.phases();
-        Table::new(model, columns, steps, go_on, |share, side, out: &mut [f64]| {
-            model.phase_drives(TAU * share, side, &mut all);
-            out.copy_from_slice(&all[..columns]);
-        })
+    /// The waves that all lanes share. `None`: not to go on.
+    pub(crate) fn of_waves<G: Shape>(model: &Machine<G>, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
+        let (shape, waves) = (model.shape(), model.size().waves);
+        let turn = TAU / f64::from(shape.repeats());
+        Table::new(model, waves, steps, go_on, |share, side, out: &mut [f64]| shape.waves(turn * share, side, out))
     }
 
     /// All drives of one model. `None`: not to go on.

@@ -2,7 +2,7 @@
 
 use super::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Repeats, Shared};
+use crate::excitation::Wave;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
@@ -51,9 +51,8 @@ impl Backlash {
 }
 
 impl Nonlinearity for Backlash {
-    fn same_as(&self, other: &Self) -> bool {
-        self == other
-    }
+    const HALF_WIDTH: bool = true;
+
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         dead_zone(x, lower, upper)
@@ -122,9 +121,6 @@ impl AsymmetricBacklash {
 }
 
 impl Nonlinearity for AsymmetricBacklash {
-    fn same_as(&self, other: &Self) -> bool {
-        self == other
-    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         let zero = S::from(0.0);
@@ -147,22 +143,22 @@ impl Nonlinearity for AsymmetricBacklash {
     }
 }
 
-/// A dead zone whose half width b(t) moves: the same force with edges ∓b(t).
+/// A dead zone whose half width b(φ) moves: the same force with edges ∓b(φ).
 ///
 /// ```
-/// use gear_dynamics::{Fourier, Nonlinearity, Side, VaryingBacklash, shared};
-/// let law = VaryingBacklash::new(shared(Fourier::new(1.0, &[[0.25, 0.0]], 2.0)?));
+/// use gear_dynamics::{Fourier, Nonlinearity, Side, VaryingBacklash, Wave};
+/// let law = VaryingBacklash::new(Wave::new(Fourier::new(1.0, &[[0.25, 0.0]])?));
 /// assert_eq!(law.edges(0.0, Side::After).upper, 1.25);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VaryingBacklash {
-    half_width: Shared,
+    half_width: Wave,
 }
 
 impl VaryingBacklash {
-    /// The half width as an excitation; it should stay positive.
-    pub fn new(half_width: Shared) -> Self {
+    /// The half width as a wave; it should stay positive.
+    pub fn new(half_width: Wave) -> Self {
         VaryingBacklash { half_width }
     }
 }
@@ -176,14 +172,11 @@ impl Nonlinearity for VaryingBacklash {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
         dead_zone_on(piece, x, lower, upper)
     }
-    fn edges(&self, t: f64, side: Side) -> Edges {
-        let b = self.half_width.jet(t, side);
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        let b = self.half_width.jet(angle, side);
         Edges::symmetric(b.value, b.rate)
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.half_width.next_edge(t)
-    }
-    fn repeats(&self) -> Repeats {
-        self.half_width.repeats()
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.half_width.next_edge(angle)
     }
 }

@@ -15,9 +15,6 @@ use crate::scalar::Scalar;
 pub struct Linear;
 
 impl Nonlinearity for Linear {
-    fn same_as(&self, other: &Self) -> bool {
-        self == other
-    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
         x
@@ -49,9 +46,6 @@ impl Cubic {
 }
 
 impl Nonlinearity for Cubic {
-    fn same_as(&self, other: &Self) -> bool {
-        self == other
-    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
         x * self.linear + x * x * x * self.cubic
@@ -90,9 +84,6 @@ impl SmoothedBacklash {
 }
 
 impl Nonlinearity for SmoothedBacklash {
-    fn same_as(&self, other: &Self) -> bool {
-        self == other
-    }
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
         let s2 = S::from(self.rounding * self.rounding);

@@ -25,8 +25,8 @@ use crate::model::{Model, State};
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot run `{M}`",
-    note = "every engine asks for a model with a period (`impl Periodic`), lanes for one whose algebra is `Generic` besides: `TableRk4` and \
-            `Located` run any periodic model; a model with held random drives has no period: run it in an `Ensemble`"
+    note = "every engine asks for a model with a period (`impl Periodic`), lanes for a `Machine` made of a `Shape`: `TableRk4` and `Located` run \
+            any periodic model; a model with held random drives has no period: run it in an `Ensemble`"
 )]
 pub trait SweepEngine<M: Model>: Sync {
     /// Makes runs until the source has no more.

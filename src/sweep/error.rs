@@ -131,9 +131,6 @@ pub enum PointError {
         /// Of the first one.
         expected: [usize; 2],
     },
-    /// Contacts are to be measured in lanes, and the model does not show them there.
-    #[error("the model has contacts and does not offer Generic::contact_on: write it, or take an engine for one run at a time")]
-    NoContacts,
     /// An error read back from bytes.
     #[error("{0}")]
     Told(String),

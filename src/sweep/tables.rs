@@ -4,7 +4,9 @@ use super::engine::{Job, Source, SweepEngine, kinds};
 use super::error::{PointError, SweepError};
 use super::track::{Next, Plan, Track};
 use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table, TableError};
-use crate::model::{Contact, Generic, Periodic, State};
+use crate::machine::Machine;
+use crate::model::{Periodic, State};
+use crate::shape::Shape;
 use std::collections::VecDeque;
 
 /// Steps between two looks at whether the sweep is cancelled.
@@ -13,8 +15,8 @@ const STRETCH: usize = 64;
 const LOOKS: usize = 48;
 
 /// RK4 with a fixed number of steps per period, W runs side by side in the lanes of the processor's vectors: the drives come from a table
-/// that is made once for all runs. For models that are [`Generic`] and [`Periodic`]; two runs share lanes only if the models say so
-/// ([`Generic::shares_lanes_with`]), and one that shares with no other runs alone.
+/// that is made once for all runs. For every [`Machine`]; two runs share lanes if and only if their [shapes](Shape) are equal, and one that
+/// shares with no other runs alone.
 ///
 /// Steps go straight across tooth edges, as RK4 of the papers do; 64 steps in the shortest period of a drive keep that error small, and
 /// [`check_every`](crate::Sweep::check_every) measures it. Jumps of the drives have to fall on whole steps: a model where they
@@ -27,7 +29,7 @@ const LOOKS: usize = 48;
 /// assert_eq!(engine.steps(), 4032);
 /// ```
 ///
-/// A model without a period does not compile, nor does one that is not generic:
+/// A model that is no machine does not compile:
 ///
 /// ```compile_fail,E0277
 /// use gear_dynamics::{Axis, LaneRk4, Model, ParameterError, Points, State, Sweep};
@@ -62,9 +64,9 @@ impl<const W: usize> LaneRk4<W> {
     }
 }
 
-impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
-    fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError> {
-        Table::check_size(self.steps, model.phases())?;
+impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
+    fn accepts(&self, model: &Machine<G>, channels: &[usize]) -> Result<(), SweepError> {
+        Table::check_size(self.steps, model.size().waves)?;
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
@@ -74,14 +76,14 @@ impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
         W
     }
 
-    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>) {
+    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<Machine<G>>) {
         let mut waiting = VecDeque::new();
         while !source.is_cancelled() {
             let Some(leader) = waiting.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
             let Ok(kinds) = kinds(&leader.model, channels) else { return };
-            let (table, run) = match lead(&leader, self.steps, plan, &kinds, source) {
+            let (table, run) = match lead(&leader, self.steps, source) {
                 Ok(Some(lead)) => lead,
                 Ok(None) => return,
                 Err(error) => {
@@ -92,7 +94,7 @@ impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
             // As many as there are lanes, of those that share them.
             let (mut runs, mut pending) = (vec![run], Vec::new());
             let mut drawn = std::mem::take(&mut waiting);
-            let shares = |job: &Job<M>| leader.model.shares_lanes_with(&job.model);
+            let shares = |job: &Job<Machine<G>>| leader.model.shares_lanes_with(&job.model);
             while runs.len() < W
                 && let Some(job) = drawn.pop_front().or_else(|| source.next(None))
             {
@@ -108,28 +110,18 @@ impl<const W: usize, M: Generic + Periodic> SweepEngine<M> for LaneRk4<W> {
             waiting.extend(pending.into_iter().chain(drawn));
             let mut batch = Batch { plan, table: &table, kinds: &kinds, set: self.set, shares: &shares, waiting: &mut waiting, source };
             if runs.len() == 1 {
-                batch.run::<f64, _>(&Shared(&leader.model), &runs);
+                batch.run::<f64, _>(&Shared(leader.model.shape()), &runs);
             } else {
-                batch.run::<Lanes<W>, _>(&Shared(&leader.model), &runs);
+                batch.run::<Lanes<W>, _>(&Shared(leader.model.shape()), &runs);
             }
         }
     }
 }
 
 /// The table and the first run over it. `None`: cancelled.
-fn lead<M: Generic + Periodic>(
-    job: &Job<M>,
-    steps: usize,
-    plan: &Plan,
-    kinds: &[Kind],
-    source: &dyn Source<M>,
-) -> Result<Option<(Table, Run)>, PointError> {
-    let reads_contacts = plan.layout.contacts > 0 || kinds.iter().any(|kind| matches!(kind, Kind::Deflection(_) | Kind::Force(_)));
-    if reads_contacts && !offers_contacts(&job.model) {
-        return Err(PointError::NoContacts);
-    }
+fn lead<G: Shape>(job: &Job<Machine<G>>, steps: usize, source: &dyn Source<Machine<G>>) -> Result<Option<(Table, Run)>, PointError> {
     let run = Run::of(job)?;
-    let table = Table::of_shapes(&job.model, steps, || !source.is_cancelled())?;
+    let table = Table::of_waves(&job.model, steps, || !source.is_cancelled())?;
     Ok(table.map(|table| (table, run)))
 }
 
@@ -192,12 +184,6 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
     }
 }
 
-fn offers_contacts<M: Generic>(model: &M) -> bool {
-    let (n, contacts) = (model.dof(), model.contacts());
-    let mut out = vec![Contact::default(); contacts];
-    model.contact_on(0..contacts, &vec![1.0; model.drives()], &vec![0.0; n], &vec![0.0; n], &mut out)
-}
-
 /// What a lane needs of a job.
 struct Run {
     index: usize,
@@ -208,13 +194,10 @@ struct Run {
 }
 
 impl Run {
-    fn of<M: Generic + Periodic>(job: &Job<M>) -> Result<Self, PointError> {
-        let (model, phases) = (&job.model, job.model.phases());
-        let mut constants = vec![0.0; model.drives()];
-        model.constants(&mut constants);
-        constants.drain(..phases);
+    fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
+        let (model, constants) = (&job.model, job.model.own_drives());
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
-            return Err(TableError::NotFinite { drive: phases + bad, value: constants[bad], phase: 0.0 }.into());
+            return Err(TableError::NotFinite { drive: model.size().waves + bad, value: constants[bad], phase: 0.0 }.into());
         }
         Ok(Run { index: job.index, start: job.start.clone(), period: model.period(), constants })
     }
@@ -335,8 +318,8 @@ impl<M: Periodic> Batch<'_, M> {
     }
 }
 
-impl<M: Generic + Periodic> Batch<'_, M> {
-    /// Runs of generic models, each lane refilled as it finishes.
+impl<G: Shape> Batch<'_, Machine<G>> {
+    /// Runs of machines, each lane refilled as it finishes.
     fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[Run]) {
         let mut bundle = self.bundle::<S, _>(algebra);
         let mut slots: Vec<Option<Slot>> = (0..S::WIDTH).map(|_| None).collect();

@@ -157,10 +157,19 @@ fn idlers_of_the_classics() {
 /// The face gear pair, reading A, from a settled state.
 #[test]
 fn face_gear_pair() {
-    let wanted = [120.0, 140.0, 148.0, 180.0, 220.0];
+    check_face_gear_pair(&[140.0, 220.0]);
+}
+
+#[test]
+#[ignore = "a minute without optimisation: cargo test --release --test suite shooting -- --ignored"]
+fn face_gear_pair_at_more_speeds() {
+    check_face_gear_pair(&[120.0, 148.0, 180.0]);
+}
+
+fn check_face_gear_pair(wanted: &[f64]) {
     let file = read("nfg.json");
     let cases = file["cases"].as_array().unwrap();
-    for speed in wanted {
+    for &speed in wanted {
         let case = cases
             .iter()
             .find(|case| {

@@ -452,11 +452,12 @@ fn up_and_down(speeds: &[f64]) {
 
 #[test]
 fn up_and_down_agree() {
-    up_and_down(&[100.0, 115.0, 130.0, 140.0, 145.0, 155.0, 166.0, 180.0, 200.0, 225.0, 250.0]);
+    up_and_down(&[100.0, 130.0, 145.0, 166.0, 200.0, 250.0]);
 }
 
 /// The same with located edges from 163.5 rad/s, where the motion is periodic again.
 #[test]
+#[ignore = "half a minute without optimisation: cargo test --release --test suite sweeps -- --ignored"]
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::over(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let diagram = Bifurcation::strobed(sweep, "q1");
@@ -482,11 +483,11 @@ fn located(scan: &[f64], measure: usize) -> Rows {
 
 #[test]
 fn thresholds_of_reading_a() {
-    let rows = located(&[131.38, 131.48, 164.0], 10);
+    let rows = located(&[131.38, 131.48, 164.0], 2);
     let states: Vec<_> = rows.iter().map(|row| row.state(0)).collect();
     assert_eq!(states, [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
     let last = rows.row(2).unwrap().unwrap();
-    assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 10 * 126));
+    assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 2 * 126));
 }
 
 #[test]

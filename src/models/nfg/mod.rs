@@ -4,6 +4,6 @@ mod pair;
 mod pair2;
 mod params;
 
-pub use pair::NfgPair;
-pub use pair2::NfgPair2;
+pub use pair::{NfgPair, NfgShape};
+pub use pair2::{NfgPair2, NfgShape2};
 pub use params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius};

@@ -2,14 +2,14 @@
 
 use super::params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, InstantCentre, Jet};
-use crate::jacobian::dual_jacobian;
-use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
-use crate::nonlinearity::Backlash;
-use crate::piece::{Piece, Side};
+use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Jet, Wave, reduced};
+use crate::machine::Machine;
+use crate::mesh::{Mesh, MeshDrives};
+use crate::model::{Channel, Contact, Model, State};
+use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::piece::Side;
 use crate::scalar::Scalar;
-use std::f64::consts::TAU;
-use std::ops::Range;
+use crate::shape::{AsIs, Drives, Law, Shape, Size};
 
 /// The pair in one degree of freedom, the pinion turning evenly.   Source: Liu 2021, Eq. (9), corrected.
 ///
@@ -17,6 +17,11 @@ use std::ops::Range;
 ///
 /// over τ = ω_n t, with q = q2 + e/r_b2 `[rad]`, F = (k_m/k0) (1 + β cos x)²/(1 + β²/2), f the dead zone of half width b̄ and
 /// x = ω̄_c τ. How b̄, D, θ2'' and ē'' are read is up to [`NfgReading`].
+///
+/// At changing speed θ2'' and ē'' hold φ'' besides φ'².
+///
+/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `inertia` I2 [kg m²], `stiffness` k0 [N/m], with which the amplitudes of k_m scale,
+/// `damping ratio` ζ, `half backlash` b `[m]`, if the law is [`Backlash`].
 ///
 /// Its contact is in metres: deflection r_b2 q, edges ∓ r_b2 b̄; the mesh force is in newtons. The drive flank under positive load
 /// is the lower one. Channels of its own: `base radius` r_b2 `[m]` and `elastic part` f(q) `[rad]`, what is left of q without the gap.
@@ -34,48 +39,60 @@ use std::ops::Range;
 /// assert!((f + 6.0871e-6).abs() < 1e-9); // B0/F(0)
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
+pub type NfgPair<N = Backlash> = Machine<NfgShape<N>>;
+
+/// What all pairs share that run in lanes: the reading, the geometry, the waves of the mesh and its contact law.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, Shape};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// assert_eq!(pair.shape().size().waves, 6);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct NfgPair {
-    params: NfgParams,
+pub struct NfgShape<N = Backlash> {
     reading: NfgReading,
     /// L `[m]`.
     radius: f64,
+    /// i_j.
+    ratio: f64,
     beta: f64,
-    /// ω_n [rad/s].
-    natural: f64,
     /// Z2.
     teeth: f64,
-    /// The instantaneous centre over its phase.
-    unit_centre: InstantCentre,
-    /// Stiffness amplitudes over k0.
-    stiffness: Vec<[f64; 2]>,
-    /// The values of the drives that do not change with phase.
-    constants: [f64; CONSTANTS],
-    law: Backlash,
+    /// dθ2/dx.
+    rotation: CentreCurve,
+    /// k_m/k0 and e over the phase of the face gear, and the contact law.
+    mesh: Mesh<N>,
+    /// Fourier pairs of k_m/k0 and of e, if that is what they are: both then need one sine and cosine of the mesh phase.
+    series: Option<[Fourier; 2]>,
 }
 
-// Drives: shapes of phase, then constants.
+// Waves.
 const STIFFNESS: usize = 0; // F
 const RADIUS: usize = 1; // r_b2/L
 const INVERSE: usize = 2; // L/r_b2: lanes multiply faster than they divide
 const STRETCH: usize = 3; // (dr_b2/dx)/r_b2
-const CENTRE: usize = 4; // θ2''/ω_c²
-const ERROR: usize = 5; // (L ē)'' over x [m]
-const PHASES: usize = 6;
-const OMEGA: usize = 6; // ω_c/ω_n
-const DAMPING: usize = 7; // 2 ζ
-const LOAD: usize = 8; // B0
-const WIDTH: usize = 9; // b/L
-const PER_LENGTH: usize = 10; // 1/L [1/m]
-const LENGTH: usize = 11; // L [m]
-const MESH_FORCE: usize = 12; // I2 ω_n²/L [N]
-const CONSTANTS: usize = 7;
+const FORCING: usize = 4; // d²(θ2 - ē)/dx²
+const FORCING_RATE: usize = 5; // d(θ2 - ē)/dx
+const WAVES: usize = 6;
+// Waves of a law with edges of its own, in metres.
+const LOWER: usize = 6;
+const UPPER: usize = 7;
+const LOWER_RATE: usize = 8; // over x
+const UPPER_RATE: usize = 9;
+const ALL_WAVES: usize = 10;
 
 /// What the algebra needs of the drives.
 struct At<S> {
-    /// b̄ and its rate over τ.
-    half_width: S,
-    half_width_rate: S,
+    /// Metres per unit of x in the contact law, its inverse, and the rate of the logarithm of the former.
+    unit: S,
+    per_unit: S,
+    unit_stretch: S,
+    /// Edges in the law's unit, and their rates over τ.
+    lower: S,
+    upper: S,
+    lower_rate: S,
+    upper_rate: S,
     /// 2 ζ D and r'/r.
     damping: S,
     stretch: S,
@@ -96,233 +113,259 @@ impl NfgPair {
     /// As [`new`](NfgPair::new).
     pub fn with_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
+        let over_mean: Vec<_> = params.stiffness_harmonics.iter().map(|[c, s]| [c / params.stiffness, s / params.stiffness]).collect();
+        let series = [Fourier::new(1.0, &over_mean)?, Fourier::new(params.error, &params.error_harmonics)?];
+        let [stiffness, error] = series.clone().map(Wave::new);
+        let mesh = Mesh::new(stiffness, error, Backlash::new(params.half_backlash)?);
+        NfgPair::made(params, reading, mesh, Some(series))
+    }
+}
+
+impl<N: Nonlinearity> NfgPair<N> {
+    /// Stiffness, transmission error and contact law of one's own, in place of those of the parameters. The waves of the mesh are k_m/k0 `[1]` and
+    /// e `[m]` over the mesh phase, one turn for a tooth; the edges of the law are in metres. Backlash has the half width of the parameters.
+    ///
+    /// # Errors
+    /// As [`new`](NfgPair::new).
+    pub fn with_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
+        params.check()?;
+        NfgPair::made(params, reading, mesh, None)
+    }
+
+    fn made(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>, series: Option<[Fourier; 2]>) -> Result<Self, ParameterError> {
         let radius = match reading.radius {
             Radius::Base => params.mean_base_radius(),
             Radius::Pitch => params.mean_pitch_radius(),
         };
-        let beta = params.beta();
-        let natural = params.check_derived(radius, reading)?;
-        let constants = [
-            params.centre_frequency() / natural,
-            2.0 * params.damping_ratio,
-            params.load_torque / (params.inertia * natural * natural),
-            params.half_backlash / radius,
-            1.0 / radius,
-            radius,
-            params.inertia * natural * natural / radius,
-        ];
-        Ok(NfgPair {
+        params.check_derived(radius, reading)?;
+        let (centre, teeth) = (InstantCentre::new(params.eccentric_ratio)?, params.face_gear_teeth().round());
+        let shape = NfgShape {
             reading,
             radius,
-            beta,
-            natural,
-            teeth: params.face_gear_teeth().round(),
-            unit_centre: InstantCentre::new(params.eccentric_ratio, 1.0)?,
-            stiffness: params.stiffness_harmonics.iter().map(|[c, s]| [c / params.stiffness, s / params.stiffness]).collect(),
-            constants,
-            law: Backlash::new(params.half_backlash / radius)?,
-            params: params.clone(),
-        })
+            ratio: params.ratio,
+            beta: params.beta(),
+            teeth,
+            rotation: match reading.centre_forcing {
+                CentreForcing::Exact => centre.rotation(),
+                CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
+            },
+            mesh: mesh.per_turn(teeth as u32)?,
+            series,
+        };
+        let NfgParams { speed, load_torque, inertia, stiffness, damping_ratio, half_backlash, .. } = *params;
+        shape.machine(&[
+            ("speed", speed),
+            ("load torque", load_torque),
+            ("inertia", inertia),
+            ("stiffness", stiffness),
+            ("damping ratio", damping_ratio),
+            ("half backlash", half_backlash),
+        ])
     }
 
-    /// The parameters.
-    pub fn params(&self) -> &NfgParams {
-        &self.params
-    }
     /// The reading.
     pub fn reading(&self) -> NfgReading {
-        self.reading
+        self.shape().reading
     }
     /// L `[m]`.
     pub fn mean_radius(&self) -> f64 {
-        self.radius
+        self.shape().radius
     }
     /// ω_n [rad/s]: τ = ω_n t.   Eq. (10).
     pub fn natural_frequency(&self) -> f64 {
-        self.natural
+        let constants = self.constants();
+        self.shape().natural(constants[2], constants[3])
     }
     /// b/L `[rad]`.
     pub fn half_width(&self) -> f64 {
-        self.constants[WIDTH - PHASES]
+        self.prepared_constants()[3]
     }
     /// ω_c/ω_n `[1]`.
     pub fn centre_frequency(&self) -> f64 {
-        self.constants[OMEGA - PHASES]
+        self.speed()
     }
 
-    /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0.
+    /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0, for a law of slope 1 on its flanks.
     ///
     /// # Errors
     /// A mesh stiffness that is not positive at the start.
     pub fn static_start(&self) -> Result<State, ParameterError> {
-        let mut u = [0.0; PHASES + CONSTANTS];
+        let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
-        let load = u[LOAD] / check::positive("mesh stiffness at the start", u[STIFFNESS])?;
-        let start = State::new(0.0, &[-self.at(&u).half_width - load], &[0.0]);
+        let u = Drives::new(self.size().waves, &u);
+        let at = self.shape().at(u);
+        let [_, load] = u.constants();
+        let load = load / check::positive("mesh stiffness at the start", u.all_waves()[STIFFNESS])?;
+        let start = State::new(0.0, &[at.lower * at.per_unit - load], &[0.0]);
         start.check(1)?;
         Ok(start)
     }
+}
+
+impl<N: Nonlinearity> NfgShape<N> {
+    /// ω_n [rad/s] of an inertia and a mean stiffness.
+    fn natural<S: Scalar>(&self, inertia: S, stiffness: S) -> S {
+        (stiffness * self.radius * self.radius * (1.0 + 0.5 * self.beta * self.beta) / inertia).sqrt()
+    }
 
     #[inline(always)]
-    fn at<S: Scalar>(&self, u: &[S]) -> At<S> {
-        let (width, omega) = (u[WIDTH], u[OMEGA]);
-        let stretch = u[STRETCH] * omega;
-        let (half_width, half_width_rate) = match self.reading.half_width {
-            HalfWidth::Mean => (width, S::from(0.0)),
-            HalfWidth::Instant => (width * u[INVERSE], -(width * u[INVERSE] * stretch)),
-        };
+    fn at<S: Scalar>(&self, u: Drives<'_, S>) -> At<S> {
+        let (waves, omega, zero, one) = (u.all_waves(), u.speed(), S::from(0.0), S::from(1.0));
+        let [damping, _, width, _] = u.constants();
+        let (inverse, rho_stretch) = (waves[INVERSE], waves[STRETCH] * omega);
+        let mean = matches!(self.reading.half_width, HalfWidth::Mean);
         let (damping, stretch) = match self.reading.damping {
-            Damping::ConstantRatio => (u[DAMPING], S::from(0.0)),
-            Damping::ConstantCoefficient => (u[DAMPING] * u[RADIUS] * u[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)), stretch),
+            Damping::ConstantRatio => (damping, zero),
+            Damping::ConstantCoefficient => {
+                (damping * waves[RADIUS] * waves[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)), rho_stretch)
+            }
         };
-        At { half_width, half_width_rate, damping, stretch }
+        if N::HALF_WIDTH {
+            // The law is the same in any unit: that of q.
+            let (width, rate) = if mean { (width, zero) } else { (width * inverse, -(width * inverse * rho_stretch)) };
+            let (unit, per_unit, unit_stretch) = (one, one, zero);
+            return At { unit, per_unit, unit_stretch, lower: -width, upper: width, lower_rate: -rate, upper_rate: rate, damping, stretch };
+        }
+        let (unit, per_unit, unit_stretch) = if mean {
+            (S::from(self.radius), S::from(1.0 / self.radius), zero)
+        } else {
+            (waves[RADIUS] * self.radius, inverse * (1.0 / self.radius), rho_stretch)
+        };
+        let (lower, upper) = (waves[LOWER], waves[UPPER]);
+        let (lower_rate, upper_rate) = (waves[LOWER_RATE] * omega, waves[UPPER_RATE] * omega);
+        At { unit, per_unit, unit_stretch, lower, upper, lower_rate, upper_rate, damping, stretch }
+    }
+
+    /// Deflection and rate in the unit of the law.
+    #[inline(always)]
+    fn deflection<S: Scalar>(&self, at: &At<S>, q: S, v: S) -> (S, S) {
+        if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q)) }
     }
 
     /// 2 ζ D (q' + (r'/r) q) + F f(q).
     #[inline(always)]
-    fn tooth<S: Scalar, L: Law<S>>(&self, law: &L, at: &At<S>, u: &[S], q: S, v: S) -> S {
-        at.damping * (v + at.stretch * q) + u[STIFFNESS] * law.force(0, &self.law, q, v, -at.half_width, at.half_width)
+    fn tooth<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, at: &At<S>, stiffness: S, q: S, v: S) -> S {
+        let (x, rate) = self.deflection(at, q, v);
+        let stiffness = if N::HALF_WIDTH { stiffness } else { stiffness * at.per_unit };
+        let drives = MeshDrives { stiffness, damping: at.damping, lower: at.lower, upper: at.upper };
+        self.mesh.force(law, i, x, rate, v + at.stretch * q, drives)
     }
 
-    /// Σ_p c_p cos(p Z2 x) + s_p sin(p Z2 x) with its derivatives over x, from the sine and cosine of Z2 x.
-    fn mesh_wave(&self, (s1, c1): (f64, f64), pairs: &[[f64; 2]]) -> Jet {
-        let (mut s, mut c, mut order) = (s1, c1, 0.0);
-        let mut jet = Jet::constant(0.0);
-        for &[cos, sin] in pairs {
-            order += self.teeth;
-            let wave = cos * c + sin * s;
-            jet = jet + Jet::new(wave, order * (sin * c - cos * s), -order * order * wave);
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+    /// k_m/k0 and e over x.
+    fn mesh_waves(&self, phase: f64, side: Side) -> [Jet; 2] {
+        match &self.series {
+            // One sine and cosine of the mesh phase for both.
+            Some([stiffness, error]) => {
+                let mesh = libm::sincos(self.teeth * phase);
+                [stiffness.jet_of(mesh, self.teeth), error.jet_of(mesh, self.teeth)]
+            }
+            None => [self.mesh.stiffness().jet(phase, side), self.mesh.error().jet(phase, side)],
         }
-        jet
     }
 }
 
-impl Generic for NfgPair {
+impl<N: Nonlinearity> Shape for NfgShape<N> {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let at = self.at(u);
-        let omega2 = u[OMEGA] * u[OMEGA];
-        let forcing = -u[LOAD] - omega2 * u[CENTRE] + omega2 * u[PER_LENGTH] * u[ERROR];
-        a[0] = forcing - self.tooth(law, &at, u, q[0], v[0]);
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: 5 }
     }
-
-    #[inline(always)]
-    fn contact_on<S: Scalar>(&self, _: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let at = self.at(u);
-        // In metres: r_b2 times q and b̄, with the rates of the products.
-        let r = u[RADIUS] * u[LENGTH];
-        let r_rate = r * u[STRETCH] * u[OMEGA];
-        let (b, b_rate) = (r * at.half_width, r_rate * at.half_width + r * at.half_width_rate);
-        out[0] = Contact {
-            deflection: r * q[0],
-            rate: r * v[0] + r_rate * q[0],
-            lower: -b,
-            upper: b,
-            lower_rate: -b_rate,
-            upper_rate: b_rate,
-            force: self.tooth(&AsIs, &at, u, q[0], v[0]) * u[MESH_FORCE] * u[INVERSE],
+    fn constants(&self) -> Vec<Channel> {
+        let constants = [
+            ("speed", "rad/s"),
+            ("load torque", "N m"),
+            ("inertia", "kg m²"),
+            ("stiffness", "N/m"),
+            ("damping ratio", "1"),
+            ("half backlash", "m"),
+        ];
+        constants.map(|(name, unit)| Channel::new(name, unit)).into()
+    }
+    fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
+        check::scale("speed", constants[0])?;
+        check::not_negative("load torque", constants[1])?;
+        check::scale("inertia", constants[2])?;
+        check::scale("stiffness", constants[3])?;
+        check::not_negative("damping ratio", constants[4])?;
+        check::not_negative("half backlash", constants[5])?;
+        Ok(())
+    }
+    /// ω_c/ω_n, 2 ζ, B0, b/L and I2 ω_n²/L.
+    fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
+        let &[speed, load, inertia, stiffness, damping, half_backlash] = constants else {
+            return Vec::new();
         };
-        true
+        let natural = self.natural(inertia, stiffness);
+        let radius = S::from(self.radius);
+        vec![
+            speed / S::from(self.ratio) / natural,
+            S::from(2.0) * damping,
+            load / (inertia * natural * natural),
+            half_backlash / radius,
+            inertia * natural * natural / radius,
+        ]
     }
 
-    fn phases(&self) -> usize {
-        PHASES
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let (at, waves, omega) = (self.at(u), u.all_waves(), u.speed());
+        let [_, load, _, _] = u.constants();
+        let forcing = -load - omega * omega * waves[FORCING] - u.acceleration() * waves[FORCING_RATE];
+        a[0] = forcing - self.tooth(law, 0, &at, waves[STIFFNESS], q[0], v[0]);
     }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
+
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let (at, waves) = (self.at(u), u.all_waves());
+        let [_, _, _, mesh_force] = u.constants();
+        // In metres: r_b2 times what is in radians, with the rates of the products.
+        let r = waves[RADIUS] * self.radius;
+        let r_rate = r * waves[STRETCH] * u.speed();
+        let per_unit_rate = -(at.per_unit * at.unit_stretch);
+        let edge = |x: S, rate: S| {
+            let (x, rate) = if N::HALF_WIDTH { (x, rate) } else { (x * at.per_unit, rate * at.per_unit + x * per_unit_rate) };
+            (r * x, r_rate * x + r * rate)
+        };
+        let ((lower, lower_rate), (upper, upper_rate)) = (edge(at.lower, at.lower_rate), edge(at.upper, at.upper_rate));
+        let force = self.tooth(law, i, &at, waves[STIFFNESS], q[0], v[0]) * mesh_force * waves[INVERSE];
+        Contact { deflection: r * q[0], rate: r * v[0] + r_rate * q[0], lower, upper, lower_rate, upper_rate, force }
+    }
+
+    fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {
         let (s, c) = libm::sincos(phase);
         let rho = Jet::new(1.0 + self.beta * c, -self.beta * s, -self.beta * c);
-        let mesh = libm::sincos(self.teeth * phase);
-        let stiffness = 1.0 + self.mesh_wave(mesh, &self.stiffness).value;
-        let error = self.mesh_wave(mesh, &self.params.error_harmonics);
-        u[STIFFNESS] = stiffness * rho.value * rho.value / (1.0 + 0.5 * self.beta * self.beta);
+        let [stiffness, error] = self.mesh_waves(phase, side);
+        let rotation = self.rotation.jet(reduced(phase));
+        u[STIFFNESS] = stiffness.value * rho.value * rho.value / (1.0 + 0.5 * self.beta * self.beta);
         u[RADIUS] = rho.value;
         u[INVERSE] = 1.0 / rho.value;
         u[STRETCH] = rho.rate / rho.value;
-        u[CENTRE] = self.centre(phase, s, c);
-        u[ERROR] = match self.reading.error_forcing {
-            ErrorForcing::MeanRadius => error.second,
-            ErrorForcing::Frozen => error.second / rho.value,
-            ErrorForcing::Exact => ((error + self.params.error) / rho).second,
+        let [error_rate, error_second] = match self.reading.error_forcing {
+            ErrorForcing::MeanRadius => [error.rate, error.second],
+            ErrorForcing::Frozen => [error.rate / rho.value, error.second / rho.value],
+            ErrorForcing::Exact => {
+                let over = error / rho;
+                [over.rate, over.second]
+            }
         };
-    }
-    fn constants(&self, u: &mut [f64]) {
-        u[PHASES..PHASES + CONSTANTS].copy_from_slice(&self.constants);
-    }
-    fn at_speed(&self, speed: f64, u: &mut [f64]) {
-        u[OMEGA] = speed;
-    }
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.reading == other.reading
-            && self.teeth == other.teeth
-            && self.beta == other.beta
-            && self.stiffness == other.stiffness
-            && self.params.error_harmonics == other.params.error_harmonics
-            && self.params.error == other.params.error
-    }
-}
-
-impl NfgPair {
-    /// θ2''/ω_c².
-    fn centre(&self, phase: f64, s: f64, c: f64) -> f64 {
-        let eps = self.params.eccentric_ratio;
-        match self.reading.centre_forcing {
-            CentreForcing::Exact => {
-                let swing = 1.0 + 2.0 * eps * c + eps * eps;
-                2.0 * eps * (1.0 - eps * eps) * s / (swing * swing)
-            }
-            CentreForcing::Series(2) => 2.0 * eps * s - 4.0 * eps * eps * (2.0 * s * c),
-            CentreForcing::Series(order) => {
-                self.unit_centre.forcing_series(order as usize).map_or(f64::NAN, |series| series.value(phase, Side::After))
-            }
+        u[FORCING] = rotation.rate - error_second / self.radius;
+        u[FORCING_RATE] = rotation.value - error_rate / self.radius;
+        if !N::HALF_WIDTH {
+            let edges = self.mesh.law().edges(self.teeth * phase, side);
+            (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
+            (u[LOWER_RATE], u[UPPER_RATE]) = (self.teeth * edges.lower_rate, self.teeth * edges.upper_rate);
         }
     }
-}
+    fn next_edge(&self, phase: f64) -> Option<f64> {
+        self.mesh.next_edge_of(phase, self.teeth)
+    }
 
-impl Model for NfgPair {
-    fn dof(&self) -> usize {
-        1
-    }
-    #[inline]
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        PHASES + CONSTANTS
-    }
-    #[inline]
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.phase_drives(self.constants[OMEGA - PHASES] * t, side, u);
-        self.constants(u);
-    }
-    fn contacts(&self) -> usize {
-        1
-    }
-    #[inline]
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(0..1, u, q, v, out);
-    }
-    #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.accel_on(&OnPieces(pieces), u, q, v, a);
-        true
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        dual_jacobian(self, pieces, u, q, v, out)
-    }
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "rad")]
     }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
-        let b = self.at(u).half_width;
-        out[0] = u[LENGTH] * u[RADIUS];
-        out[1] = AsIs.force(0, &self.law, q[0], v[0], -b, b);
-    }
-}
-
-impl Periodic for NfgPair {
-    /// One turn of the face gear, over τ.
-    fn period(&self) -> f64 {
-        TAU / self.centre_frequency()
+    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+        let at = self.at(u);
+        let (x, rate) = self.deflection(&at, q[0], v[0]);
+        out[0] = self.radius * u.all_waves()[RADIUS];
+        out[1] = at.per_unit * AsIs.force(0, self.mesh.law(), x, rate, at.lower, at.upper);
     }
 }

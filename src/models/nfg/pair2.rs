@@ -2,14 +2,14 @@
 
 use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::error::{ParameterError, check};
-use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Jet};
-use crate::jacobian::dual_jacobian;
-use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic, State};
-use crate::nonlinearity::Backlash;
-use crate::piece::{Piece, Side};
+use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Wave, reduced};
+use crate::machine::Machine;
+use crate::mesh::{Mesh, MeshDrives};
+use crate::model::{Channel, Contact, Model, State};
+use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::piece::Side;
 use crate::scalar::Scalar;
-use std::f64::consts::TAU;
-use std::ops::Range;
+use crate::shape::{AsIs, Drives, Law, Shape, Size};
 
 /// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
 ///
@@ -18,6 +18,8 @@ use std::ops::Range;
 ///
 /// f is the dead zone of half width b `[m]`. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
 /// [`NfgPair`](crate::NfgPair) as 1/I1. Of the readings, radius and centre forcing apply; the rest has no counterpart here.
+///
+/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `mesh damping` c_m [N s/m], `half backlash` b `[m]`, if the law is [`Backlash`].
 ///
 /// Channels of its own: `base radius` r_b2 and `elastic part` f(x), both `[m]`.
 ///
@@ -29,36 +31,49 @@ use std::ops::Range;
 /// assert_eq!((pair.dof(), pair.contacts()), (2, 1));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
+pub type NfgPair2<N = Backlash> = Machine<NfgShape2<N>>;
+
+/// What all pairs of two degrees of freedom share that run in lanes.
+///
+/// ```
+/// use gear_dynamics::{NfgPair2, NfgParams};
+/// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
+/// assert!((pair.shape().pinion_radius() - 0.021_143_08).abs() < 1e-8);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct NfgPair2 {
-    params: NfgParams,
+pub struct NfgShape2<N = Backlash> {
     pinion_inertia: f64,
+    inertia: f64,
     /// T1, if it does not balance the rigid motion.
     torque: Option<f64>,
     /// r_b1 `[m]`.
     pinion_radius: f64,
     /// L `[m]`.
     radius: f64,
-    /// c_m [N s/m].
-    damping: f64,
-    centre: CentreCurve,
-    stiffness: Fourier,
-    error: Fourier,
-    law: Backlash,
+    beta: f64,
+    ratio: f64,
+    teeth: f64,
+    /// dθ2/dx.
+    rotation: CentreCurve,
+    mesh: Mesh<N>,
 }
 
+// Waves.
 const STIFFNESS: usize = 0; // k_m [N/m]
 const ERROR: usize = 1; // e [m]
 const ERROR_RATE: usize = 2; // de/dx [m]
 const RADIUS: usize = 3; // r_b2 [m]
 const RADIUS_RATE: usize = 4; // dr_b2/dx [m]
-const CENTRE: usize = 5; // θ2''/ω_c²
-const PHASES: usize = 6;
-const OMEGA: usize = 6; // ω_c [rad/s]
-const DAMPING: usize = 7; // c_m [N s/m]
-const LOAD: usize = 8; // T2 [N m]
-const WIDTH: usize = 9; // b [m]
-const DRIVES: usize = 10;
+const ROTATION: usize = 5; // dθ2/dx
+const CENTRE: usize = 6; // d²θ2/dx²
+const WAVES: usize = 7;
+// Waves of a law with edges of its own [m].
+const LOWER: usize = 7;
+const UPPER: usize = 8;
+const LOWER_RATE: usize = 9; // over x
+const UPPER_RATE: usize = 10;
+const ALL_WAVES: usize = 11;
 
 impl NfgPair2 {
     /// The exact reading, the pinion of inertia I1 [kg m²].
@@ -75,182 +90,187 @@ impl NfgPair2 {
     /// As [`new`](NfgPair2::new).
     pub fn with_reading(params: &NfgParams, pinion_inertia: f64, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
+        let stiffness = Wave::new(Fourier::new(params.stiffness, &params.stiffness_harmonics)?);
+        let error = Wave::new(Fourier::new(params.error, &params.error_harmonics)?);
+        let mesh = Mesh::new(stiffness, error, Backlash::new(params.half_backlash)?);
+        NfgPair2::with_mesh(params, pinion_inertia, reading, mesh)
+    }
+}
+
+impl<N: Nonlinearity> NfgPair2<N> {
+    /// Stiffness [N/m], transmission error `[m]` and contact law of one's own, in place of those of the parameters: waves of the mesh phase, one
+    /// turn for a tooth. Backlash has the half width of the parameters.
+    ///
+    /// # Errors
+    /// As [`new`](NfgPair2::new).
+    pub fn with_mesh(params: &NfgParams, pinion_inertia: f64, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
+        params.check()?;
         let cos = libm::cos(params.pressure_angle);
         let (radius, pinion_radius) = match reading.radius {
             Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),
             Radius::Pitch => (params.mean_pitch_radius(), params.pinion_pitch_radius()),
         };
-        let centre = InstantCentre::new(params.eccentric_ratio, 1.0)?;
+        let (centre, teeth) = (InstantCentre::new(params.eccentric_ratio)?, params.face_gear_teeth().round());
         let mean_square = 1.0 + 0.5 * params.beta() * params.beta();
         let natural = params.check_derived(radius, reading)?;
-        Ok(NfgPair2 {
+        let damping = 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square);
+        let shape = NfgShape2 {
             pinion_inertia: check::scale("pinion inertia", pinion_inertia)?,
+            inertia: params.inertia,
             torque: None,
             pinion_radius,
             radius,
-            damping: 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square),
-            centre: match reading.centre_forcing {
-                CentreForcing::Exact => centre.forcing(),
-                CentreForcing::Series(order) => centre.forcing_series(order as usize)?,
+            beta: params.beta(),
+            ratio: params.ratio,
+            teeth,
+            rotation: match reading.centre_forcing {
+                CentreForcing::Exact => centre.rotation(),
+                CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
             },
-            stiffness: Fourier::new(params.stiffness, &params.stiffness_harmonics, params.face_gear_teeth().round())?,
-            error: Fourier::new(params.error, &params.error_harmonics, params.face_gear_teeth().round())?,
-            law: Backlash::new(params.half_backlash)?,
-            params: params.clone(),
-        })
+            mesh: mesh.per_turn(teeth as u32)?,
+        };
+        shape.machine(&[
+            ("speed", params.speed),
+            ("load torque", params.load_torque),
+            ("mesh damping", damping),
+            ("half backlash", params.half_backlash),
+        ])
     }
 
     /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.
     ///
     /// # Errors
     /// A torque beyond ±1e50.
-    pub fn with_torque(self, torque: f64) -> Result<Self, ParameterError> {
-        Ok(NfgPair2 { torque: Some(check::quantity("torque on the pinion", torque)?), ..self })
+    pub fn with_torque(self, torque: f64) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        let shape = NfgShape2 { torque: Some(check::quantity("torque on the pinion", torque)?), ..self.shape().clone() };
+        Ok(self.reshaped(shape))
     }
 
-    /// r_b1 `[m]`.
-    pub fn pinion_radius(&self) -> f64 {
-        self.pinion_radius
-    }
     /// c_m [N s/m].
     pub fn damping(&self) -> f64 {
-        self.damping
+        self.constants()[2]
     }
 
-    /// At t = 0: the pinion at q1 = 0, the face gear at rest on the drive flank.
+    /// At t = 0: the pinion at q1 = 0, the face gear at rest on the drive flank, for a law of slope 1 on its flanks.
     ///
     /// # Errors
     /// A mesh stiffness that is not positive at the start.
     pub fn static_start(&self) -> Result<State, ParameterError> {
-        let mut u = [0.0; DRIVES];
+        let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
-        let stiffness = check::positive("mesh stiffness at the start", u[STIFFNESS])?;
-        let deflection = u[WIDTH] + u[LOAD] / (u[RADIUS] * stiffness);
+        let u = Drives::new(self.size().waves, &u);
+        let ([stiffness, error, error_rate, radius, radius_rate], [load]) = (u.waves(), u.constants());
+        let deflection = self.shape().edges(u)[1] + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
         // q = q2 + e/r_b2 is at rest, so q2' takes up the rate of the error, as in the model of one degree of freedom.
-        let stretch = u[RADIUS_RATE] / u[RADIUS];
-        let q2 = -(deflection + u[ERROR]) / u[RADIUS];
-        let v2 = -u[OMEGA] * (u[ERROR_RATE] - u[ERROR] * stretch) / u[RADIUS];
+        let stretch = radius_rate / radius;
+        let q2 = -(deflection + error) / radius;
+        let v2 = -u.speed() * (error_rate - error * stretch) / radius;
         let start = State::new(0.0, &[0.0, q2], &[0.0, v2]);
         start.check(2)?;
         Ok(start)
     }
+}
 
-    /// x, x' and r_b2' over time.
+impl<N: Nonlinearity> NfgShape2<N> {
+    /// r_b1 `[m]`.
+    pub fn pinion_radius(&self) -> f64 {
+        self.pinion_radius
+    }
+
+    /// x and x'.
     #[inline(always)]
-    fn deflection<S: Scalar>(&self, u: &[S], q: &[S], v: &[S]) -> (S, S) {
-        let x = q[0] * self.pinion_radius - u[RADIUS] * q[1] - u[ERROR];
-        let rate = v[0] * self.pinion_radius - u[RADIUS] * v[1] - u[OMEGA] * (u[RADIUS_RATE] * q[1] + u[ERROR_RATE]);
+    fn deflection<S: Scalar>(&self, u: Drives<'_, S>, q: &[S], v: &[S]) -> (S, S) {
+        let (w, omega) = (u.all_waves(), u.speed());
+        let x = q[0] * self.pinion_radius - w[RADIUS] * q[1] - w[ERROR];
+        let rate = v[0] * self.pinion_radius - w[RADIUS] * v[1] - omega * (w[RADIUS_RATE] * q[1] + w[ERROR_RATE]);
         (x, rate)
     }
 
+    /// Lower and upper edge, and their rates.
     #[inline(always)]
-    fn force<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], x: S, rate: S) -> S {
-        u[DAMPING] * rate + u[STIFFNESS] * law.force(0, &self.law, x, rate, -u[WIDTH], u[WIDTH])
+    fn edges<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 4] {
+        if N::HALF_WIDTH {
+            let ([_, _, width], zero) = (u.constants(), S::from(0.0));
+            return [-width, width, zero, zero];
+        }
+        let (w, omega) = (u.all_waves(), u.speed());
+        [w[LOWER], w[UPPER], w[LOWER_RATE] * omega, w[UPPER_RATE] * omega]
     }
 }
 
-impl Generic for NfgPair2 {
+impl<N: Nonlinearity> Shape for NfgShape2<N> {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let (x, rate) = self.deflection(u, q, v);
-        let w = self.force(law, u, x, rate);
-        let inertia = S::from(self.params.inertia);
-        let turning = u[LOAD] + inertia * u[OMEGA] * u[OMEGA] * u[CENTRE];
+    fn size(&self) -> Size {
+        Size { dof: 2, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: 4 }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        let constants = [("speed", "rad/s"), ("load torque", "N m"), ("mesh damping", "N s/m"), ("half backlash", "m")];
+        constants.map(|(name, unit)| Channel::new(name, unit)).into()
+    }
+    fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
+        check::scale("speed", constants[0])?;
+        check::not_negative("load torque", constants[1])?;
+        check::not_negative("mesh damping", constants[2])?;
+        check::not_negative("half backlash", constants[3])?;
+        Ok(())
+    }
+    /// ω_c = ω1/i_j [rad/s], and the others as they are.
+    fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
+        let mut prepared = constants.to_vec();
+        prepared[0] = prepared[0] / S::from(self.ratio);
+        prepared
+    }
+
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let (waves, omega, [load]) = (u.all_waves(), u.speed(), u.constants());
+        let w = self.contact(law, 0, u, q, v).force;
+        let inertia = S::from(self.inertia);
+        let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
         let torque = match self.torque {
             Some(torque) => S::from(torque),
-            None => turning * self.pinion_radius / u[RADIUS],
+            None => turning * self.pinion_radius / waves[RADIUS],
         };
         a[0] = (torque - w * self.pinion_radius) * (1.0 / self.pinion_inertia);
-        a[1] = (u[RADIUS] * w - turning) * (1.0 / self.params.inertia);
+        a[1] = (waves[RADIUS] * w - turning) * (1.0 / self.inertia);
     }
 
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, _: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
         let (deflection, rate) = self.deflection(u, q, v);
-        let force = self.force(&AsIs, u, deflection, rate);
-        out[0] = Contact { deflection, rate, lower: -u[WIDTH], upper: u[WIDTH], force, ..Contact::default() };
-        true
+        let ([_, damping], [lower, upper, lower_rate, upper_rate]) = (u.constants(), self.edges(u));
+        let at = MeshDrives { stiffness: u.all_waves()[STIFFNESS], damping, lower, upper };
+        let force = self.mesh.force(law, i, deflection, rate, rate, at);
+        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
     }
 
-    fn phases(&self) -> usize {
-        PHASES
-    }
-    fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
+    fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {
         let (s, c) = libm::sincos(phase);
-        let beta = self.params.beta();
-        let error: Jet = self.error.jet(phase, side);
-        u[STIFFNESS] = self.stiffness.value(phase, side);
-        u[ERROR] = error.value;
-        u[ERROR_RATE] = error.rate;
-        u[RADIUS] = self.radius * (1.0 + beta * c);
-        u[RADIUS_RATE] = -self.radius * beta * s;
-        u[CENTRE] = self.centre.value(phase, side);
+        let (error, rotation) = (self.mesh.error().jet(phase, side), self.rotation.jet(reduced(phase)));
+        u[STIFFNESS] = self.mesh.stiffness().value(phase, side);
+        (u[ERROR], u[ERROR_RATE]) = (error.value, error.rate);
+        u[RADIUS] = self.radius * (1.0 + self.beta * c);
+        u[RADIUS_RATE] = -self.radius * self.beta * s;
+        (u[ROTATION], u[CENTRE]) = (rotation.value, rotation.rate);
+        if !N::HALF_WIDTH {
+            let edges = self.mesh.law().edges(self.teeth * phase, side);
+            (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
+            (u[LOWER_RATE], u[UPPER_RATE]) = (self.teeth * edges.lower_rate, self.teeth * edges.upper_rate);
+        }
     }
-    fn constants(&self, u: &mut [f64]) {
-        u[OMEGA] = self.params.centre_frequency();
-        u[DAMPING] = self.damping;
-        u[LOAD] = self.params.load_torque;
-        u[WIDTH] = self.params.half_backlash;
+    fn next_edge(&self, phase: f64) -> Option<f64> {
+        self.mesh.next_edge_of(phase, self.teeth)
     }
-    fn at_speed(&self, speed: f64, u: &mut [f64]) {
-        u[OMEGA] = speed;
-    }
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.pinion_inertia == other.pinion_inertia
-            && self.torque == other.torque
-            && self.pinion_radius == other.pinion_radius
-            && self.radius == other.radius
-            && self.params.inertia == other.params.inertia
-            && self.centre == other.centre
-            && self.stiffness == other.stiffness
-            && self.error == other.error
-    }
-}
 
-impl Model for NfgPair2 {
-    fn dof(&self) -> usize {
-        2
-    }
-    #[inline]
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        DRIVES
-    }
-    #[inline]
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.phase_drives(self.params.centre_frequency() * t, side, u);
-        self.constants(u);
-    }
-    fn contacts(&self) -> usize {
-        1
-    }
-    #[inline]
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.contact_on(0..1, u, q, v, out);
-    }
-    #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.accel_on(&OnPieces(pieces), u, q, v, a);
-        true
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        dual_jacobian(self, pieces, u, q, v, out)
-    }
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]
     }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
-        let (x, rate) = self.deflection(u, q, v);
-        out[0] = u[RADIUS];
-        out[1] = AsIs.force(0, &self.law, x, rate, -u[WIDTH], u[WIDTH]);
-    }
-}
-
-impl Periodic for NfgPair2 {
-    /// One turn of the face gear `[s]`.
-    fn period(&self) -> f64 {
-        TAU / self.params.centre_frequency()
+    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+        let ((x, rate), [lower, upper, ..]) = (self.deflection(u, q, v), self.edges(u));
+        out[0] = u.all_waves()[RADIUS];
+        out[1] = AsIs.force(0, self.mesh.law(), x, rate, lower, upper);
     }
 }

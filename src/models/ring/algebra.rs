@@ -1,18 +1,18 @@
 //! The algebra of the ring, gear by gear.
 
 use super::params::Gear;
-use super::system::{Frame, Ring};
+use super::shape::{Frame, RingShape};
 use crate::mesh::{Mesh, MeshDrives};
-use crate::model::{AsIs, Contact, Law};
+use crate::model::Contact;
 use crate::nonlinearity::Nonlinearity;
 use crate::scalar::{Scalar, one_by_one};
-use std::ops::Range;
+use crate::shape::{Drives, Law};
 
-// Drives of a mesh: shapes of phase. After those of all meshes stand ω, T_M, C_1..n and T_L1..n.
+// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
 pub(super) const STRIDE: usize = 7;
 pub(super) const STIFFNESS: usize = 0; // K [N/m]
 pub(super) const ERROR: usize = 1; // e [m]
-pub(super) const ERROR_RATE: usize = 2; // de/d(ωt) [m]
+pub(super) const ERROR_RATE: usize = 2; // de/dφ [m]
 pub(super) const LOWER: usize = 3;
 pub(super) const UPPER: usize = 4;
 pub(super) const LOWER_RATE: usize = 5;
@@ -20,7 +20,7 @@ pub(super) const UPPER_RATE: usize = 6;
 
 /// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
 /// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     /// R_i.
     radius: Vec<f64>,
@@ -63,7 +63,7 @@ struct Instant<'a, S> {
     per_gear: &'a [f64],
     per_load: &'a [f64],
     meshes: &'a [[S; STRIDE]],
-    omega: &'a S,
+    omega: S,
     motor_torque: &'a S,
     damping: &'a [S],
     load_torque: &'a [S],
@@ -74,8 +74,8 @@ struct Instant<'a, S> {
 
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
-    fn of(n: usize, columns: &'a Columns, u: &'a [S], q: &'a [S], v: &'a [S]) -> Self {
-        let (meshes, rest) = u.split_at(STRIDE * n);
+    fn of(n: usize, columns: &'a Columns, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
+        let (meshes, rest) = (&u.all_waves()[..STRIDE * n], u.all_constants());
         Instant {
             radius: &columns.radius[..n],
             stiffness: &columns.stiffness[..n],
@@ -83,10 +83,10 @@ impl<'a, S: Scalar> Instant<'a, S> {
             per_gear: &columns.per_gear[..n],
             per_load: &columns.per_load[..n],
             meshes: &meshes.as_chunks().0[..n],
-            omega: &rest[0],
-            motor_torque: &rest[1],
-            damping: &rest[2..][..n],
-            load_torque: &rest[2 + n..][..n],
+            omega: u.speed(),
+            motor_torque: &rest[0],
+            damping: &rest[1..][..n],
+            load_torque: &rest[1 + n..][..n],
             q: &q[1..].as_chunks().0[..n],
             v: &v[1..].as_chunks().0[..n],
         }
@@ -110,7 +110,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
     fn force<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, (d, rate): (S, S)) -> S {
         let mesh = &self.meshes[i];
         let at = MeshDrives { stiffness: mesh[STIFFNESS], damping: self.damping[i], lower: mesh[LOWER], upper: mesh[UPPER] };
-        meshes[i].force(law, i, d, rate, at)
+        meshes[i].force(law, i, d, rate, rate, at)
     }
 
     /// θ_i'' and θ_Li'', from what else turns the gear.
@@ -128,19 +128,18 @@ fn after(i: usize, n: usize) -> usize {
     if i + 1 == n { 0 } else { i + 1 }
 }
 
-impl<N: Nonlinearity> Ring<N> {
-    /// The equations of [`Ring`].
+impl<N: Nonlinearity> RingShape<N> {
+    /// The equations of [`Ring`](super::shape::Ring).
     #[inline(always)]
-    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let n = self.params.gears.len();
+    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let n = self.meshes.len();
         let at = Instant::of(n, &self.columns, u, q, v);
-        let meshes = &self.params.meshes[..n];
-        let motor = &self.params.motor;
-        let shaft = (q[0] - q[1]) * motor.shaft.stiffness + (v[0] - v[1]) * motor.shaft.damping;
-        a[0] = (*at.motor_torque - shaft) * (1.0 / motor.inertia);
+        let meshes = &self.meshes[..n];
+        let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
+        a[0] = (*at.motor_torque - shaft) * (1.0 / self.motor_inertia);
         // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
-        let omega = *at.omega;
+        let omega = at.omega;
         let driver = at.gear(0);
         let mut next = at.gear(after(0, n));
         let first = at.force(law, meshes, 0, at.deflection(0, omega, &driver, &next));
@@ -169,25 +168,21 @@ impl<N: Nonlinearity> Ring<N> {
         }
     }
 
-    /// Some meshes.
+    /// Mesh i.
     #[inline(always)]
-    pub(super) fn touch<S: Scalar>(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        let n = self.params.gears.len();
+    pub(super) fn touch<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let n = self.meshes.len();
         let at = Instant::of(n, &self.columns, u, q, v);
-        let (meshes, out) = (&self.params.meshes[..n], &mut out[..n]);
-        for i in which {
-            let i = one_by_one(i);
-            let (d, rate) = at.deflection(i, *at.omega, &at.gear(i), &at.gear(after(i, n)));
-            let mesh = &at.meshes[i];
-            out[i] = Contact {
-                deflection: d,
-                rate,
-                lower: mesh[LOWER],
-                upper: mesh[UPPER],
-                lower_rate: *at.omega * mesh[LOWER_RATE],
-                upper_rate: *at.omega * mesh[UPPER_RATE],
-                force: at.force(&AsIs, meshes, i, (d, rate)),
-            };
+        let (d, rate) = at.deflection(i, at.omega, &at.gear(i), &at.gear(after(i, n)));
+        let mesh = &at.meshes[i];
+        Contact {
+            deflection: d,
+            rate,
+            lower: mesh[LOWER],
+            upper: mesh[UPPER],
+            lower_rate: at.omega * mesh[LOWER_RATE],
+            upper_rate: at.omega * mesh[UPPER_RATE],
+            force: at.force(law, &self.meshes[..n], i, (d, rate)),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! M, C, K, the mesh matrix and the modes of the ring.
 
-use super::system::Ring;
+use super::shape::Ring;
 use crate::error::{ParameterError, check};
-use crate::excitation::Excitation;
+use crate::excitation::Wave;
 use crate::nonlinearity::Nonlinearity;
 use crate::piece::Side;
 use nalgebra::{DMatrix, DVector};
@@ -50,7 +50,7 @@ const RIGID: f64 = 1e-7;
 impl<N: Nonlinearity> Ring<N> {
     /// M: diagonal, [J_M, J_1, J_L1, ..., J_n, J_Ln] [kg m²].
     pub fn mass_matrix(&self) -> DMatrix<f64> {
-        DMatrix::from_diagonal(&DVector::from_vec(self.inertias()))
+        DMatrix::from_diagonal(&DVector::from_vec(self.shape().inertias()))
     }
 
     /// B: one row per link, motor shaft, n meshes, n output shafts; link deflections are B θ (meshes less their error).
@@ -61,8 +61,8 @@ impl<N: Nonlinearity> Ring<N> {
         b[(0, 1)] = -1.0;
         for i in 0..n {
             let j = (i + 1) % n;
-            b[(1 + i, 1 + 2 * i)] = self.params().gears[i].base_radius;
-            b[(1 + i, 1 + 2 * j)] = -self.params().gears[j].base_radius;
+            b[(1 + i, 1 + 2 * i)] = self.shape().gears[i].base_radius;
+            b[(1 + i, 1 + 2 * j)] = -self.shape().gears[j].base_radius;
             b[(1 + n + i, 1 + 2 * i)] = 1.0;
             b[(1 + n + i, 2 + 2 * i)] = -1.0;
         }
@@ -75,14 +75,14 @@ impl<N: Nonlinearity> Ring<N> {
         for (i, &k) in mesh_stiffness.iter().enumerate() {
             check::not_negative(format!("mesh stiffness [{i}]"), k)?;
         }
-        let outputs = self.params().gears.iter().map(|gear| gear.load.shaft.stiffness);
-        Ok(std::iter::once(self.params().motor.shaft.stiffness).chain(mesh_stiffness.iter().copied()).chain(outputs).collect())
+        let outputs = self.shape().gears.iter().map(|gear| gear.load.shaft.stiffness);
+        Ok(std::iter::once(self.shape().motor_shaft.stiffness).chain(mesh_stiffness.iter().copied()).chain(outputs).collect())
     }
 
     pub(super) fn link_dampings(&self) -> Vec<f64> {
-        let outputs = self.params().gears.iter().map(|gear| gear.load.shaft.damping);
-        let meshes = self.params().meshes.iter().map(|mesh| mesh.damping());
-        std::iter::once(self.params().motor.shaft.damping).chain(meshes).chain(outputs).collect()
+        let outputs = self.shape().gears.iter().map(|gear| gear.load.shaft.damping);
+        let meshes = self.mesh_dampings().iter().copied();
+        std::iter::once(self.shape().motor_shaft.damping).chain(meshes).chain(outputs).collect()
     }
 
     fn assemble(&self, links: Vec<f64>) -> DMatrix<f64> {
@@ -103,10 +103,9 @@ impl<N: Nonlinearity> Ring<N> {
         self.assemble(self.link_dampings())
     }
 
-    /// The mean of each K_i(t) over a mesh period [N/m].
+    /// The mean of each K_i(φ) over a mesh period [N/m].
     pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
-        let period = TAU / self.params().omega;
-        self.params().meshes.iter().map(|mesh| mean(mesh.stiffness(), period).unwrap_or(f64::NAN)).collect()
+        self.shape().meshes.iter().map(|mesh| mean(mesh.stiffness()).unwrap_or(f64::NAN)).collect()
     }
 
     /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
@@ -116,7 +115,7 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn modes(&self, mesh_stiffness: &[f64]) -> Result<Modes, ParameterError> {
         let k = self.stiffness_matrix(mesh_stiffness)?;
         let c = self.damping_matrix();
-        let j = self.inertias();
+        let j = self.shape().inertias();
         let size = j.len();
         // M^(-1/2) K M^(-1/2) is symmetric.
         let root: Vec<f64> = j.iter().map(|j| j.sqrt()).collect();
@@ -149,23 +148,22 @@ impl<N: Nonlinearity> Ring<N> {
 /// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
 pub(super) const MOST_JUMPS: usize = 10_000;
 
-/// The mean of an excitation over its period, between its edges by Gauss panels. `None`: it has too many edges.
-pub(super) fn mean(excitation: &dyn Excitation, period: f64) -> Option<f64> {
+/// The mean of a wave over a turn, between its edges by Gauss panels. `None`: it has too many edges.
+pub(super) fn mean(wave: &Wave) -> Option<f64> {
     const PANELS: usize = 64;
-    let (mut sum, mut t, mut jumps) = (0.0, 0.0, 0);
-    while t < period {
+    let (mut sum, mut angle, mut jumps) = (0.0, 0.0, 0);
+    while angle < TAU {
         jumps += 1;
         if jumps > MOST_JUMPS + 1 {
             return None;
         }
-        // An edge that does not lie ahead would never be passed.
-        let end = excitation.next_edge(t).filter(|edge| *edge > t).map_or(period, |edge| edge.min(period));
+        let end = wave.next_edge(angle).map_or(TAU, |edge| edge.min(TAU));
         for i in 0..PANELS {
-            let h = (end - t) / PANELS as f64;
-            let middle = t + (i as f64 + 0.5) * h;
-            sum += crate::analysis::gauss(middle - 0.5 * h, middle + 0.5 * h, |s| excitation.value(s, Side::After));
+            let h = (end - angle) / PANELS as f64;
+            let middle = angle + (i as f64 + 0.5) * h;
+            sum += crate::analysis::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| wave.value(x, Side::After));
         }
-        t = end;
+        angle = end;
     }
-    Some(sum / period)
+    Some(sum / TAU)
 }

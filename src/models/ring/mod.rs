@@ -4,10 +4,9 @@ mod algebra;
 mod matrices;
 mod params;
 mod relative;
-#[path = "ring.rs"]
-mod system;
+mod shape;
 
 pub use matrices::Modes;
 pub use params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
 pub use relative::RelativeView;
-pub use system::{Frame, Ring};
+pub use shape::{Frame, Ring, RingShape};

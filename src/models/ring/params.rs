@@ -2,7 +2,7 @@
 
 use super::matrices::{MOST_JUMPS, mean};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Fourier, Shared, shared};
+use crate::excitation::{Fourier, Wave};
 use crate::mesh::Mesh;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use std::f64::consts::TAU;
@@ -98,9 +98,11 @@ pub struct RingParams<N = Backlash> {
     pub motor: Motor,
     /// The gears in order.
     pub gears: Vec<Gear>,
-    /// The meshes in order, as many as gears.
+    /// The meshes in order, as many as gears. Their waves are of the mesh angle φ = ω t.
     pub meshes: Vec<Mesh<N>>,
-    /// Mesh frequency ω [rad/s]: stiffness, error and half width repeat with 2π/ω.
+    /// Damping of each mesh C_i [N s/m], not negative.
+    pub mesh_damping: Vec<f64>,
+    /// Mesh frequency ω [rad/s].
     pub omega: f64,
 }
 
@@ -121,12 +123,13 @@ impl<N: Nonlinearity> RingParams<N> {
             check::quantity(format!("gears[{i}].load.torque"), gear.load.torque)?;
             gear.load.shaft.check(&format!("gears[{i}].load.shaft"))?;
         }
-        let period = TAU / check::scale("omega", self.omega)?;
+        check::length("mesh_damping", self.mesh_damping.len(), self.gears.len())?;
+        for (i, damping) in self.mesh_damping.iter().enumerate() {
+            check::not_negative(format!("mesh_damping[{i}]"), *damping)?;
+        }
+        check::scale("omega", self.omega)?;
         for (i, mesh) in self.meshes.iter().enumerate() {
-            if !mesh.repeats().fits(period) {
-                return Err(ParameterError::NotPeriodic { name: format!("meshes[{i}]"), period });
-            }
-            let stiffness = mean(mesh.stiffness(), period).ok_or_else(|| ParameterError::TooMany {
+            let stiffness = mean(mesh.stiffness()).ok_or_else(|| ParameterError::TooMany {
                 name: format!("jumps of meshes[{i}].stiffness in a mesh period"),
                 value: MOST_JUMPS + 1,
                 most: MOST_JUMPS,
@@ -137,8 +140,8 @@ impl<N: Nonlinearity> RingParams<N> {
     }
 }
 
-/// The ring of the second paper in plain numbers, equal in all its elements but for the mesh phases:
-/// K_i(t) = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i(t) = e sin(ωt + φ_i), ω = 2π z n/60.
+/// The ring of Yao 2020 in plain numbers, equal in all its elements but for the mesh phases:
+/// K_i = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i = e sin(ωt + φ_i), ω = 2π z n/60.
 ///
 /// The paper leaves many of them out; sets [`a`](RingSet::a) and [`e`](RingSet::e) fill the gaps as docs/models.md says.
 ///
@@ -246,24 +249,15 @@ impl RingSet {
         check::quantities("phases", &self.phases)?;
         let omega = self.omega();
         let wave: Vec<_> = self.stiffness_harmonics.iter().map(|a| [self.mesh_stiffness * a, 0.0]).collect();
-        let stiffness = Fourier::new(self.mesh_stiffness, &wave, omega)?;
-        let error = Fourier::new(0.0, &[[0.0, self.error]], omega)?;
-        // Meshes of equal phase share their excitations.
-        let mut waves: Vec<(f64, Shared, Shared)> = Vec::new();
-        let mut meshes = Vec::with_capacity(self.gears);
-        for &phase in &self.phases {
-            if !waves.iter().any(|wave| wave.0 == phase) {
-                waves.push((phase, shared(stiffness.clone().with_phase(phase)?), shared(error.clone().with_phase(phase)?)));
-            }
-            let known = waves.iter().find(|wave| wave.0 == phase);
-            if let Some((_, stiffness, error)) = known {
-                let law = Backlash::new(self.half_backlash)?;
-                meshes.push(Mesh::new(stiffness.clone(), error.clone(), self.mesh_damping, law)?);
-            }
-        }
+        let stiffness = Wave::new(Fourier::new(self.mesh_stiffness, &wave)?);
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, self.error]])?);
+        let law = Backlash::new(self.half_backlash)?;
+        let mesh = |phase: &f64| Ok(Mesh::new(stiffness.clone().ahead(*phase)?, error.clone().ahead(*phase)?, law));
+        let meshes = self.phases.iter().map(mesh).collect::<Result<Vec<_>, ParameterError>>()?;
         let load = Load { inertia: self.load_inertia, torque: self.load_torque, shaft: self.output_shaft };
         let gear = Gear { inertia: self.gear_inertia, base_radius: self.base_radius, load };
         let motor = Motor { inertia: self.motor_inertia, torque: self.motor_torque, shaft: self.motor_shaft };
-        Ok(RingParams { motor, gears: vec![gear; self.gears], meshes, omega })
+        let mesh_damping = vec![check::not_negative("mesh_damping", self.mesh_damping)?; self.gears];
+        Ok(RingParams { motor, gears: vec![gear; self.gears], meshes, mesh_damping, omega })
     }
 }

@@ -1,6 +1,6 @@
 //! The paper's dimensionless relative coordinates as a view of the angles.
 
-use super::system::Ring;
+use super::shape::Ring;
 use crate::error::{ParameterError, check};
 use crate::model::State;
 use crate::nonlinearity::Nonlinearity;
@@ -55,8 +55,9 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
 
     /// e_i and e_i' at t.
     fn errors(&self, t: f64) -> Vec<(f64, f64)> {
-        let jets = self.ring.params().meshes.iter().map(|mesh| mesh.error().jet(t, Side::After));
-        jets.map(|jet| (jet.value, jet.rate)).collect()
+        let speed = self.ring.mesh_frequency();
+        let jets = self.ring.shape().meshes.iter().map(|mesh| mesh.error().jet(speed * t, Side::After));
+        jets.map(|jet| (jet.value, speed * jet.rate)).collect()
     }
 
     /// Relative coordinates and their rates over τ of a state in angles.
@@ -117,7 +118,7 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         }
         let errors = self.errors(t);
         let unroll = |x: &[f64], scale: f64, error: &dyn Fn(usize) -> f64| {
-            let gears = &self.ring.params().gears;
+            let gears = &self.ring.shape().gears;
             let mut angles = vec![0.0; 2 * n + 1];
             angles[0] = scale * x[0];
             for i in 0..n {
@@ -140,7 +141,7 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     pub fn coefficients(&self, mesh_stiffness: &[f64]) -> Result<(DMatrix<f64>, DMatrix<f64>), ParameterError> {
         let (dampings, stiffnesses) = (self.ring.link_dampings(), self.ring.link_stiffnesses(mesh_stiffness)?);
         let b = self.ring.mesh_matrix();
-        let inverse = DMatrix::from_diagonal(&self.ring.inertias().iter().map(|j| 1.0 / j).collect::<Vec<_>>().into());
+        let inverse = DMatrix::from_diagonal(&self.ring.shape().inertias().iter().map(|j| 1.0 / j).collect::<Vec<_>>().into());
         let coupling = &b * inverse * b.transpose();
         let units = self.units();
         let size = units.len();

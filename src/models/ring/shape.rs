@@ -1,0 +1,253 @@
+//! The ring as a shape, in angles.
+
+use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
+use super::params::{Gear, RingParams, Shaft};
+use crate::error::{ParameterError, check};
+use crate::excitation::earlier;
+use crate::machine::Machine;
+use crate::mesh::Mesh;
+use crate::model::{Channel, Contact};
+use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::piece::Side;
+use crate::scalar::Scalar;
+use crate::shape::{Drives, Law, Shape, Size};
+
+/// The frame in which the angles are counted.
+///
+/// ```
+/// assert_eq!(gear_dynamics::Frame::default(), gear_dynamics::Frame::Inertial);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Frame {
+    /// At rest: with unbalanced torques the angles run away.
+    #[default]
+    Inertial,
+    /// Moving with the rigid motion r_j (Ω0 t + α t²/2): exactly equivalent for all relative motion.
+    Rigid,
+}
+
+/// The closed-loop ring of n gears over time `[s]`, in the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] `[rad]`.
+///
+/// d_i = R_i θ_i - R_{i+1} θ_{i+1} - e_i(φ),   W_i = C_i d_i' + K_i(φ) g(d_i),   φ = ω t,   indices cyclic
+/// J_i θ_i'' + (motor shaft at i = 1) + R_i (W_i - W_{i-1}) + C_si (θ_i' - θ_Li') + K_si (θ_i - θ_Li) = 0
+/// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
+/// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
+///
+/// Contacts: mesh i, deflection d_i `[m]`, mesh force W_i `[N]`. Constants: `mesh frequency` ω [rad/s], `motor torque` [N m], `mesh damping i`
+/// [N s/m], `load torque i` [N m].   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
+///
+/// ```
+/// use gear_dynamics::{Frame, Integrator, Dop853, Model, Ring, RingSet, State};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
+/// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
+/// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub type Ring<N = Backlash> = Machine<RingShape<N>>;
+
+/// What all rings share that run in lanes: all but speed, torques and mesh dampings.
+///
+/// ```
+/// use gear_dynamics::{Ring, RingSet};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// assert_eq!(ring.shape().meshes().len(), 3);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingShape<N = Backlash> {
+    pub(super) gears: Vec<Gear>,
+    pub(super) motor_inertia: f64,
+    pub(super) motor_shaft: Shaft,
+    pub(super) meshes: Vec<Mesh<N>>,
+    pub(super) frame: Frame,
+    /// r_j: the rigid motion, per coordinate.
+    pub(super) rigid: Vec<f64>,
+    /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
+    same: Vec<[usize; 2]>,
+    /// 1/Σ r_j² J_j.
+    pub(super) per_inertia: f64,
+    pub(super) columns: Columns,
+}
+
+impl<N: Nonlinearity> Ring<N> {
+    /// A ring of ordinary external meshes: an even number of gears.
+    ///
+    /// # Errors
+    /// [`ParameterError::OddRing`] for an odd number, since such a ring locks; and every parameter out of its range.
+    pub fn new(params: &RingParams<N>) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        let ring = Ring::as_printed(params)?;
+        if ring.gears() % 2 == 1 {
+            return Err(ParameterError::OddRing { gears: ring.gears() });
+        }
+        Ok(ring)
+    }
+
+    /// The equations as printed, for any n: with odd n they stand for a ring with one mesh that does not reverse. The paper's n = 3
+    /// is such a ring.
+    ///
+    /// # Errors
+    /// Every parameter out of its range, named with its place in the lists.
+    pub fn as_printed(params: &RingParams<N>) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        params.check()?;
+        let shape = RingShape::new(params, Frame::Inertial);
+        let names = shape.constants();
+        let loads = params.gears.iter().map(|gear| gear.load.torque);
+        let values = [params.omega, params.motor.torque].into_iter().chain(params.mesh_damping.iter().copied()).chain(loads);
+        let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
+        shape.machine(&constants)
+    }
+
+    /// The same ring in another frame.
+    pub fn in_frame(self, frame: Frame) -> Self
+    where
+        N: Clone,
+    {
+        let shape = RingShape { frame, ..self.shape().clone() };
+        self.reshaped(shape)
+    }
+
+    /// Number of gears n.
+    pub fn gears(&self) -> usize {
+        self.shape().gears.len()
+    }
+    /// The frame.
+    pub fn frame(&self) -> Frame {
+        self.shape().frame
+    }
+    /// Mesh frequency ω [rad/s].
+    pub fn mesh_frequency(&self) -> f64 {
+        self.speed()
+    }
+    /// r_j: how the coordinates move when the ring turns rigidly, r_M = 1, r_i = r_Li = R_1/R_i.
+    pub fn rigid_motion(&self) -> &[f64] {
+        &self.shape().rigid
+    }
+    /// C_i [N s/m].
+    pub fn mesh_dampings(&self) -> &[f64] {
+        &self.constants()[2..2 + self.gears()]
+    }
+    /// Σ r_j T_j [N m]: zero for steady running.
+    pub fn torque_imbalance(&self) -> f64 {
+        let (motor, loads) = (self.constants()[1], &self.constants()[2 + self.gears()..]);
+        motor - loads.iter().enumerate().map(|(i, load)| self.shape().rigid[2 + 2 * i] * load).sum::<f64>()
+    }
+    /// α = Σ r_j T_j/Σ r_j² J_j [rad/s²]: what the imbalance does to the whole ring.
+    pub fn rigid_acceleration(&self) -> f64 {
+        self.torque_imbalance() * self.shape().per_inertia
+    }
+
+    /// Drive slots of the lower and upper edge of a mesh `[m]`, for [`Held::clearance`](crate::Held::clearance).
+    ///
+    /// # Errors
+    /// A mesh that the ring does not have; the first one is 0.
+    pub fn clearance_slots(&self, mesh: usize) -> Result<[usize; 2], ParameterError> {
+        let drives = self.size().waves / STRIDE;
+        if mesh >= drives {
+            return Err(ParameterError::NoSuchSlot { slot: mesh, drives });
+        }
+        Ok([STRIDE * mesh + LOWER, STRIDE * mesh + UPPER])
+    }
+}
+
+impl<N: Nonlinearity> RingShape<N> {
+    fn new(params: &RingParams<N>, frame: Frame) -> Self
+    where
+        N: Clone,
+    {
+        let r1 = params.gears[0].base_radius;
+        let mut rigid = vec![1.0];
+        rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
+        let meshes = params.meshes.clone();
+        let first = |i: usize, is: &dyn Fn(&Mesh<N>, &Mesh<N>) -> bool| (0..=i).find(|&j| is(&meshes[i], &meshes[j])).unwrap_or(i);
+        let same = (0..meshes.len())
+            .map(|i| [first(i, &|a, b| a.stiffness().is(b.stiffness())), first(i, &|a, b| a.error().is(b.error()))])
+            .collect();
+        // Torques are constants, not shape.
+        let mut gears = params.gears.clone();
+        gears.iter_mut().for_each(|gear| gear.load.torque = 0.0);
+        let (motor_inertia, motor_shaft, columns) = (params.motor.inertia, params.motor.shaft, Columns::of(&gears));
+        let mut shape = RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, per_inertia: 0.0, columns };
+        shape.per_inertia = 1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
+        shape
+    }
+
+    /// The meshes in order.
+    pub fn meshes(&self) -> &[Mesh<N>] {
+        &self.meshes
+    }
+    /// Moments of inertia by coordinate [kg m²].
+    pub(super) fn inertias(&self) -> Vec<f64> {
+        let gears = self.gears.iter().flat_map(|gear| [gear.inertia, gear.load.inertia]);
+        std::iter::once(self.motor_inertia).chain(gears).collect()
+    }
+}
+
+impl<N: Nonlinearity> Shape for RingShape<N> {
+    #[inline(always)]
+    fn size(&self) -> Size {
+        let n = self.meshes.len();
+        Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n, constants: 2 + 2 * n }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        let each = |name: &'static str, unit: &'static str| (1..=self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit));
+        let shared = [Channel::new("mesh frequency", "rad/s"), Channel::new("motor torque", "N m")];
+        shared.into_iter().chain(each("mesh damping", "N s/m")).chain(each("load torque", "N m")).collect()
+    }
+    fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
+        let n = self.meshes.len();
+        check::scale("mesh frequency", constants[0])?;
+        constants[2..2 + n].iter().enumerate().try_for_each(|(i, c)| check::not_negative(format!("mesh damping {}", i + 1), *c).map(drop))
+    }
+
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        self.accelerate(law, u, q, v, a);
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        self.touch(law, i, u, q, v)
+    }
+
+    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        for (i, mesh) in self.meshes.iter().enumerate() {
+            let [k, e] = self.same[i];
+            u[STRIDE * i + STIFFNESS] = if k < i { u[STRIDE * k + STIFFNESS] } else { mesh.stiffness().value(angle, side) };
+            if e < i {
+                u.copy_within(STRIDE * e + ERROR..=STRIDE * e + ERROR_RATE, STRIDE * i + ERROR);
+            } else {
+                let error = mesh.error().jet(angle, side);
+                u[STRIDE * i + ERROR] = error.value;
+                u[STRIDE * i + ERROR_RATE] = error.rate;
+            }
+            let edges = mesh.law().edges(angle, side);
+            u[STRIDE * i + LOWER] = edges.lower;
+            u[STRIDE * i + UPPER] = edges.upper;
+            u[STRIDE * i + LOWER_RATE] = edges.lower_rate;
+            u[STRIDE * i + UPPER_RATE] = edges.upper_rate;
+        }
+    }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(angle)))
+    }
+
+    /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
+    /// where the 5.9 and 5.5 kN of the paper come from.
+    fn channels(&self) -> Vec<Channel> {
+        let of_mesh =
+            |i| [Channel::new(format!("transmission error {i}"), "m"), Channel::new(format!("stiffness times deflection {i}"), "N")];
+        (1..=self.meshes.len()).flat_map(of_mesh).collect()
+    }
+    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        let meshes = u.all_waves().chunks_exact(STRIDE);
+        for ((out, mesh), contact) in out.chunks_exact_mut(2).zip(meshes).zip(contacts) {
+            out[0] = contact.deflection + mesh[ERROR];
+            out[1] = mesh[STIFFNESS] * contact.deflection;
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! The trait of a fast model: algebra on any number, written by what all lanes share.
+
+use crate::error::ParameterError;
+use crate::machine::Machine;
+use crate::model::{Channel, Contact};
+use crate::nonlinearity::Nonlinearity;
+use crate::piece::{Piece, Side};
+use crate::scalar::Scalar;
+
+/// How large a [`Shape`] is.
+///
+/// ```
+/// let size = gear_dynamics::Size { dof: 1, waves: 1, contacts: 1, constants: 4 };
+/// assert_eq!(size.drives(), 6); // waves, φ', φ'' and the other constants
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Drives that are functions of the angle.
+    pub waves: usize,
+    /// Contacts.
+    pub contacts: usize,
+    /// Constants that the algebra reads, the speed φ' among them: as many as [`Shape::prepare`] gives.
+    pub constants: usize,
+}
+
+impl Size {
+    /// Number of drives: waves, φ', φ'', the other constants.
+    #[inline(always)]
+    pub fn drives(self) -> usize {
+        self.waves + 1 + self.constants
+    }
+}
+
+/// The drives at one instant: functions of the angle φ, its speed φ' and acceleration φ'', and the constants.
+///
+/// ```
+/// use gear_dynamics::Drives;
+/// let drives = Drives::new(1, &[1.2, 100.0, 0.0, 20.0, 0.05]);
+/// let [stiffness] = drives.waves();
+/// let [load, damping] = drives.constants();
+/// assert_eq!((stiffness, drives.speed(), load, damping), (1.2, 100.0, 20.0, 0.05));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Drives<'u, S> {
+    waves: usize,
+    all: &'u [S],
+}
+
+impl<'u, S: Scalar> Drives<'u, S> {
+    /// From all drives of a model, of which the first ones are waves.
+    #[inline(always)]
+    pub fn new(waves: usize, all: &'u [S]) -> Self {
+        Drives { waves, all }
+    }
+    /// The waves, as many as are asked for: `let [stiffness, error] = u.waves();`. Those that the shape does not have are not numbers.
+    #[inline(always)]
+    pub fn waves<const N: usize>(&self) -> [S; N] {
+        let waves = &self.all[..self.waves];
+        std::array::from_fn(|i| waves.get(i).copied().unwrap_or(S::from(f64::NAN)))
+    }
+    /// All waves.
+    #[inline(always)]
+    pub fn all_waves(&self) -> &'u [S] {
+        &self.all[..self.waves]
+    }
+    /// φ': rates over time are rates over the angle times it.
+    #[inline(always)]
+    pub fn speed(&self) -> S {
+        self.all[self.waves]
+    }
+    /// φ'': zero at constant speed. A second derivative over time is f'' φ'² + f' φ''.
+    #[inline(always)]
+    pub fn acceleration(&self) -> S {
+        self.all[self.waves + 1]
+    }
+    /// The constants without the speed, as many as are asked for: `let [load, damping] = u.constants();`. Those that the shape does not have
+    /// are not numbers.
+    #[inline(always)]
+    pub fn constants<const N: usize>(&self) -> [S; N] {
+        let constants = self.all_constants();
+        std::array::from_fn(|i| constants.get(i).copied().unwrap_or(S::from(f64::NAN)))
+    }
+    /// All constants without the speed.
+    #[inline(always)]
+    pub fn all_constants(&self) -> &'u [S] {
+        &self.all[self.waves + 2..]
+    }
+}
+
+/// q'' = a(u, q, q') on any number: f64, [`Dual`](crate::Dual), [`Lanes`](crate::Lanes). A model is written once; exact Jacobians, contacts
+/// held on pieces, derivatives by constants, lanes and tables follow from it.
+///
+/// `self` is the **shape**: what all runs share that run side by side in lanes. The drives u are functions of one angle φ
+/// ([`waves`](Shape::waves)), its speed φ' and acceleration φ'', and [`constants`](Shape::constants) with names and units. A number that varies from run
+/// to run is a constant; one that stands in `self` makes the shapes unequal, and models of unequal shapes do not share lanes. Therefore a
+/// shape derives `PartialEq`.
+///
+/// [`machine`](Shape::machine) gives the shape its constants and makes a [`Model`](crate::Model) of it.
+///
+/// ```
+/// use gear_dynamics::*;
+///
+/// /// q'' + 2 ζ q' + k(φ) f(q) = T: a spur pair over its mesh angle, dimensionless.
+/// #[derive(PartialEq)]
+/// struct SpurPair { stiffness: Wave, law: Backlash }
+///
+/// impl Shape for SpurPair {
+///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4 } }
+///     fn constants(&self) -> Vec<Channel> {
+///         [("speed", "1"), ("load", "1"), ("damping ratio", "1"), ("half backlash", "1")].map(|(name, unit)| Channel::new(name, unit)).into()
+///     }
+///     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) { u[0] = self.stiffness.value(angle, side); }
+///     fn next_edge(&self, angle: f64) -> Option<f64> { self.stiffness.next_edge(angle) }
+///     #[inline(always)]
+///     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+///         let ([k], [_, _, b]) = (u.waves(), u.constants());
+///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force: k * law.force(i, &self.law, q[0], v[0], -b, b), ..Contact::default() }
+///     }
+///     #[inline(always)]
+///     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+///         let [load, zeta, _] = u.constants();
+///         a[0] = load - zeta * v[0] * 2.0 - self.contact(law, 0, u, q, v).force;
+///     }
+/// }
+///
+/// let shape = SpurPair { stiffness: Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?), law: Backlash::new(1.0)? };
+/// let pair = shape.machine(&[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)])?;
+/// let end = Dop853::new().end(&pair, &State::new(0.0, &[1.5], &[0.0]), pair.period())?;
+/// let wider = pair.with("half backlash", 1.1)?; // shares lanes with `pair`
+/// assert_eq!(wider.constant("half backlash")?, 1.1);
+/// assert!((end.q[0] - 1.000_866).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// A shape that cannot be compared does not compile:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::*;
+/// struct Careless { damping: f64 }
+/// impl Shape for Careless {
+///     fn size(&self) -> Size { Size { dof: 1, constants: 1, ..Size::default() } }
+///     fn constants(&self) -> Vec<Channel> { vec![Channel::new("speed", "rad/s")] }
+///     fn accel<S: Scalar, L: Law<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) { a[0] = -q[0] - v[0] * self.damping; }
+/// }
+/// ```
+pub trait Shape: PartialEq {
+    /// Coordinates, waves, contacts, constants. Mark it `#[inline(always)]`: lanes of small models are compiled for their size.
+    fn size(&self) -> Size;
+    /// Names and units of the constants. The first one is the speed, of the shaft or of the model, unless [`prepare`](Shape::prepare) says
+    /// otherwise.
+    fn constants(&self) -> Vec<Channel>;
+    /// q''. Contact forces come from `law`.
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]);
+
+    /// Contact `i`: deflection, rate, edges and force, damping included; rates are over time. The force comes from `law`.
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let _ = (law, i, u, q, v);
+        Contact::default()
+    }
+    /// The waves at an angle φ `[rad]`, seen from one side. They repeat with [`repeats`](Shape::repeats). Rates are over the angle.
+    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        let _ = (angle, side, u);
+    }
+    /// The first angle after this one at which a wave jumps or kinks.
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        let _ = angle;
+        None
+    }
+    /// How often all waves repeat in 2π: the greatest common divisor of their orders ([`Wave::common_order`](crate::Wave::common_order)). Default: once.
+    fn repeats(&self) -> u32 {
+        1
+    }
+    /// What the algebra reads, from the constants in their order; the first one is φ', the speed of the angle over the model's time.
+    /// Default: the constants themselves. Runs once per model, on any number, so that derivatives by the constants are exact.
+    fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
+        constants.to_vec()
+    }
+    /// Whether the constants are in their ranges; all are within ±1e50 already.
+    ///
+    /// # Errors
+    /// The first one that is not.
+    fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
+        let _ = constants;
+        Ok(())
+    }
+
+    /// Output channels of the model's own.
+    fn channels(&self) -> Vec<Channel> {
+        Vec::new()
+    }
+    /// The values of [`channels`](Shape::channels).
+    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        let _ = (u, q, v, contacts, out);
+    }
+
+    /// The model of this shape with these constants, each given once by its name.
+    ///
+    /// # Errors
+    /// A name that does not exist, one that is missing or given twice; a value out of range; a shape that disagrees with its drives.
+    fn machine(self, constants: &[(&str, f64)]) -> Result<Machine<Self>, ParameterError>
+    where
+        Self: Sized,
+    {
+        Machine::of(self, constants)
+    }
+}
+
+/// How contact forces are evaluated: by the law itself, or on a frozen piece of it.
+pub trait Law<S: Scalar> {
+    /// The force of contact `i` under `nonlinearity`, per unit stiffness.
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
+    /// 1 where contact `i` touches and 0 in its gap.
+    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
+}
+
+/// The contact laws as they are.
+///
+/// ```
+/// use gear_dynamics::{AsIs, Backlash, Law};
+/// assert_eq!(AsIs.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct AsIs;
+
+impl<S: Scalar> Law<S> for AsIs {
+    #[inline(always)]
+    fn force<N: Nonlinearity>(&self, _: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        nonlinearity.force(x, rate, lower, upper)
+    }
+    #[inline(always)]
+    fn touch(&self, _: usize, x: S, lower: S, upper: S) -> S {
+        (x - upper).step() + (lower - x).step()
+    }
+}
+
+/// Every contact held on a given piece, smoothly continued past its edge.
+///
+/// ```
+/// use gear_dynamics::{Backlash, Law, OnPieces, Piece};
+/// let law = OnPieces(&[Piece::Upper]);
+/// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct OnPieces<'a>(pub &'a [Piece]);
+
+impl<S: Scalar> Law<S> for OnPieces<'_> {
+    #[inline(always)]
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        nonlinearity.force_on(self.0[i], x, rate, lower, upper)
+    }
+    #[inline(always)]
+    fn touch(&self, i: usize, _: S, _: S, _: S) -> S {
+        S::from(if self.0[i] == Piece::Gap { 0.0 } else { 1.0 })
+    }
+}
