@@ -76,7 +76,7 @@ fn nan_and_infinity_anywhere() {
         not_finite(Fourier::from_amplitudes(0.0, &[[1.0, bad]], 1.0).unwrap_err(), "phase of order 1");
         not_finite(Table::new(&[0.0, bad, 1.0], 1.0).unwrap_err(), "samples[1]");
         not_finite(RectangularWave::new(bad, 1.0, 0.5, 1.0).unwrap_err(), "low level");
-        not_finite(Scaled::new(bad, shared(Constant::new(1.0).unwrap())).unwrap_err(), "factor");
+        not_finite(Scaled::new(bad, Wave::new(Constant::new(1.0).unwrap())).unwrap_err(), "factor");
         not_finite(Cubic::new(1.0, bad).unwrap_err(), "cubic coefficient");
         not_finite(HeldProcess::from_values(1.0, &[0.0, bad]).unwrap_err(), "held values[1]");
         not_finite(Spectrum::of(&[0.0, bad], 1.0, Window::Hann).unwrap_err(), "samples[1]");
@@ -93,7 +93,7 @@ fn empty_and_mismatched_lists() {
     assert_eq!(Fourier::fit(&[1.0; 4], 2, 1.0).unwrap_err(), P::TooFew { name: "samples".into(), value: 4, least: 5 });
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
+    assert_eq!(held.clone().Wave::new(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
     let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
     assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
 }
@@ -127,8 +127,8 @@ fn an_odd_ring_is_refused_with_the_reason() {
 #[test]
 fn excitations_that_do_not_repeat_with_the_mesh() {
     let error = ring(|p| {
-        let other = shared(Fourier::new(1e8, &[[1e7, 0.0]], 1.5 * p.omega).unwrap());
-        p.meshes[1] = Mesh::new(other, shared(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
+        let other = Wave::new(Fourier::new(1e8, &[[1e7, 0.0]], 1.5 * p.omega).unwrap());
+        p.meshes[1] = Mesh::new(other, Wave::new(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
     });
     assert!(matches!(&error, P::NotPeriodic { name, .. } if name == "meshes[1]"), "{error}");
 }
@@ -297,11 +297,11 @@ fn a_model_whose_edges_do_not_lie_ahead() {
 #[test]
 fn a_backlash_that_becomes_negative() {
     let mut params = set().params().unwrap();
-    let width = shared(Fourier::new(1e-5, &[[2e-5, 0.0]], params.omega).unwrap());
+    let width = Wave::new(Fourier::new(1e-5, &[[2e-5, 0.0]], params.omega).unwrap());
     let law = VaryingBacklash::new(width);
     let meshes = params.meshes.drain(..).map(|mesh| {
-        let error = shared(Constant::new(0.0).unwrap());
-        let stiffness = shared(Constant::new(2e8).unwrap());
+        let error = Wave::new(Constant::new(0.0).unwrap());
+        let stiffness = Wave::new(Constant::new(2e8).unwrap());
         Mesh::new(stiffness, error, mesh.damping(), law.clone()).unwrap()
     });
     let meshes = meshes.collect();
@@ -315,8 +315,8 @@ fn a_backlash_that_becomes_negative() {
 #[test]
 fn mesh_stiffness_that_is_not_positive() {
     let error = ring(|p| {
-        let stiffness = shared(Constant::new(-1e8).unwrap());
-        p.meshes[2] = Mesh::new(stiffness, shared(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
+        let stiffness = Wave::new(Constant::new(-1e8).unwrap());
+        p.meshes[2] = Mesh::new(stiffness, Wave::new(Constant::new(0.0).unwrap()), 0.0, Backlash::new(0.0).unwrap()).unwrap();
     });
     assert!(matches!(&error, P::NotPositive { name, .. } if name == "meshes[2]: mean stiffness"), "{error}");
     let pair = NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
@@ -387,11 +387,11 @@ proptest! {
 
     #[test]
     fn excitations_never_panic(x in prop::collection::vec(any(), 5), t in any()) {
-        let mut all: Vec<Shared> = Vec::new();
-        all.extend(Fourier::new(x[0], &[[x[1], x[2]]], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| shared(f)));
-        all.extend(RectangularWave::new(x[0], x[1], x[2], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| shared(f)));
-        all.extend(Table::new(&x[..4], x[4]).ok().map(|f| shared(f)));
-        all.extend(InstantCentre::new(x[0], x[1]).ok().map(|c| shared(c.forcing())));
+        let mut all: Vec<Wave> = Vec::new();
+        all.extend(Fourier::new(x[0], &[[x[1], x[2]]], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| Wave::new(f)));
+        all.extend(RectangularWave::new(x[0], x[1], x[2], x[3]).and_then(|f| f.with_phase(x[4])).ok().map(|f| Wave::new(f)));
+        all.extend(Table::new(&x[..4], x[4]).ok().map(|f| Wave::new(f)));
+        all.extend(InstantCentre::new(x[0], x[1]).ok().map(|c| Wave::new(c.forcing())));
         prop_assume!(t.is_finite() && t.abs() < 1e6);
         for f in all {
             let jet = f.jet(t, Side::Before);

@@ -283,7 +283,7 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!([-1.0, 0.0, 4.0].map(|x| Hertz.slope(x)), [0.0, 0.0, 3.0]);
     let set = RingSet::a(4, 12_000.0).params()?;
     let mesh = || -> Result<Mesh<Hertz>, ParameterError> {
-        Mesh::new(shared(Constant::new(1e10)?), shared(Fourier::new(0.0, &[[1e-6, 0.0]], set.omega)?), 100.0, Hertz)
+        Mesh::new(Wave::new(Constant::new(1e10)?), Wave::new(Fourier::new(0.0, &[[1e-6, 0.0]], set.omega)?), 100.0, Hertz)
     };
     let meshes = (0..4).map(|_| mesh()).collect::<Result<Vec<_>, _>>()?;
     let ring = Ring::new(&RingParams { motor: set.motor, gears: set.gears, meshes, omega: set.omega })?;

@@ -4,26 +4,26 @@ use approx::assert_relative_eq;
 use gear_dynamics::*;
 use std::f64::consts::{PI, TAU};
 
-fn all() -> Vec<(&'static str, Shared)> {
+fn all() -> Vec<(&'static str, Wave)> {
     let centre = InstantCentre::new(0.2, 3.0).unwrap();
     let fourier = Fourier::new(2.0, &[[0.5, -0.3], [0.0, 0.2], [0.1, 0.1]], 5.0).unwrap();
     let samples: Vec<f64> = (0..400).map(|i| fourier.value(TAU / 5.0 * f64::from(i) / 400.0, Side::After)).collect();
     vec![
-        ("fourier", shared(fourier.clone())),
-        ("amplitudes", shared(Fourier::from_amplitudes(1.0, &[[0.4, 0.7], [0.2, -1.0]], 2.0).unwrap())),
-        ("shifted", shared(fourier.clone().with_phase(0.9).unwrap())),
-        ("radius", shared(centre.radius(0.08).unwrap())),
-        ("ratio", shared(centre.ratio(3.5).unwrap())),
-        ("forcing", shared(centre.forcing())),
-        ("forcing series", shared(centre.forcing_series(7).unwrap())),
-        ("table", shared(Table::new(&samples, TAU / 5.0).unwrap())),
-        ("sum", shared(Sum::new(vec![shared(fourier.clone()), shared(centre.forcing())]))),
+        ("fourier", Wave::new(fourier.clone())),
+        ("amplitudes", Wave::new(Fourier::from_amplitudes(1.0, &[[0.4, 0.7], [0.2, -1.0]], 2.0).unwrap())),
+        ("shifted", Wave::new(fourier.clone().with_phase(0.9).unwrap())),
+        ("radius", Wave::new(centre.radius(0.08).unwrap())),
+        ("ratio", Wave::new(centre.ratio(3.5).unwrap())),
+        ("forcing", Wave::new(centre.forcing())),
+        ("forcing series", Wave::new(centre.forcing_series(7).unwrap())),
+        ("table", Wave::new(Table::new(&samples, TAU / 5.0).unwrap())),
+        ("sum", Wave::new(Sum::new(vec![Wave::new(fourier.clone()), Wave::new(centre.forcing())]))),
         (
             "product",
-            shared(Product::new(vec![shared(fourier.clone()), shared(centre.ratio(2.0).unwrap()), shared(Constant::new(3.0).unwrap())])),
+            Wave::new(Product::new(vec![Wave::new(fourier.clone()), Wave::new(centre.ratio(2.0).unwrap()), Wave::new(Constant::new(3.0).unwrap())])),
         ),
-        ("scaled", shared(Scaled::new(-2.5, shared(fourier)).unwrap())),
-        ("function", shared(Function::new(|t: Jet| (t * 0.3).exp() / ((t * t + 2.0).sqrt() + 1.0) - t.cos()))),
+        ("scaled", Wave::new(Scaled::new(-2.5, Wave::new(fourier)).unwrap())),
+        ("function", Wave::new(Function::new(|t: Jet| (t * 0.3).exp() / ((t * t + 2.0).sqrt() + 1.0) - t.cos()))),
     ]
 }
 
@@ -128,8 +128,8 @@ fn fit_inverts_sampling() {
 
 #[test]
 fn combined_edges_and_periods() {
-    let square = shared(RectangularWave::new(0.0, 1.0, 0.5, 2.0).unwrap());
-    let wave = shared(Fourier::new(0.0, &[[1.0, 0.0]], TAU / 3.0).unwrap());
+    let square = Wave::new(RectangularWave::new(0.0, 1.0, 0.5, 2.0).unwrap());
+    let wave = Wave::new(Fourier::new(0.0, &[[1.0, 0.0]], TAU / 3.0).unwrap());
     let sum = Sum::new(vec![square.clone(), wave.clone()]);
     assert_eq!(sum.next_edge(0.0), Some(0.5));
     assert_eq!(sum.repeats(), Repeats::Every(6.0));
@@ -144,7 +144,7 @@ fn contact_laws() {
     let laws: Vec<(AnyLaw, f64)> = vec![
         (AnyLaw::Backlash(Backlash::new(0.7).unwrap()), 0.0),
         (AnyLaw::Asymmetric(AsymmetricBacklash::new(-0.4, 0.9).unwrap().with_slopes(2.0, 0.5).unwrap()), 0.0),
-        (AnyLaw::Varying(VaryingBacklash::new(shared(Constant::new(0.3).unwrap()))), 0.0),
+        (AnyLaw::Varying(VaryingBacklash::new(Wave::new(Constant::new(0.3).unwrap()))), 0.0),
         (AnyLaw::Smoothed(SmoothedBacklash::new(0.7, 1e-3).unwrap()), 1e-3),
     ];
     for (law, slack) in &laws {
@@ -158,7 +158,7 @@ fn contact_laws() {
         }
         assert!(law.at(e.lower).abs() <= *slack && law.at(e.upper).abs() <= *slack);
     }
-    let moving = VaryingBacklash::new(shared(Fourier::new(1.0, &[[0.0, 0.1]], 2.0).unwrap()));
+    let moving = VaryingBacklash::new(Wave::new(Fourier::new(1.0, &[[0.0, 0.1]], 2.0).unwrap()));
     let e = moving.edges(0.0, Side::After);
     assert_eq!((e.lower, e.upper, e.lower_rate, e.upper_rate), (-1.0, 1.0, -0.2, 0.2));
     // As the rounding shrinks the smoothed law tends to the dead zone, from above on the upper flank.

@@ -169,8 +169,8 @@ fn a_stop_on_one_side_alone() {
         let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
         let RingParams { motor, gears, meshes, omega } = set.params()?;
         let law = AnyLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
-        let wave = shared(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]], omega)?);
-        let error = shared(Fourier::new(0.0, &[[0.0, 5e-6]], omega)?);
+        let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]], omega)?);
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]], omega)?);
         let mesh = Mesh::new(wave, error, set.mesh_damping, law)?;
         Ok::<_, ParameterError>(Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], omega })?.in_frame(Frame::Rigid))
     };

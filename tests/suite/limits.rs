@@ -232,9 +232,9 @@ fn figures_that_overflow_are_errors() {
 fn a_ring_bounds_jumps_and_gears() {
     let mut params = RingSet::a(4, 1000.0).params().unwrap();
     let period = std::f64::consts::TAU / params.omega;
-    let wave = |share: f64| shared(RectangularWave::new(1e8, 2e8, 0.5, period / share).unwrap());
+    let wave = |share: f64| Wave::new(RectangularWave::new(1e8, 2e8, 0.5, period / share).unwrap());
     let mut with = |share: f64| {
-        params.meshes[1] = Mesh::new(wave(share), shared(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(1e-5).unwrap()).unwrap();
+        params.meshes[1] = Mesh::new(wave(share), Wave::new(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(1e-5).unwrap()).unwrap();
         Ring::new(&params)
     };
     assert!(with(10.0).is_ok());

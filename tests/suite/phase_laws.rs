@@ -22,7 +22,7 @@ fn edges_keep_their_phase() {
     let set = RingSet::a(4, 1000.0);
     let mut params = set.params().unwrap();
     let period = std::f64::consts::TAU / params.omega;
-    let stiffness = shared(RectangularWave::new(1.5e8, 2.5e8, 0.4, period).unwrap());
+    let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4, period).unwrap());
     for mesh in &mut params.meshes {
         *mesh = Mesh::new(stiffness.clone(), mesh_error(params.omega), 1000.0, Backlash::new(2.65e-5).unwrap()).unwrap();
     }
@@ -47,8 +47,8 @@ fn edges_keep_their_phase() {
     assert!(largest > 1e-6 && one.q.iter().zip(&other.q).all(|(a, b)| (a - b).abs() < 1e-7 * largest), "{one:?} {other:?}");
 }
 
-fn mesh_error(omega: f64) -> Shared {
-    shared(Fourier::new(0.0, &[[0.0, 1e-6]], omega).unwrap())
+fn mesh_error(omega: f64) -> Wave {
+    Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]], omega).unwrap())
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn jumping_drives_far_along_the_phase() {
     let mut params = set.params().unwrap();
     let wave = RectangularWave::new(1e8, 2e8, 0.5, TAU / set.omega()).unwrap();
     params.meshes = (0..4)
-        .map(|_| Mesh::new(shared(wave), shared(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(2.65e-5).unwrap()).unwrap())
+        .map(|_| Mesh::new(Wave::new(wave), Wave::new(Constant::new(0.0).unwrap()), 1000.0, Backlash::new(2.65e-5).unwrap()).unwrap())
         .collect();
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());

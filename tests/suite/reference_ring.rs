@@ -27,7 +27,7 @@ fn ring(p: &Value) -> Ring {
         let pairs: Vec<[f64; 2]> = wave.iter().map(|[a, _]| [a * kg[i], 0.0]).collect();
         let stiffness = Fourier::new(kg[i], &pairs, omega).unwrap().with_phase(phase[i]).unwrap();
         let error = Fourier::new(0.0, &[[0.0, e[i]]], omega).unwrap().with_phase(phase[i]).unwrap();
-        Mesh::new(shared(stiffness), shared(error), cg[i], Backlash::new(b[i]).unwrap()).unwrap()
+        Mesh::new(Wave::new(stiffness), Wave::new(error), cg[i], Backlash::new(b[i]).unwrap()).unwrap()
     };
     let params = RingParams {
         motor: Motor {
@@ -79,7 +79,7 @@ fn every_trajectory() {
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
             let slots: Vec<usize> = (0..ring.gears()).map(|i| ring.damping_slot(i)).collect();
-            let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
+            let noisy = Held::new(ring).Wave::new(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
             compare(&noisy, case, name);
         }
     }

@@ -15,8 +15,8 @@ fn ring() -> Ring {
     let omega = params.omega;
     for (i, mesh) in params.meshes.iter_mut().enumerate() {
         let k = 1.9e8 + 1e7 * i as f64;
-        let stiffness = shared(Fourier::new(k, &[[0.1 * k, 0.0]], omega).unwrap().with_phase(i as f64).unwrap());
-        let error = shared(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]], omega).unwrap().with_phase(0.5 * i as f64).unwrap());
+        let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]], omega).unwrap().with_phase(i as f64).unwrap());
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]], omega).unwrap().with_phase(0.5 * i as f64).unwrap());
         *mesh = Mesh::new(stiffness, error, 900.0 + 100.0 * i as f64, Backlash::new(2e-5 + 1e-6 * i as f64).unwrap()).unwrap();
     }
     Ring::as_printed(&params).unwrap()

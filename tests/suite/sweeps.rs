@@ -213,9 +213,9 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
 #[test]
 fn rings_in_lanes_are_each_ring_alone() {
     let base = crate::benchmarks::ring(3, 2.0).params().clone();
-    let smooth = shared(Fourier::new(1e8, &[[2e7, 0.0]], base.omega).unwrap());
-    let jumping = shared(RectangularWave::new(0.8e8, 1.2e8, 0.6, std::f64::consts::TAU / base.omega).unwrap());
-    let error = shared(Fourier::new(0.0, &[[0.0, 1e-5]], base.omega).unwrap());
+    let smooth = Wave::new(Fourier::new(1e8, &[[2e7, 0.0]], base.omega).unwrap());
+    let jumping = Wave::new(RectangularWave::new(0.8e8, 1.2e8, 0.6, std::f64::consts::TAU / base.omega).unwrap());
+    let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-5]], base.omega).unwrap());
     let mut prints = Vec::new();
     for stiffness in [smooth, jumping] {
         let family = |p: &Point<'_>| {
@@ -385,8 +385,8 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
     let wave = |p: &Point<'_>| -> Result<Ring, ParameterError> {
         let mut params = base.params()?;
         let period = std::f64::consts::TAU / params.omega;
-        let stiffness = shared(RectangularWave::new(1.5e8, 2.5e8, 0.5, period)?);
-        let error = shared(Fourier::new(0.0, &[[0.0, 1e-6]], params.omega)?);
+        let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.5, period)?);
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]], params.omega)?);
         for mesh in &mut params.meshes {
             *mesh = Mesh::new(stiffness.clone(), error.clone(), 1000.0, Backlash::new(2.65e-5)?)?;
         }
