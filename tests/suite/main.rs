@@ -26,6 +26,7 @@ mod reference_ring;
 mod returns;
 mod ring_relative;
 mod roots;
+mod scalar_functions;
 mod shooting;
 mod slips;
 mod solvers;
