@@ -1,13 +1,20 @@
-//! Contact laws: backlash dead zones and their smooth relatives.
+//! Contact laws: backlash dead zones, their smooth relatives, powers of the depth, damping that belongs to the contact.
 
 mod backlash;
+mod damped;
+mod no_pull;
+mod power;
 mod smooth;
 
 pub use backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
+pub use damped::Damped;
+pub use no_pull::NoPullBacklash;
+pub use power::PowerLaw;
 pub use smooth::{Cubic, Linear, SmoothedBacklash};
 
 use crate::dual::Dual;
 use crate::excitation::Repeats;
+use crate::model::Contact;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
@@ -50,12 +57,14 @@ impl Edges {
 /// struct Hertz; // force ~ x^1.5 on one flank
 /// impl Nonlinearity for Hertz {
 ///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
-///         let p = x.max(S::from(0.0));
-///         p * p.sqrt()
+///         x.max(S::from(0.0)).powf(1.5)
 ///     }
 /// }
 /// assert_eq!(Hertz.at(4.0), 8.0);
 /// ```
+///
+/// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see
+/// [`NoPullBacklash`].
 pub trait Nonlinearity {
     /// f(x, x') between the edges `lower` and `upper`, which may move. Mark it `#[inline(always)]`: it runs inside lanes.
     fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S;
@@ -65,6 +74,31 @@ pub trait Nonlinearity {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         let _ = piece;
         self.force(x, rate, lower, upper)
+    }
+
+    /// How many switches say on which piece the law stands. One, unless said: the deflection.
+    fn switches(&self) -> usize {
+        1
+    }
+    /// What a switch holds against the [`edges`](Nonlinearity::edges), in the unit of the deflection: x for the first, a smooth function of
+    /// x and x' for others.
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        let _ = (switch, rate);
+        x
+    }
+    /// The smooth law where every switch stands on a given piece: what [`force_on`](Nonlinearity::force_on) is for a single one.
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        self.force_on(pieces[0], x, rate, lower, upper)
+    }
+    /// The contact that a model tells of a switch: its deflection with the rate, which holds x'' where the switch depends on x', and the force
+    /// of the mesh. A model with such laws has as many contacts for a mesh as the law has switches.
+    #[inline]
+    fn contact(&self, switch: usize, [x, rate, second]: [f64; 3], edges: Edges, force: f64) -> Contact {
+        let d = self.switch(switch, Dual { value: x, slope: [rate] }, Dual { value: rate, slope: [second] });
+        let Edges { lower, upper, lower_rate, upper_rate } = edges;
+        Contact { deflection: d.value, rate: d.slope[0], lower, upper, lower_rate, upper_rate, force }
     }
 
     /// Where the pieces meet at `t`.
@@ -122,6 +156,10 @@ pub enum AnyLaw<N = Linear> {
     Varying(VaryingBacklash),
     /// Rounded dead zone.
     Smoothed(SmoothedBacklash),
+    /// Powers of the depth.
+    Power(PowerLaw),
+    /// Dead zone whose damping never pulls.
+    NoPull(NoPullBacklash),
     /// A law of one's own.
     Other(N),
 }
@@ -136,6 +174,8 @@ macro_rules! each_law {
             AnyLaw::Asymmetric($law) => $body,
             AnyLaw::Varying($law) => $body,
             AnyLaw::Smoothed($law) => $body,
+            AnyLaw::Power($law) => $body,
+            AnyLaw::NoPull($law) => $body,
             AnyLaw::Other($law) => $body,
         }
     };
@@ -149,6 +189,17 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         each_law!(self, law => law.force_on(piece, x, rate, lower, upper))
+    }
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        each_law!(self, law => law.force_on_all(pieces, x, rate, lower, upper))
+    }
+    fn switches(&self) -> usize {
+        each_law!(self, law => law.switches())
+    }
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        each_law!(self, law => law.switch(switch, x, rate))
     }
     fn edges(&self, t: f64, side: Side) -> Edges {
         each_law!(self, law => law.edges(t, side))
@@ -166,6 +217,8 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
             (AnyLaw::Backlash(a), AnyLaw::Backlash(b)) => a.same_as(b),
             (AnyLaw::Asymmetric(a), AnyLaw::Asymmetric(b)) => a.same_as(b),
             (AnyLaw::Smoothed(a), AnyLaw::Smoothed(b)) => a.same_as(b),
+            (AnyLaw::Power(a), AnyLaw::Power(b)) => a.same_as(b),
+            (AnyLaw::NoPull(a), AnyLaw::NoPull(b)) => a.same_as(b),
             (AnyLaw::Other(a), AnyLaw::Other(b)) => a.same_as(b),
             _ => false,
         }

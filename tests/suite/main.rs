@@ -15,6 +15,7 @@ mod hard_flows;
 mod held;
 mod kept_work;
 mod lane_sharing;
+mod laws;
 mod limits;
 mod located_edges;
 mod long_work;
