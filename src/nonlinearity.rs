@@ -87,18 +87,22 @@ pub trait Nonlinearity {
         let _ = (switch, rate);
         x
     }
+    /// The rate of a switch from x, x' and x''. By default that of an affine function of x and x'.
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        let (_, zero) = (x, S::from(0.0));
+        self.switch(switch, rate, second) - self.switch(switch, zero, zero)
+    }
+    /// The contact of a switch from that of the mesh and x''. A model has as many contacts for a mesh as the law of the mesh has switches.
+    #[inline(always)]
+    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
+        let (x, rate) = (mesh.deflection, mesh.rate);
+        Contact { deflection: self.switch(switch, x, rate), rate: self.switch_rate(switch, x, rate, second), ..mesh }
+    }
     /// The smooth law where every switch stands on a given piece: what [`force_on`](Nonlinearity::force_on) is for a single one.
     #[inline(always)]
     fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
         self.force_on(pieces[0], x, rate, lower, upper)
-    }
-    /// The contact that a model tells of a switch: its deflection with the rate, which holds x'' where the switch depends on x', and the force
-    /// of the mesh. A model with such laws has as many contacts for a mesh as the law has switches.
-    #[inline]
-    fn contact(&self, switch: usize, [x, rate, second]: [f64; 3], edges: Edges, force: f64) -> Contact {
-        let d = self.switch(switch, Dual { value: x, slope: [rate] }, Dual { value: rate, slope: [second] });
-        let Edges { lower, upper, lower_rate, upper_rate } = edges;
-        Contact { deflection: d.value, rate: d.slope[0], lower, upper, lower_rate, upper_rate, force }
     }
 
     /// Where the pieces meet at `t`.
@@ -200,6 +204,10 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     #[inline(always)]
     fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
         each_law!(self, law => law.switch(switch, x, rate))
+    }
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        each_law!(self, law => law.switch_rate(switch, x, rate, second))
     }
     fn edges(&self, t: f64, side: Side) -> Edges {
         each_law!(self, law => law.edges(t, side))

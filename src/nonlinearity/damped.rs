@@ -112,6 +112,10 @@ impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
         self.law.switch(switch, x, rate)
     }
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        self.law.switch_rate(switch, x, rate, second)
+    }
     fn edges(&self, t: f64, side: Side) -> Edges {
         self.law.edges(t, side)
     }
