@@ -114,7 +114,7 @@ impl Disturbance {
             }
             Disturbance::Torque(part) => {
                 let slot = bare.motor_torque_slot();
-                force(&Held::new(bare).Wave::new(&[slot], part * set.motor_torque, both)?)
+                force(&Held::new(bare).shared(&[slot], part * set.motor_torque, both)?)
             }
             Disturbance::Clearance(part) => {
                 let slots: Vec<[usize; 2]> = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect();

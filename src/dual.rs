@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
 ///
 /// At 0 the slope of √x, which has no bound, is that of the smallest normal number, 3.4e153: what vanishes there has slope 0 under the root
-/// too, and x √x has the slope 0 that it should have.
+/// too, and x √x has the slope 0 that it should have. Powers below 1 and logarithms do the same.
 ///
 /// ```
 /// use gear_dynamics::{Dual, Scalar};
@@ -41,6 +41,12 @@ impl<const N: usize> Dual<N> {
     #[inline(always)]
     pub fn along(value: f64, direction: usize) -> Self {
         Dual { value, slope: std::array::from_fn(|i| if i == direction { 1.0 } else { 0.0 }) }
+    }
+
+    /// g(x) from g and g' at x.
+    #[inline(always)]
+    fn chain(self, g: f64, dg: f64) -> Self {
+        Dual { value: g, slope: self.slope.map(|x| dg * x) }
     }
 }
 
@@ -124,5 +130,33 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline(always)]
     fn step(self) -> Self {
         Dual::from(Scalar::step(self.value))
+    }
+    #[inline(always)]
+    fn powf(self, p: f64) -> Self {
+        let below = if self.value == 0.0 && p < 1.0 { f64::MIN_POSITIVE } else { self.value };
+        self.chain(libm::pow(self.value, p), if p == 0.0 { 0.0 } else { p * libm::pow(below, p - 1.0) })
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let e = libm::exp(self.value);
+        self.chain(e, e)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        let below = if self.value == 0.0 { f64::MIN_POSITIVE } else { self.value };
+        self.chain(libm::log(self.value), 1.0 / below)
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.sin_cos().0
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.sin_cos().1
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = libm::sincos(self.value);
+        (self.chain(sin, cos), self.chain(cos, -sin))
     }
 }

@@ -25,7 +25,7 @@
 //! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`] says what is inconsistent |
 //! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
 //! | functions of an angle | [`Wave`], [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
-//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
+//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], [`PowerLaw`], [`NoPullBacklash`], [`Damped`], ...; [table](guide::contact_laws) |
 //! | random drives, functions of time | [`HeldProcess`], [`Held`]; [`Driven`] |
 //! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
@@ -86,7 +86,10 @@ pub use models::{
     CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, NfgShape,
     NfgShape2, Radius, RelativeView, Ring, RingParams, RingSet, RingShape, Shaft,
 };
-pub use nonlinearity::{AnyLaw, AsymmetricBacklash, Backlash, Cubic, Edges, Linear, Nonlinearity, SmoothedBacklash, VaryingBacklash};
+pub use nonlinearity::{
+    AnyLaw, AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, NoPullBacklash, Nonlinearity, PowerLaw, SmoothedBacklash,
+    VaryingBacklash,
+};
 pub use ode::{
     Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
     StepView, Trajectory, uniform_times,
@@ -105,12 +108,14 @@ pub use sweep::{
 };
 pub use wrapped::{DriveRule, Wrapped};
 
-/// Guide pages: theory, events, periodic orbits, the two models, sweeps, errata of their papers, references.
+/// Guide pages: theory, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
     #[doc = include_str!("../docs/events.md")]
     pub mod events {}
+    #[doc = include_str!("../docs/contact-laws.md")]
+    pub mod contact_laws {}
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
     #[doc = include_str!("../docs/models.md")]

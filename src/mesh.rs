@@ -6,7 +6,8 @@ use crate::shape::Law;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::scalar::Scalar;
 
-/// When the mesh damping acts.
+/// When the mesh damping acts. Damping that follows the stiffness or the depth belongs to the law: [`Damped`](crate::Damped),
+/// [`NoPullBacklash`](crate::NoPullBacklash).
 ///
 /// ```
 /// assert_eq!(gear_dynamics::ContactDamping::default(), gear_dynamics::ContactDamping::Always);

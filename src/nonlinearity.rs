@@ -1,12 +1,19 @@
-//! Contact laws: backlash dead zones and their smooth relatives.
+//! Contact laws: backlash dead zones, their smooth relatives, powers of the depth, damping that belongs to the contact.
 
 mod backlash;
+mod damped;
+mod no_pull;
+mod power;
 mod smooth;
 
 pub use backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
+pub use damped::Damped;
+pub use no_pull::NoPullBacklash;
+pub use power::PowerLaw;
 pub use smooth::{Cubic, Linear, SmoothedBacklash};
 
 use crate::dual::Dual;
+use crate::model::Contact;
 use crate::piece::{Piece, Side};
 use crate::scalar::Scalar;
 
@@ -51,12 +58,14 @@ impl Edges {
 /// struct Hertz; // force ~ x^1.5 on one flank
 /// impl Nonlinearity for Hertz {
 ///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
-///         let p = x.max(S::from(0.0));
-///         p * p.sqrt()
+///         x.max(S::from(0.0)).powf(1.5)
 ///     }
 /// }
 /// assert_eq!(Hertz.at(4.0), 8.0);
 /// ```
+///
+/// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see
+/// [`NoPullBacklash`].
 pub trait Nonlinearity: PartialEq {
     /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and f(c x; ∓c b) = c f(x; ∓b) for c > 0. Default:
     /// no.
@@ -70,6 +79,35 @@ pub trait Nonlinearity: PartialEq {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         let _ = piece;
         self.force(x, rate, lower, upper)
+    }
+
+    /// How many switches say on which piece the law stands. One, unless said: the deflection.
+    fn switches(&self) -> usize {
+        1
+    }
+    /// What a switch holds against the [`edges`](Nonlinearity::edges), in the unit of the deflection: x for the first, a smooth function of
+    /// x and x' for others.
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        let _ = (switch, rate);
+        x
+    }
+    /// The rate of a switch from x, x' and x''. By default that of an affine function of x and x'.
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        let (_, zero) = (x, S::from(0.0));
+        self.switch(switch, rate, second) - self.switch(switch, zero, zero)
+    }
+    /// The contact of a switch from that of the mesh and x''. A model has as many contacts for a mesh as the law of the mesh has switches.
+    #[inline(always)]
+    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
+        let (x, rate) = (mesh.deflection, mesh.rate);
+        Contact { deflection: self.switch(switch, x, rate), rate: self.switch_rate(switch, x, rate, second), ..mesh }
+    }
+    /// The smooth law where every switch stands on a given piece: what [`force_on`](Nonlinearity::force_on) is for a single one.
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        self.force_on(pieces[0], x, rate, lower, upper)
     }
 
     /// Where the pieces meet at an angle of the shaft, the rates over that angle.
@@ -117,6 +155,10 @@ pub enum AnyLaw<N = Linear> {
     Varying(VaryingBacklash),
     /// Rounded dead zone.
     Smoothed(SmoothedBacklash),
+    /// Powers of the depth.
+    Power(PowerLaw),
+    /// Dead zone whose damping never pulls.
+    NoPull(NoPullBacklash),
     /// A law of one's own.
     Other(N),
 }
@@ -131,6 +173,8 @@ macro_rules! each_law {
             AnyLaw::Asymmetric($law) => $body,
             AnyLaw::Varying($law) => $body,
             AnyLaw::Smoothed($law) => $body,
+            AnyLaw::Power($law) => $body,
+            AnyLaw::NoPull($law) => $body,
             AnyLaw::Other($law) => $body,
         }
     };
@@ -144,6 +188,21 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         each_law!(self, law => law.force_on(piece, x, rate, lower, upper))
+    }
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        each_law!(self, law => law.force_on_all(pieces, x, rate, lower, upper))
+    }
+    fn switches(&self) -> usize {
+        each_law!(self, law => law.switches())
+    }
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        each_law!(self, law => law.switch(switch, x, rate))
+    }
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        each_law!(self, law => law.switch_rate(switch, x, rate, second))
     }
     fn edges(&self, angle: f64, side: Side) -> Edges {
         each_law!(self, law => law.edges(angle, side))

@@ -6,13 +6,17 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A number, a dual number or a bundle of lanes: what a model's algebra needs and no more.
 ///
 /// There is no comparison, since a branch on a lane would be a bug; [`step`](Scalar::step) is the branch-free way to say
-/// "in contact". There is no fused multiply-add, so that every processor gives the same bits.
+/// "in contact". There is no fused multiply-add, so that every processor gives the same bits. Powers, exponentials and sines are those of
+/// [`libm`], for every scalar and on every processor; on a plain `f64` outside of generic code, `x.exp()` is the method of `f64` itself, with
+/// the bits of the platform.
 ///
 /// ```
 /// use gear_dynamics::{Dual, Scalar};
 /// fn cubic<S: Scalar>(x: S) -> S { x + x * x * x * 0.5 }
 /// assert_eq!(cubic(2.0), 6.0);
 /// assert_eq!(cubic(Dual::variable(2.0)).slope, [7.0]);
+/// fn hertz<S: Scalar>(depth: S) -> S { depth.powf(1.5) }
+/// assert_eq!((hertz(4.0), hertz(Dual::variable(4.0)).slope), (8.0, [3.0]));
 /// ```
 pub trait Scalar:
     Copy
@@ -35,6 +39,21 @@ pub trait Scalar:
     fn max(self, other: Self) -> Self;
     /// 1 where x > 0 and 0 elsewhere.
     fn step(self) -> Self;
+    /// x^p, not a number where x is negative and p is no whole number. The slope at 0 is 0 for p > 1 and 1 for p = 1.
+    fn powf(self, p: f64) -> Self;
+    /// e^x.
+    fn exp(self) -> Self;
+    /// The natural logarithm of x.
+    fn ln(self) -> Self;
+    /// sin x, x in radians.
+    fn sin(self) -> Self;
+    /// cos x, x in radians.
+    fn cos(self) -> Self;
+    /// Both at once, with the bits of each.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
 }
 
 /// The index of a loop over the elements of a model, for algebra on [`Lanes`](crate::Lanes): it keeps the compiler from bundling elements
@@ -78,5 +97,29 @@ impl Scalar for f64 {
     #[inline(always)]
     fn step(self) -> Self {
         if self > 0.0 { 1.0 } else { 0.0 }
+    }
+    #[inline(always)]
+    fn powf(self, p: f64) -> Self {
+        libm::pow(self, p)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        libm::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        libm::log(self)
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        libm::sin(self)
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        libm::cos(self)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        libm::sincos(self)
     }
 }

@@ -212,6 +212,10 @@ pub trait Shape: PartialEq {
 pub trait Law<S: Scalar> {
     /// The force of contact `i` under `nonlinearity`, per unit stiffness.
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
+    /// The same for a law of several [switches](Nonlinearity::switches), of which contact `i` is the first.
+    fn force_of_switches<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        self.force(i, nonlinearity, x, rate, lower, upper)
+    }
     /// 1 where contact `i` touches and 0 in its gap.
     fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
 }
@@ -252,6 +256,10 @@ impl<S: Scalar> Law<S> for OnPieces<'_> {
     #[inline(always)]
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
         nonlinearity.force_on(self.0[i], x, rate, lower, upper)
+    }
+    #[inline(always)]
+    fn force_of_switches<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        nonlinearity.force_on_all(&self.0[i..i + nonlinearity.switches()], x, rate, lower, upper)
     }
     #[inline(always)]
     fn touch(&self, i: usize, _: S, _: S, _: S) -> S {

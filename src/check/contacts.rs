@@ -111,7 +111,10 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 let (Some(still), Some(moving)) = (still, moving) else { continue };
                 let is_edge = |(row, changes): (usize, &[Change; 2])| Change::is_edge(*changes, still.h, ROUNDING * self.terms[row]);
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
-                    findings.push(Finding::Kink { contact, edge });
+                    // A switch of a law may be idle here and act at other velocities.
+                    if !self.moves_with_velocities(contact) {
+                        findings.push(Finding::Kink { contact, edge });
+                    }
                     continue;
                 }
                 if self.ignores_pieces(contact, &line, edge) && !findings.iter().any(|f| matches!(f, Finding::PiecesIgnored { .. })) {
@@ -122,6 +125,18 @@ impl<M: Model + ?Sized> Point<'_, M> {
             }
             findings.extend(seen.iter().find_map(|seen| self.force(contact, seen)));
         }
+    }
+
+    /// Whether the deflection of a contact depends on velocities.
+    fn moves_with_velocities(&self, contact: usize) -> bool {
+        let State { q, v, .. } = &self.state;
+        let deflection = |v: &[f64]| self.contacts(q, v)[contact].deflection;
+        let base = deflection(v);
+        (0..v.len()).any(|j| {
+            let mut v = v.clone();
+            v[j] += self.size[1];
+            deflection(&v) != base
+        })
     }
 
     /// Velocities at which the deflection rests, and at which it moves against its edges, so that damping shows.

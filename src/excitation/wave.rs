@@ -3,6 +3,7 @@
 use super::{Excitation, Jet};
 use crate::error::{ParameterError, check};
 use crate::piece::Side;
+use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -157,10 +158,26 @@ impl Wave {
         (at > angle).then_some(at)
     }
 
-    /// Whether it has edges.
-    pub(crate) fn has_edges(&self) -> bool {
-        !self.edges.is_empty()
+    /// The greatest common divisor of the orders of waves, constants left out: how often they all repeat in a turn of the shaft.
+    ///
+    /// ```
+    /// use gear_dynamics::{Fourier, Wave};
+    /// let wave = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?);
+    /// let (teeth, blades, mean) = (wave.clone().per_turn(30)?, wave.per_turn(12)?, Wave::constant(2.0)?);
+    /// assert_eq!(Wave::common_order([&teeth, &blades, &mean]), 6);
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    pub fn common_order<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
+        let divisor = |mut a: u32, mut b: u32| {
+            while b > 0 {
+                (a, b) = (b, a % b);
+            }
+            a
+        };
+        let varies = |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<super::Constant>();
+        waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order)).max(1)
     }
+
     /// All edges in [0, 2π) of the shaft.
     pub(crate) fn edges_of_a_turn(&self) -> Vec<f64> {
         let n = f64::from(self.order);

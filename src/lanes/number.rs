@@ -126,6 +126,49 @@ impl<const W: usize> Scalar for Lanes<W> {
         }
         self
     }
+    #[inline(always)]
+    fn powf(mut self, p: f64) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::powf(self.0[i], p);
+        }
+        self
+    }
+    #[inline(always)]
+    fn exp(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::exp(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn ln(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::ln(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn sin(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::sin(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn cos(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::cos(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (mut sin, mut cos) = (self, self);
+        for i in 0..W {
+            (sin.0[i], cos.0[i]) = Scalar::sin_cos(self.0[i]);
+        }
+        (sin, cos)
+    }
 }
 
 /// A scalar whose lanes can be told apart: what statistics need besides the algebra.

@@ -21,6 +21,17 @@ fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
     }
 }
 
+/// Edges of a gap, of which one may be missing: it lies at its own infinity, and the other one is finite.
+pub(super) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
+    check::quantity("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
+    check::quantity("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
+    if lower > upper {
+        let (name, value) = ("gap between lower and upper edge".into(), upper - lower);
+        return Err(ParameterError::Negative { name, value });
+    }
+    Ok([lower, upper])
+}
+
 /// f(x) = max(x - b, 0) - max(-x - b, 0), b the half width of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
 ///
 /// ```
@@ -73,8 +84,9 @@ impl Nonlinearity for Backlash {
 /// use gear_dynamics::{AsymmetricBacklash, Nonlinearity};
 /// let law = AsymmetricBacklash::new(-1.0, 2.0)?.with_slopes(0.5, 1.0)?;
 /// assert_eq!((law.at(-3.0), law.at(0.0), law.at(3.0)), (-1.0, 0.0, 1.0));
-/// let stop = AsymmetricBacklash::new(f64::NEG_INFINITY, 2.0)?;
+/// let stop = AsymmetricBacklash::stop_above(2.0)?;
 /// assert_eq!((stop.at(-1e9), stop.at(3.0)), (0.0, 1.0));
+/// assert_eq!(AsymmetricBacklash::stop_below(2.0)?.at(-1.0), -3.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,14 +102,24 @@ impl AsymmetricBacklash {
     /// # Errors
     /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
     pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
-        // A missing edge lies at its own infinity, and the other one is finite.
-        check::quantity("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
-        check::quantity("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
-        if lower > upper {
-            let (name, value) = ("gap between lower and upper edge".into(), upper - lower);
-            return Err(ParameterError::Negative { name, value });
-        }
+        let [lower, upper] = gap(lower, upper)?;
         Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
+    }
+
+    /// A stop that touches where x is above `edge`, and nothing below.
+    ///
+    /// # Errors
+    /// An edge that is not finite or lies beyond ±1e50.
+    pub fn stop_above(edge: f64) -> Result<Self, ParameterError> {
+        Self::new(f64::NEG_INFINITY, check::quantity("upper edge", edge)?)
+    }
+
+    /// A stop that touches where x is below `edge`, and nothing above.
+    ///
+    /// # Errors
+    /// An edge that is not finite or lies beyond ±1e50.
+    pub fn stop_below(edge: f64) -> Result<Self, ParameterError> {
+        Self::new(check::quantity("lower edge", edge)?, f64::INFINITY)
     }
 
     /// Whether this flank lies at infinity, where nothing touches it.

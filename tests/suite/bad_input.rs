@@ -57,6 +57,39 @@ fn negative_backlash_damping_hold_time() {
 }
 
 #[test]
+fn contact_laws_with_impossible_numbers() {
+    let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
+    let outside = |name: &str, value: f64, allowed: &'static str| P::OutOfRange { name: name.into(), value, allowed };
+    assert_eq!(PowerLaw::new(-1.0, 1.5, 1.0).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(PowerLaw::new(1.0, 0.9, 1.0).unwrap_err(), outside("exponent", 0.9, "[1, 100]"));
+    assert_eq!(PowerLaw::new(1.0, 101.0, 1.0).unwrap_err(), outside("exponent", 101.0, "[1, 100]"));
+    assert_eq!(PowerLaw::new(1.0, 1.5, 0.0).unwrap_err(), not_positive("reference depth", 0.0));
+    assert_eq!(PowerLaw::new(1.0, 1.5, 1e-60).unwrap_err(), outside("reference depth", 1e-60, "[1e-50, 1e50]"));
+    let power = PowerLaw::new(1.0, 1.5, 1.0).unwrap();
+    assert_eq!(power.with_edges(1.0, 0.5).unwrap_err(), negative("gap between lower and upper edge", -0.5));
+    assert!(matches!(power.with_edges(f64::NEG_INFINITY, f64::INFINITY), Err(P::NotFinite { .. })));
+    let gap = Backlash::new(1.0).unwrap();
+    assert_eq!(Damped::by_stiffness(gap, -1.0).unwrap_err(), negative("damping time", -1.0));
+    assert_eq!(Damped::by_stiffness_always(gap, -1.0).unwrap_err(), negative("damping time", -1.0));
+    assert_eq!(Damped::by_force(gap, -0.5).unwrap_err(), negative("loss factor", -0.5));
+    assert_eq!(NoPullBacklash::new(-1.0, 0.1).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(NoPullBacklash::new(1.0, 0.0).unwrap_err(), not_positive("damping time", 0.0));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let all = [
+            PowerLaw::new(bad, 1.5, 1.0).unwrap_err(),
+            PowerLaw::new(1.0, bad, 1.0).unwrap_err(),
+            PowerLaw::new(1.0, 1.5, bad).unwrap_err(),
+            Damped::by_stiffness(gap, bad).unwrap_err(),
+            Damped::by_force(gap, bad).unwrap_err(),
+            NoPullBacklash::new(1.0, bad).unwrap_err(),
+            AsymmetricBacklash::stop_above(bad).unwrap_err(),
+            AsymmetricBacklash::stop_below(bad).unwrap_err(),
+        ];
+        assert!(all.iter().all(|error| matches!(error, P::NotFinite { .. })), "{all:?}");
+    }
+}
+
+#[test]
 fn nan_and_infinity_anywhere() {
     let not_finite = |error: P, place: &str| assert!(matches!(&error, P::NotFinite { name, .. } if name == place), "{error}");
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -93,7 +126,7 @@ fn empty_and_mismatched_lists() {
     assert_eq!(Fourier::fit(&[1.0; 4], 2, 1.0).unwrap_err(), P::TooFew { name: "samples".into(), value: 4, least: 5 });
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(held.clone().Wave::new(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
+    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
     let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
     assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
 }
@@ -409,8 +442,12 @@ proptest! {
         laws.extend(AsymmetricBacklash::new(x[0], x[1]).and_then(|l| l.with_slopes(x[2], x[3])).ok().map(AnyLaw::Asymmetric));
         laws.extend(SmoothedBacklash::new(x[0], x[1]).ok().map(AnyLaw::Smoothed));
         laws.extend(Cubic::new(x[0], x[1]).ok().map(AnyLaw::Cubic));
+        laws.extend(PowerLaw::new(x[0], x[1], x[2]).and_then(|l| l.with_edges(x[3], x[4])).ok().map(AnyLaw::Power));
+        laws.extend(NoPullBacklash::new(x[0], x[1]).ok().map(AnyLaw::NoPull));
         for law in laws {
             let _ = (law.at(x[4]), law.slope(x[5]));
+            let _ = Damped::by_stiffness(law.clone(), x[2]).map(|l| l.at(x[4]));
+            let _ = Damped::by_force(law, x[3]).map(|l| l.slope(x[5]));
         }
         if let Ok(process) = HeldProcess::from_values(x[0], &x[1..]) {
             prop_assert!(process.value(t, Side::Before, 0).is_finite());

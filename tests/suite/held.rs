@@ -126,7 +126,7 @@ fn shared_and_per_mesh() {
     };
     let c = damping(&ring, 0.0);
     let p = process(1e-3, 0);
-    let together = Held::new(ring.clone()).Wave::new(&slots, 500.0, p.clone()).unwrap();
+    let together = Held::new(ring.clone()).shared(&slots, 500.0, p.clone()).unwrap();
     assert!(damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9));
     let relative = Held::new(ring).per_slot_with_gains(&slots, &c, p.clone()).unwrap();
     for (i, d) in damping(&relative, 0.5e-3).iter().enumerate() {

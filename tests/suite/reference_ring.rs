@@ -79,7 +79,7 @@ fn every_trajectory() {
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
             let slots: Vec<usize> = (0..ring.gears()).map(|i| ring.damping_slot(i)).collect();
-            let noisy = Held::new(ring).Wave::new(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
+            let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
             compare(&noisy, case, name);
         }
     }

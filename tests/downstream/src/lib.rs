@@ -213,6 +213,21 @@ impl Scalar for Four {
     fn step(self) -> Self {
         self.map(|a| if a > 0.0 { 1.0 } else { 0.0 })
     }
+    fn powf(self, p: f64) -> Self {
+        self.map(|a| Scalar::powf(a, p))
+    }
+    fn exp(self) -> Self {
+        self.map(Scalar::exp)
+    }
+    fn ln(self) -> Self {
+        self.map(Scalar::ln)
+    }
+    fn sin(self) -> Self {
+        self.map(Scalar::sin)
+    }
+    fn cos(self) -> Self {
+        self.map(Scalar::cos)
+    }
 }
 
 /// Heun's method of order 2 with a fixed step: an [`Integrator`] of this crate's own, which all analysis accepts.
