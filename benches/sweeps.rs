@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Pair, ratio, ring};
+use common::{Pair, Rattling, ratio, ring};
 use criterion::{Criterion, criterion_group};
 use gear_dynamics::*;
 use std::hint::black_box;
@@ -22,8 +22,9 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
     Sweep::over(points).settle(0).measure(periods).channels(&["q1"]).rattle()
 }
 
-fn run(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> Rows {
-    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
+    let pair = Pair::new().machine();
+    let rows = sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 
@@ -70,15 +71,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .settle(0)
         .measure(periods)
         .channels(&["deflection 1"])
-        .run(
-            engine,
-            |p| {
-                let mut params = sample.params().clone();
-                params.motor.torque = p["torque"];
-                Ring::as_printed(&params)
-            },
-            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
-        )
+        .run(engine, |p| sample.with("motor torque", p["torque"]), |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())))
         .expect("the ring runs")
 }
 

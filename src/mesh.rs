@@ -2,9 +2,9 @@
 
 use crate::error::ParameterError;
 use crate::excitation::{Wave, earlier};
-use crate::shape::Law;
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::scalar::Scalar;
+use crate::shape::Law;
 
 /// When the mesh damping acts. Damping that follows the stiffness or the depth belongs to the law: [`Damped`](crate::Damped),
 /// [`NoPullBacklash`](crate::NoPullBacklash).

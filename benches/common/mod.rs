@@ -1,15 +1,14 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{Backlash, Contact, Generic, Law, Model, Periodic, Piece, Scalar, Side, State};
+use gear_dynamics::{Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size, State};
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
-/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
+/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
+/// [`machine`](Pair::machine) makes one of a shape.
 pub struct Pair {
     pub we: f64,
     pub wc: f64,
-    law: Backlash,
 }
 
 impl Pair {
@@ -20,7 +19,12 @@ impl Pair {
     }
     /// At a mesh frequency.
     pub fn at(we: f64) -> Self {
-        Pair { we, wc: we / 63.0, law: Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive") }
+        Pair { we, wc: we / 63.0 }
+    }
+    /// The same equations as a shape.
+    pub fn machine(&self) -> Machine<Rattling> {
+        let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
+        Rattling { law }.machine(&[("wc", self.wc)]).expect("the frequency is positive")
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
@@ -82,27 +86,33 @@ impl Model for Pair {
     }
 }
 
-impl Generic for Pair {
+/// The same as a shape: what runs in lanes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rattling {
+    law: Backlash,
+}
+
+impl Shape for Rattling {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let b = S::from(Pair::HALF_WIDTH);
-        a[0] = u[1] - v[0] * 0.02 - u[0] * law.force(0, &self.law, q[0], v[0], -b, b);
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        vec![Channel::new("wc", "1")]
+    }
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+        u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
     }
     #[inline(always)]
-    fn contact_on<S: Scalar>(&self, _: Range<usize>, _: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let b = S::from(Pair::HALF_WIDTH);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
-        true
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
+        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
+        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
-    fn phases(&self) -> usize {
-        2
-    }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
-        u[..2].copy_from_slice(&Pair::shapes(libm::sincos(63.0 * phase), libm::sincos(phase)));
-    }
-    fn constants(&self, _: &mut [f64]) {}
-    fn shares_lanes_with(&self, _: &Self) -> bool {
-        true
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [_, forcing] = u.waves();
+        a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
     }
 }
 

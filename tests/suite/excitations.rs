@@ -20,7 +20,11 @@ fn all() -> Vec<(&'static str, Wave)> {
         ("sum", Wave::new(Sum::new(vec![Wave::new(fourier.clone()), Wave::new(centre.forcing())]))),
         (
             "product",
-            Wave::new(Product::new(vec![Wave::new(fourier.clone()), Wave::new(centre.ratio(2.0).unwrap()), Wave::new(Constant::new(3.0).unwrap())])),
+            Wave::new(Product::new(vec![
+                Wave::new(fourier.clone()),
+                Wave::new(centre.ratio(2.0).unwrap()),
+                Wave::new(Constant::new(3.0).unwrap()),
+            ])),
         ),
         ("scaled", Wave::new(Scaled::new(-2.5, Wave::new(fourier)).unwrap())),
         ("function", Wave::new(Function::new(|t: Jet| (t * 0.3).exp() / ((t * t + 2.0).sqrt() + 1.0) - t.cos()))),
