@@ -108,10 +108,12 @@ pub use sweep::{
 };
 pub use wrapped::{DriveRule, Wrapped};
 
-/// Guide pages: theory, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
+/// Guide pages: theory, a model of one's own, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
+    #[doc = include_str!("../docs/own-model.md")]
+    pub mod own_model {}
     #[doc = include_str!("../docs/events.md")]
     pub mod events {}
     #[doc = include_str!("../docs/contact-laws.md")]
