@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Pair, ratio, ring};
+use common::{LanePair, Pair, lane_pair, ratio, ring};
 use criterion::{Criterion, criterion_group};
 use gear_dynamics::*;
 use std::hint::black_box;
@@ -22,8 +22,8 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
     Sweep::over(points).settle(0).measure(periods).channels(&["q1"]).rattle()
 }
 
-fn run(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> Rows {
-    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+fn run(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> Rows {
+    let rows = sweep.run(engine, |p| lane_pair(p["we"]), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 
@@ -73,9 +73,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .run(
             engine,
             |p| {
-                let mut params = sample.params().clone();
-                params.motor.torque = p["torque"];
-                Ring::as_printed(&params)
+                sample.with("motor torque", p["torque"])
             },
             |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
         )

@@ -1,15 +1,15 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{Backlash, Contact, Generic, Law, Model, Periodic, Piece, Scalar, Side, State};
+use gear_dynamics::{
+    Backlash, Channel, Contact, Drives, Law, Machine, Model, ParameterError, Periodic, Piece, Scalar, Shape, Side, Size, State,
+};
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
 pub struct Pair {
     pub we: f64,
     pub wc: f64,
-    law: Backlash,
 }
 
 impl Pair {
@@ -20,7 +20,7 @@ impl Pair {
     }
     /// At a mesh frequency.
     pub fn at(we: f64) -> Self {
-        Pair { we, wc: we / 63.0, law: Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive") }
+        Pair { we, wc: we / 63.0 }
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
@@ -82,33 +82,45 @@ impl Model for Pair {
     }
 }
 
-impl Generic for Pair {
-    #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let b = S::from(Pair::HALF_WIDTH);
-        a[0] = u[1] - v[0] * 0.02 - u[0] * law.force(0, &self.law, q[0], v[0], -b, b);
-    }
-    #[inline(always)]
-    fn contact_on<S: Scalar>(&self, _: Range<usize>, _: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let b = S::from(Pair::HALF_WIDTH);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
-        true
-    }
-    fn phases(&self) -> usize {
-        2
-    }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
-        u[..2].copy_from_slice(&Pair::shapes(libm::sincos(63.0 * phase), libm::sincos(phase)));
-    }
-    fn constants(&self, _: &mut [f64]) {}
-    fn shares_lanes_with(&self, _: &Self) -> bool {
-        true
-    }
-}
-
 impl Periodic for Pair {
     fn period(&self) -> f64 {
         TAU / self.wc
+    }
+}
+
+/// The same pair for lanes: over the angle wc t.
+#[derive(PartialEq)]
+pub struct PairShape {
+    law: Backlash,
+}
+
+pub type LanePair = Machine<PairShape>;
+
+/// At a mesh frequency.
+pub fn lane_pair(we: f64) -> Result<LanePair, ParameterError> {
+    PairShape { law: Backlash::new(Pair::HALF_WIDTH)? }.machine(&[("frequency", we / 63.0)])
+}
+
+impl Shape for PairShape {
+    #[inline(always)]
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        vec![Channel::new("frequency", "1")]
+    }
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([stiffness, forcing], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
+        a[0] = forcing - v[0] * 0.02 - stiffness * law.force(0, &self.law, q[0], v[0], -b, b);
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let b = S::from(Pair::HALF_WIDTH);
+        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() }
+    }
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+        u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
     }
 }
 
@@ -142,6 +154,11 @@ pub const RING_END: f64 = 0.2;
 
 /// The ring of workloads B3 and B16, `torque` on every output, balanced.
 pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
+    gear_dynamics::Ring::as_printed(&ring_params(gears, torque)).expect("the parameters are in range")
+}
+
+/// Its parameters.
+pub fn ring_params(gears: usize, torque: f64) -> gear_dynamics::RingParams {
     use gear_dynamics::*;
     let set = RingSet {
         gear_inertia: 1.5e-3,
@@ -157,7 +174,7 @@ pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
         load_torque: torque,
         ..RingSet::a(gears, 1000.0)
     };
-    Ring::as_printed(&set.params().expect("the parameters are in range")).expect("the parameters are in range")
+    set.params().expect("the parameters are in range")
 }
 
 pub mod hand_dop853;
