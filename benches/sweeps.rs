@@ -70,13 +70,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .settle(0)
         .measure(periods)
         .channels(&["deflection 1"])
-        .run(
-            engine,
-            |p| {
-                sample.with("motor torque", p["torque"])
-            },
-            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
-        )
+        .run(engine, |p| sample.with("motor torque", p["torque"]), |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())))
         .expect("the ring runs")
 }
 

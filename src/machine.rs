@@ -126,7 +126,10 @@ impl<G: Shape> Machine<G> {
             if let Some(wave) = here.iter().zip(&later).position(|pair| !close(pair)) {
                 let rest = here.iter().fold(0.0, |m: f64, x| if x.is_finite() { m.max(x.abs()) } else { m });
                 if (here[wave] - later[wave]).abs() > 1e-6 * rest {
-                    return Err(ParameterError::NotPeriodic { name: format!("wave {wave} of the shape"), period: TAU / f64::from(repeats) });
+                    return Err(ParameterError::NotPeriodic {
+                        name: format!("wave {wave} of the shape"),
+                        period: TAU / f64::from(repeats),
+                    });
                 }
             }
         }

@@ -4,9 +4,9 @@ use super::{Spectrum, Window};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, State};
-use crate::shape::Shape;
 use crate::ode::{Failed, Integrator};
 use crate::phase::Varying;
+use crate::shape::Shape;
 use std::f64::consts::TAU;
 use thiserror::Error;
 

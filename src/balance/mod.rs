@@ -37,9 +37,9 @@ pub use residual::BalanceEquations;
 use crate::budget::{Budget, Meter};
 use crate::machine::Machine;
 use crate::model::Periodic;
-use crate::shape::Shape;
 use crate::piece::Piece;
 use crate::root::{Broyden, FirstJacobian, Newton, Residual, Root, RootError};
+use crate::shape::Shape;
 use metered::Metered;
 
 /// How the integrals of a balance are taken.

@@ -9,9 +9,9 @@ use crate::budget::Meter;
 use crate::error::ParameterError;
 use crate::machine::Machine;
 use crate::model::Periodic;
-use crate::shape::Shape;
 use crate::orbit::Cycle;
 use crate::piece::Piece;
+use crate::shape::Shape;
 use nalgebra::{DMatrix, DVector};
 
 /// Proof of an orbit.

@@ -19,9 +19,9 @@ use super::{BalanceError, BalanceNote, Harmonics, Integrals};
 use crate::error::check;
 use crate::machine::Machine;
 use crate::model::{Model, Periodic};
-use crate::shape::Shape;
 use crate::piece::Piece;
 use crate::root::{Matrix, Residual};
+use crate::shape::Shape;
 use crate::slopes::Slopes;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q'), every coordinate over its scale; with rigid motions, their mean accelerations are

@@ -46,7 +46,8 @@ const MOST_EDGES: usize = 1 << 20;
 impl Wave {
     /// f(φ).
     pub fn new(excitation: impl Excitation) -> Self {
-        let mut edges: Vec<f64> = excitation.edges().iter().filter(|edge| edge.is_finite()).map(|edge| edge.rem_euclid(TAU) % TAU).collect();
+        let mut edges: Vec<f64> =
+            excitation.edges().iter().filter(|edge| edge.is_finite()).map(|edge| edge.rem_euclid(TAU) % TAU).collect();
         edges.sort_by(f64::total_cmp);
         edges.dedup_by(|next, edge| *next - *edge < APART);
         if let (Some(first), Some(last)) = (edges.first(), edges.last())

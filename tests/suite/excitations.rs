@@ -19,10 +19,7 @@ fn all() -> Vec<(&'static str, Wave)> {
         ("rotation series", Wave::new(centre.rotation_series(7).unwrap())),
         ("table", Wave::new(Table::new(&samples).unwrap())),
         ("sum", Wave::new(Sum::new(vec![wave.clone().per_turn(2).unwrap(), Wave::new(centre.rotation())]))),
-        (
-            "product",
-            Wave::new(Product::new(vec![wave.clone(), Wave::new(centre.ratio(2.0).unwrap()), Wave::constant(3.0).unwrap()])),
-        ),
+        ("product", Wave::new(Product::new(vec![wave.clone(), Wave::new(centre.ratio(2.0).unwrap()), Wave::constant(3.0).unwrap()]))),
         ("scaled", Wave::new(Scaled::new(-2.5, wave).unwrap())),
         ("function", Wave::new(Function::new(|x: Jet| (x.sin() * 0.3).exp() / ((x.cos() * x.cos() + 2.0).sqrt() + 1.0) - x.cos()))),
     ]

@@ -234,8 +234,7 @@ fn a_check_counts_only_beside_its_row() {
 #[test]
 fn a_check_that_fails_is_told() {
     // On a whole step to a millionth of 16, not of 64.
-    let family =
-        |p: &Point<'_>| -> Made<'static> { Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"]) };
+    let family = |p: &Point<'_>| -> Made<'static> { Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"]) };
     let sweep = along(5).settle(100).check_every(2);
     let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
     let row = rows.row(2).unwrap().unwrap();
@@ -365,17 +364,18 @@ fn bytes_are_taken_whole_or_not_at_all() {
 /// Progress is that of the chunk, its checks and the points without a model included.
 #[test]
 fn progress_ends_at_the_end() {
-    let seen = |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
-        let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
-        let progress = |done: usize, total: usize| {
-            calls.fetch_add(1, Relaxed);
-            last.fetch_max(done, Relaxed);
-            totals.lock().unwrap().insert(total);
+    let seen =
+        |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
+            let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
+            let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
+            let progress = |done: usize, total: usize| {
+                calls.fetch_add(1, Relaxed);
+                last.fetch_max(done, Relaxed);
+                totals.lock().unwrap().insert(total);
+            };
+            sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
+            (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
         };
-        sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
-        (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
-    };
     let swing = |p: &Point<'_>| swing(p).map_err(|_| "no swing");
     assert_eq!(seen(&along(100), 0, 4, &swing), (25, 25, vec![25]));
     assert_eq!(seen(&along(100).check_every(1), 1, 4, &swing), (50, 50, vec![50]));

@@ -20,6 +20,7 @@ mod limits;
 mod located_edges;
 mod long_work;
 mod lyapunov;
+mod machines;
 mod phase_laws;
 mod read_off;
 mod reference_nfg;

@@ -122,9 +122,7 @@ fn jumping_drives_far_along_the_phase() {
     let set = RingSet { motor_torque: 8.0, ..RingSet::a(4, 3_000.0) };
     let mut params = set.params().unwrap();
     let wave = RectangularWave::new(1e8, 2e8, 0.5).unwrap();
-    params.meshes = (0..4)
-        .map(|_| Mesh::new(Wave::new(wave), Wave::constant(0.0).unwrap(), Backlash::new(2.65e-5).unwrap()))
-        .collect();
+    params.meshes = (0..4).map(|_| Mesh::new(Wave::new(wave), Wave::constant(0.0).unwrap(), Backlash::new(2.65e-5).unwrap())).collect();
     params.mesh_damping.fill(1000.0);
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());

@@ -1,11 +1,11 @@
 //! The ring as a shape, in angles.
 
-use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
+use super::algebra::{Columns, STRIDE};
 use super::params::{Gear, RingParams, Shaft};
 use crate::error::{ParameterError, check};
 use crate::excitation::earlier;
 use crate::machine::Machine;
-use crate::mesh::Mesh;
+use crate::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
 use crate::model::{Channel, Contact};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
@@ -225,11 +225,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
                 u[STRIDE * i + ERROR] = error.value;
                 u[STRIDE * i + ERROR_RATE] = error.rate;
             }
-            let edges = mesh.law().edges(angle, side);
-            u[STRIDE * i + LOWER] = edges.lower;
-            u[STRIDE * i + UPPER] = edges.upper;
-            u[STRIDE * i + LOWER_RATE] = edges.lower_rate;
-            u[STRIDE * i + UPPER_RATE] = edges.upper_rate;
+            mesh.edges(angle, side, &mut u[STRIDE * i..]);
         }
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
