@@ -7,6 +7,7 @@ use crate::model::{Channel, Contact, Jacobian, Model, Periodic};
 use crate::piece::{Piece, Side};
 use crate::shape::{AsIs, Drives, OnPieces, Shape, Size};
 use std::f64::consts::TAU;
+use std::fmt;
 use std::sync::Arc;
 
 /// A model made of a [`Shape`], shared, and the values of its constants, its own. Copies are cheap.
@@ -24,7 +25,6 @@ use std::sync::Arc;
 /// assert!(error.starts_with("no constant \"lod torque\"; there are: speed, load torque"), "{error}");
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Debug)]
 pub struct Machine<G> {
     fixed: Arc<Fixed<G>>,
     /// By name.
@@ -34,10 +34,18 @@ pub struct Machine<G> {
 }
 
 /// What all machines of a family share.
-#[derive(Debug)]
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
+}
+
+/// Constants by name.
+impl<G> fmt::Debug for Machine<G> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = self.fixed.names.iter().map(|channel| &channel.name).zip(&self.constants);
+        f.write_str("Machine ")?;
+        f.debug_map().entries(named).finish()
+    }
 }
 
 impl<G> Clone for Machine<G> {
@@ -56,6 +64,9 @@ impl<G: Shape> PartialEq for Machine<G> {
 impl<G: Shape> Machine<G> {
     pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let names = shape.constants();
+        if let Some(twice) = (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name)) {
+            return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
+        }
         let mut constants = vec![f64::NAN; names.len()];
         let fixed = Arc::new(Fixed { shape, names });
         for &(name, value) in given {

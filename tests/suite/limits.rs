@@ -317,6 +317,10 @@ fn multipliers_with_an_error_that_is_no_number_are_none() {
     let matrix = nalgebra::DMatrix::identity(2, 2);
     assert!(Multipliers::of(&matrix, f64::NAN).is_none());
     assert!(Multipliers::of(&matrix, 0.0).is_some());
+    // Entries whose squares overflow: eigenvalues 3 and -1 times 1e200.
+    let large = nalgebra::DMatrix::from_row_slice(2, 2, &[1e200, 2e200, 2e200, 1e200]);
+    let values = Multipliers::of(&large, 0.0).unwrap();
+    assert!((values.values()[0].re / 3e200 - 1.0).abs() < 1e-14 && (values.values()[1].re / 1e200 + 1.0).abs() < 1e-14);
 }
 
 /// A quantity of 1e51 or of 1e-51 that is divided by is refused by name, with its range.

@@ -438,7 +438,8 @@ fn a_cancel_is_seen_within_64_steps() {
         // What making the model asks does not count.
         let family = |p: &Point<'_>| {
             let made = Swing::made(0.5, Some(&count), 1.0, p["w"], 2.0);
-            [&count.drives, &count.accelerations].map(|counter| counter.store(0, Relaxed));
+            count.drives.store(0, Relaxed);
+            count.accelerations.store(0, Relaxed);
             made
         };
         let rows = pool(1).install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop))).unwrap();
