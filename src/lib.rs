@@ -44,6 +44,7 @@ mod dual;
 mod error;
 mod excitation;
 mod held;
+mod impact;
 mod jacobian;
 mod lanes;
 mod mesh;
@@ -74,6 +75,7 @@ pub use excitation::{
     Table, shared,
 };
 pub use held::{CounterRng, Held, HeldProcess};
+pub use impact::Restitution;
 pub use jacobian::dual_jacobian;
 pub use lanes::{InstructionSet, Lanes, TableError};
 pub use mesh::{ContactDamping, Mesh};

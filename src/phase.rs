@@ -228,6 +228,9 @@ impl<M: Generic + Periodic> Model for Varying<M> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
     }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
+    }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.model.accel_on_pieces(pieces, u, q, v, a)

@@ -134,7 +134,10 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             crossings += finish.stats.crossings;
             state = finish.state;
             match watch.stop {
-                Stop::Jump if finish.stopped => state.v.copy_from_slice(watch.saltation.velocities()),
+                Stop::Jump if finish.stopped => {
+                    state.q.copy_from_slice(watch.saltation.coordinates());
+                    state.v.copy_from_slice(watch.saltation.velocities());
+                }
                 Stop::Budget => return Ok((state, crossings)),
                 _ => {}
             }
@@ -207,6 +210,10 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, &q[..self.n], &v[..self.n], out);
+    }
+    /// Of the motion alone; its differences are seen to by [`Saltation`].
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
