@@ -23,7 +23,9 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     t_end: f64,
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
-    if !limits.locate && let Some(contact) = first_stop(model) {
+    if !limits.locate
+        && let Some(contact) = first_stop(model)
+    {
         return Err(IntegrateError::StopNotLocated { contact });
     }
     match (model.dof(), limits.locate && model.contacts() > 0) {
@@ -138,16 +140,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         };
         let edge = edge_after(model, e.t)?;
         let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
-        Ok(Run {
-            e,
-            pace,
-            locator,
-            crossings,
-            edge,
-            stop: edge.min(t_end),
-            retreats: 0,
-            stats: Stats::default(),
-        })
+        Ok(Run { e, pace, locator, crossings, edge, stop: edge.min(t_end), retreats: 0, stats: Stats::default() })
     }
 
     /// Whether the step just made is good enough; if not, the pace has a shorter one.
@@ -228,7 +221,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         }
         if LOCATE {
             self.locator.accept(e);
-            self.locator.rebound(e);
+            self.pace.h = self.pace.h.min(self.locator.rebound(e));
             for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
                 e.pieces[crossing.contact] = crossing.to;
             }

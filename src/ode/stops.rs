@@ -15,17 +15,36 @@ const ROUNDS: usize = 16;
 const APPROACHES: f64 = 1e-9;
 /// A start may lie beyond a stop by this share of what its distance is made of.
 const ROUNDING: f64 = 1e-12;
+/// A step behind an impact is at most this many flights long: roots are known to a share of the step.
+const LONGER: f64 = 4.0;
 /// Flights in a row no higher than an edge is met by, before a contact is said to rest.
 const LOW: u8 = 4;
 
 /// The last impact of a contact.
 #[derive(Clone, Copy)]
-struct Flight {
+pub(crate) struct Flight {
     since: f64,
     /// Speed over the stop at which it left.
     speed: f64,
     /// Flights in a row that were too low.
     low: u8,
+}
+
+impl Flight {
+    pub(crate) const NONE: Flight = Flight { since: f64::NEG_INFINITY, speed: f64::INFINITY, low: 0 };
+
+    /// The next impact, behind which the contact leaves at `speed`: whether it rests, since it no longer flies any higher than `slack`.
+    pub(crate) fn lands(&mut self, t: f64, speed: f64, slack: f64) -> bool {
+        // The height of a parabola of this duration and speed.
+        let height = 0.25 * self.speed * (t - self.since);
+        self.low = match self.since == t {
+            true => self.low,
+            false if height <= slack => self.low + 1,
+            false => 0,
+        };
+        (self.since, self.speed) = (t, speed);
+        self.low > LOW
+    }
 }
 
 /// The rigid stops of one run; empty for a model without.
@@ -35,6 +54,8 @@ pub(crate) struct Stops {
     v: Vec<f64>,
     met: bool,
     flights: Vec<Flight>,
+    /// The shortest flight that has just ended: the next is no longer by orders.
+    flew: f64,
 }
 
 impl Stops {
@@ -45,7 +66,8 @@ impl Stops {
         Stops {
             v: vec![0.0; if contacts > 0 { model.dof() } else { 0 }],
             met: false,
-            flights: vec![Flight { since: 0.0, speed: f64::INFINITY, low: 0 }; contacts],
+            flew: f64::INFINITY,
+            flights: vec![Flight::NONE; contacts],
             rigid,
         }
     }
@@ -136,16 +158,18 @@ impl Locator {
         Ok(())
     }
 
-    /// Puts the velocities behind the impacts into the start of the next step.
+    /// Puts the velocities behind the impacts into the start of the next step, which may be as long as is said.
     #[inline]
-    pub(super) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
+    pub(super) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> f64 {
         if self.stops.met {
             let n = self.stops.v.len();
             e.y.slice_mut()[n..].copy_from_slice(&self.stops.v);
             e.contacts_at_start();
             self.start.copy_from_slice(&e.contacts);
             self.stops.met = false;
+            return LONGER * self.stops.flew;
         }
+        f64::INFINITY
     }
 
     /// Velocities behind the impacts, one after the other, until no contact on its stop approaches it. Impacts that follow are added.
@@ -187,18 +211,14 @@ impl Locator {
 
     /// Notes how high each contact flew since its last impact: one that no longer leaves its stop by what edges are met to rests there.
     fn land(&mut self, t: f64, behind: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
+        self.stops.flew = f64::INFINITY;
         for &Crossing { contact, to, .. } in crossings.iter().filter(|c| c.rebounds) {
             let slack = self.slack(contact, &behind[contact]);
             let flight = &mut self.stops.flights[contact];
-            // The height of a parabola of this duration and speed.
-            let height = 0.25 * flight.speed * (t - flight.since);
-            flight.low = match flight.since == t {
-                true => flight.low,
-                false if height <= slack => flight.low + 1,
-                false => 0,
-            };
-            (flight.since, flight.speed) = (t, Exit { contact, to }.distance(Piece::Gap, &behind[contact], 1.0).rate);
-            if flight.low > LOW {
+            if t > flight.since {
+                self.stops.flew = self.stops.flew.min(t - flight.since);
+            }
+            if flight.lands(t, Exit { contact, to }.distance(Piece::Gap, &behind[contact], 1.0).rate, slack) {
                 return Err(IntegrateError::RestsOnStop { t, contact });
             }
         }

@@ -1,7 +1,8 @@
 //! How small differences of a motion jump where a contact meets a rigid stop.
 
 use super::saltation::{Saltation, distance, edge_rate};
-use crate::model::Model;
+use crate::model::{Model, State};
+use crate::ode::Flight;
 use crate::piece::{Piece, Side};
 use crate::root::dot;
 
@@ -15,12 +16,22 @@ pub(super) struct Impact {
     /// ∂V along the direction (-share, δq, δv).
     slope: Vec<f64>,
     direction: [Vec<f64>; 2],
+    flights: Vec<Flight>,
 }
 
 impl Impact {
     pub(super) fn new<M: Model + ?Sized>(model: &M) -> Self {
         let zeros = || vec![0.0; model.dof()];
-        Impact { u: vec![0.0; model.drives()], q: zeros(), behind: zeros(), v: zeros(), slope: zeros(), direction: [zeros(), zeros()] }
+        let flights = vec![Flight::NONE; model.contacts()];
+        Impact {
+            flights,
+            u: vec![0.0; model.drives()],
+            q: zeros(),
+            behind: zeros(),
+            v: zeros(),
+            slope: zeros(),
+            direction: [zeros(), zeros()],
+        }
     }
 }
 
@@ -28,16 +39,39 @@ impl Impact {
 const STEP: f64 = 3e-4;
 /// Weights of a central difference of fourth order.
 const CENTRAL: [(f64, f64); 4] = [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
+/// A start this close to a stop, in shares of the deflection, is on it.
+const ON_STOP: f64 = 1e-12;
 /// Quarterings of that share in search of a span without an edge of the drives.
 const QUARTERINGS: usize = 8;
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
+    /// A start on a rigid stop that moves into it rebounds at once.
+    pub(super) fn begin(&mut self, state: &mut State) {
+        for k in 0..2 * self.rigid.len() {
+            let (contact, lower) = (k / 2, k % 2 == 0);
+            if !self.rigid[contact][k % 2] {
+                continue;
+            }
+            self.q.copy_from_slice(&state.q);
+            self.v.copy_from_slice(&state.v);
+            let (c, way) = (self.look(contact, state.t), if lower { 1.0 } else { -1.0 });
+            self.pieces.iter_mut().zip(&self.contacts).for_each(|(piece, c)| *piece = c.piece());
+            self.pieces[contact] = Piece::Gap;
+            let [past, rate] = [distance(&c, lower), c.rate - edge_rate(&c, lower)].map(|d| way * d);
+            if past <= ON_STOP * c.deflection.abs() && rate < 0.0 {
+                self.rebound(contact, if lower { Piece::Lower } else { Piece::Upper }, state.t);
+                state.q.copy_from_slice(&self.q);
+                state.v.copy_from_slice(&self.v);
+            }
+        }
+    }
+
     /// With q⁺ = q and v⁺ = V(t, q, v) at h(t, q) = 0, and σ = ∇h·δq/h' the time by which a neighbour comes sooner:
     /// δq⁺ = δq - v σ + v⁺ σ, δv⁺ = ∂V (-σ, δq - v σ, δv - a σ) + a⁺ σ.
     ///
     /// The differences of V run along the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons Fractals 5, 1671 (1995). For
-    /// one coordinate and a stop at rest: [[-e, 0], [-(a⁺ + e a)/v, -e]].
-    pub(super) fn rebound(&mut self, contact: usize, on: Piece, t: f64) -> bool {
+    /// one coordinate and a stop at rest: [[-e, 0], [(a⁺ + e a)/v, -e]].
+    pub(super) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
         let n = self.n;
         let (c, lower) = (self.look(contact, t), on == Piece::Lower);
         self.slope(contact, lower);
@@ -63,7 +97,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             }
         }
         self.v[..n].copy_from_slice(&self.impact.behind);
-        true
+        let c = self.look(contact, t);
+        let speed = (c.rate - edge_rate(&c, lower)).abs();
+        if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {
+            self.rests = Some(contact);
+        }
     }
 
     /// The derivative of the velocities behind an impact along (dt, direction).

@@ -3,6 +3,7 @@
 use super::continued::{Continued, gradient};
 use super::rebound::Impact;
 use super::tangent::Tangent;
+use crate::impact::rigid_edges;
 use crate::model::{Contact, Model};
 use crate::ode::Step;
 use crate::piece::{Piece, Side};
@@ -19,7 +20,7 @@ pub(super) struct Saltation<'t, M: ?Sized> {
     pub(super) scale: &'t [f64],
     pub(super) u: Vec<f64>,
     pub(super) pieces: Vec<Piece>,
-    contacts: Vec<Contact>,
+    pub(super) contacts: Vec<Contact>,
     /// ∂h/∂q, then ∂h/∂v.
     pub(super) gradient: Vec<f64>,
     /// The state moved onto the edge.
@@ -30,6 +31,10 @@ pub(super) struct Saltation<'t, M: ?Sized> {
     /// Coordinates and velocities of the motion and its differences behind the edges.
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
+    /// Which edges are rigid stops; empty if none is.
+    pub(super) rigid: Vec<[bool; 2]>,
+    /// A contact that comes to rest on its stop.
+    pub(super) rests: Option<usize>,
     /// What the differences of an impact are taken in.
     pub(super) impact: Impact,
 }
@@ -69,6 +74,8 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             moved: vec![0.0; 2 * n],
             q: vec![0.0; n * (1 + tangent.columns)],
             v: vec![0.0; n * (1 + tangent.columns)],
+            rigid: rigid_edges(model),
+            rests: None,
             impact: Impact::new(model),
         }
     }
@@ -94,10 +101,12 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.v.copy_from_slice(step.v1());
         let mut changed = false;
         for crossing in step.crossings() {
-            changed |= match crossing.rebounds {
-                true => self.rebound(crossing.contact, crossing.to, step.t1()),
-                false => self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()]),
-            };
+            if crossing.rebounds {
+                self.rebound(crossing.contact, crossing.to, step.t1());
+                changed = true;
+            } else {
+                changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()]);
+            }
         }
         changed
     }

@@ -127,6 +127,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn follow(&self, start: State, t_end: f64, meter: Option<&Meter<'_>>, solver: &mut Choose<'_>) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut watch = Watch { tangent: self, meter, saltation: Saltation::new(self), serves: Vec::new(), stop: Stop::Jump, step };
+        watch.saltation.begin(&mut state);
         for _ in 0..RESTARTS {
             let (solver, serves) = solver(&state, step);
             watch.serves = serves;
@@ -140,6 +141,9 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
                 }
                 Stop::Budget => return Ok((state, crossings)),
                 _ => {}
+            }
+            if let Some(contact) = watch.saltation.rests {
+                return Err(IntegrateError::RestsOnStop { t: state.t, contact });
             }
             if state.t >= t_end {
                 return Ok((state, crossings));

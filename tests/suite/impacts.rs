@@ -2,7 +2,8 @@
 
 use crate::data::read;
 use gear_dynamics::*;
-use std::f64::consts::{PI, TAU};
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// x'' + c x' + k x = A cos ωt, x <= d.
@@ -171,7 +172,7 @@ fn a_ball_on_a_floor_keeps_its_times() {
 /// The flights between impacts on a table that moves as a sine, the roots found by bisection.
 #[test]
 fn a_shaking_table_is_met_where_it_is() {
-    let ball = Ball::new(1.3, 0.7);
+    let ball = Ball::new(4.3, 0.9);
     let tight = Dop853::new().rtol(1e-13).atol(1e-15);
     let (mut t, mut q, mut v) = (0.4, 3.0, 0.0);
     for [time, before, behind] in impacts(&tight, &ball, &State::new(t, &[q], &[v]), 40.0) {
@@ -242,14 +243,18 @@ fn against_differences<M: Model>(model: &M, start: &State, end: f64) -> f64 {
     let n = model.dof();
     let solver = Dop853::new().rtol(1e-14).atol(1e-15);
     let ours = Variation::new().tolerance(1e-13).run(model, start, end).unwrap();
-    assert!(ours.crossings > 2);
+    assert!(ours.crossings >= 2, "{ours:?}");
     let largest = ours.matrix.amax();
     let mut worst: f64 = 0.0;
     for j in 0..2 * n {
         let h = 1e-5;
         let moved = |h: f64| {
             let mut from = start.clone();
-            if j < n { from.q[j] += h } else { from.v[j - n] += h }
+            if j < n {
+                from.q[j] += h
+            } else {
+                from.v[j - n] += h
+            }
             let end = solver.end(model, &from, end).unwrap();
             [end.q, end.v].concat()
         };
@@ -311,14 +316,284 @@ impl Model for Links {
 fn the_derivative_of_impacting_motions() {
     let oscillator = Oscillator::new(0.1, 0.8, 1.0);
     assert!(against_differences(&oscillator, &State::new(0.0, &[0.3], &[0.2]), 25.0) < 1e-8);
-    let ball = Ball::new(1.05, 0.6);
-    assert!(against_differences(&ball, &State::new(0.3, &[2.0], &[0.1]), 12.0) < 1e-8);
+    let ball = Ball::new(2.5, 0.8);
+    assert!(against_differences(&ball, &State::new(0.3, &[2.0], &[0.1]), 16.0) < 1e-8);
     let links = Links { restitution: Restitution::new(0.8).unwrap() };
-    assert!(against_differences(&links, &State::new(0.0, &[-0.4, 0.1], &[0.3, -0.2]), 9.0) < 1e-8);
-    // What one impact does to differences, in closed form.
-    let (t, v) = (oscillator.closed(1, -1.0).0, -1.0);
-    let force = oscillator.amplitude * (oscillator.omega * t).cos() - 1.0;
-    let [before, behind] = [1.0 / 0.8, -1.0].map(|v| force - 0.1 * v);
-    let near = |t: f64, s: &State| Dop853::new().rtol(1e-14).atol(1e-15).end(&oscillator, s, t).unwrap();
-    let _ = (near, before, behind, v);
+    assert!(against_differences(&links, &State::new(0.0, &[-0.7, 0.1], &[0.9, -0.2]), 9.0) < 1e-8);
+    // From a start on the stop, about to rebound: δ⁺ = S δ with S = [[-e, 0], [(a⁺ + e a)/v, -e]].
+    let (t, v): (f64, f64) = (0.3, 0.7);
+    let [a, behind] = [v, -0.8 * v].map(|v| (0.8 * t).cos() - 0.1 * v - 1.0);
+    let s = DMatrix::from_row_slice(2, 2, &[-0.8, 0.0, (behind + 0.8 * a) / v, -0.8]);
+    let on = Variation::new().run(&oscillator, &State::new(t, &[1.0], &[v]), 1.2).unwrap();
+    let off = Variation::new().run(&oscillator, &State::new(t, &[1.0], &[-0.8 * v]), 1.2).unwrap();
+    assert!((&off.matrix * s - on.matrix).amax() < 1e-10 && (off.state.q[0] - on.state.q[0]).abs() < 1e-12);
+}
+
+/// Where a function of the parameter vanishes, by the secant method: `f` has to be smooth there.
+fn secant(mut f: impl FnMut(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
+    let mut at_a = f(a);
+    for _ in 0..30 {
+        let at_b = f(b);
+        println!("  {b:.16} {at_b:.2e}");
+        let next = b - at_b * (b - a) / (at_b - at_a);
+        (a, at_a, b) = (b, at_b, next);
+        if (b - a).abs() < 1e-11 * b.abs() {
+            return b;
+        }
+    }
+    panic!("the secant method does not end")
+}
+
+/// The parameter p at a fold, from orbits on one side of it: p = p0 + a f² + b f³ by the distance f of a multiplier from 1.
+fn fold(mut f: impl FnMut(f64) -> f64, start: [f64; 3]) -> f64 {
+    let mut seen = start.map(|p| (f(p), p));
+    let mut last = f64::NAN;
+    for _ in 0..30 {
+        let [(f0, p0), (f1, p1), (f2, p2)] = seen;
+        let row = |f: f64, p: f64| [f * f - f0 * f0, f.powi(3) - f0.powi(3), p - p0];
+        let ([a1, b1, c1], [a2, b2, c2]) = (row(f1, p1), row(f2, p2));
+        let det = a1 * b2 - a2 * b1;
+        let (a, b) = ((c1 * b2 - c2 * b1) / det, (a1 * c2 - a2 * c1) / det);
+        let at = p2 - a * f2 * f2 - b * f2.powi(3);
+        println!("  {p2:.16} {f2:.2e} {at:.16}");
+        if (at - last).abs() < 1e-11 * at {
+            return at;
+        }
+        last = at;
+        let next = at + a * (f2 / 4.0).powi(2);
+        seen = [seen[1], seen[2], (f(next), next)];
+    }
+    panic!("the fold is not met")
+}
+
+/// det(M - s), which vanishes where s is a multiplier.
+fn characteristic(cycle: &Cycle, s: f64) -> f64 {
+    let m = cycle.monodromy();
+    s * s - s * m.trace() + m.determinant()
+}
+
+#[test]
+fn grazing_doubling_and_fold_of_the_impact_oscillator() {
+    let reference = &read("impacts.json")["impact_oscillator"];
+    for entry in reference["values"].as_array().unwrap() {
+        let get = |name: &str| entry[name].as_f64();
+        let (c, omega, n) = (get("c").unwrap(), get("w").unwrap(), get("n").unwrap() as usize);
+        let agrees = |ours: f64, name: &str| {
+            let wanted = get(name).unwrap();
+            println!("{name}: {ours:.15}, off {:.1e}", ours / wanted - 1.0);
+            assert!((ours / wanted - 1.0).abs() < 1e-9, "{name}: {ours} {wanted}");
+        };
+        let shooting = Shooting::new().multiple(n);
+        // The orbit without impacts grows in proportion; it grazes where its top meets the stop.
+        let top = |amplitude: f64| {
+            let model = Oscillator::new(c, omega, amplitude);
+            let cycle = shooting.run(&model, &[State::at_rest(1)]).unwrap();
+            assert_eq!(cycle.crossings(), 0);
+            let mut statistics = Statistics::new(&model, &["q1"]).unwrap();
+            cycle.observe(&model, &mut statistics).unwrap();
+            statistics.summary("q1").unwrap().max
+        };
+        let (low, high) = (0.1, 0.14);
+        let graze = low + (1.0 - top(low)) * (high - low) / (top(high) - top(low));
+        agrees(graze, "A_graze");
+        // The orbit of one impact at A = 1, and the speed behind it.
+        let v = get("v_at_A_1").unwrap();
+        let model = Oscillator::new(c, omega, 1.0);
+        assert!((model.closed(n, v).1 - 1.0).abs() < 1e-12);
+        let mut cycle = shooting.run(&model, &[model.guess(n, 1.001 * v)]).unwrap();
+        let mut speed = f64::NAN;
+        let mut watch = |step: &mut Step<'_>| {
+            speed = if step.crossings().is_empty() { speed } else { -0.8 * step.v1()[0] };
+            ControlFlow::Continue(())
+        };
+        cycle.observe(&model, &mut watch).unwrap();
+        agrees(speed, "v_at_A_1");
+        // Towards the bifurcation, each orbit from the one before.
+        let mut orbit = |amplitude: f64| {
+            let model = Oscillator::new(c, omega, amplitude);
+            cycle = shooting.again(&model, &cycle).unwrap();
+            assert_eq!(cycle.crossings(), 1);
+            let product = 0.64 * (-c * n as f64 * model.period()).exp();
+            let det = cycle.monodromy().determinant();
+            assert!((det / product - 1.0).abs() < 1e-9, "{det} {product}");
+            cycle.clone()
+        };
+        if get("A_period_doubling").is_some() {
+            for amplitude in [0.9, 0.8, 0.7, 0.6] {
+                orbit(amplitude);
+            }
+            agrees(secant(|amplitude| characteristic(&orbit(amplitude), -1.0), [0.55, 0.53]), "A_period_doubling");
+        } else {
+            for amplitude in [0.7, 0.5, 0.35, 0.25, 0.2, 0.18] {
+                orbit(amplitude);
+            }
+            agrees(fold(|amplitude| characteristic(&orbit(amplitude), 1.0), [0.17, 0.165, 0.16]), "A_fold");
+        }
+    }
+}
+
+#[test]
+fn the_bouncing_ball_between_its_bounds() {
+    for entry in read("impacts.json")["bouncing_ball"]["values"].as_array().unwrap() {
+        let get = |name: &str| entry[name].as_f64().unwrap();
+        let (r, lower, doubling) = (get("r"), get("lower"), get("pd"));
+        let start = Ball::new(0.6, r);
+        let mut cycle = Shooting::new().run(&start, &[start.top(lower)]).unwrap();
+        let mut orbit = |gamma: f64| {
+            cycle = Shooting::new().again(&Ball::new(gamma, r), &cycle).unwrap();
+            assert_eq!((cycle.crossings(), cycle.drift().0.len()), (1, 1));
+            assert_eq!(cycle.drift().0, [0.0]);
+            let det = cycle.monodromy().determinant();
+            assert!((det / (r * r) - 1.0).abs() < 1e-9, "{det}");
+            cycle.clone()
+        };
+        let at = secant(|gamma| characteristic(&orbit(gamma), -1.0), [0.9, 1.0]);
+        println!("{at} {doubling}");
+        assert!((at / doubling - 1.0).abs() < 1e-9, "{at} {doubling}");
+        for gamma in [0.8, 0.6, 0.5, 0.45, 0.42] {
+            orbit(gamma);
+        }
+        let at = fold(|gamma| characteristic(&orbit(gamma), 1.0), [0.41, 0.4, 0.39]);
+        println!("{at} {lower}");
+        assert!((at / lower - 1.0).abs() < 1e-9, "{at} {lower}");
+    }
+}
+
+#[test]
+fn exponents_of_a_ball_that_never_settles() {
+    // Between bounces areas stay, at each they shrink by r²: the exponents sum to ln r² times the rate of bounces.
+    let ball = Ball::new(5.0, 0.8);
+    let period = ball.period();
+    let exponents = Lyapunov::new().settle(0).align(0).periods(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
+    let bounces = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &ball, &State::new(0.0, &[3.0], &[0.2]), 20.0 * period).len();
+    let sum: f64 = exponents.values().iter().sum();
+    println!("{:?} {sum} {}", exponents.values(), bounces as f64 / (20.0 * period) * 0.64f64.ln());
+    assert!(exponents.values()[0] > 0.01);
+    let rate = sum / 0.64f64.ln() * 300.0 * period;
+    assert!((rate - rate.round()).abs() < 1e-4 && rate > 30.0, "{rate}");
+}
+
+#[test]
+fn stops_at_the_start_and_at_the_end_of_a_run() {
+    let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, 0.5) };
+    let solver = Dop853::new().rtol(1e-12).atol(1e-14);
+    // On the floor and moving into it: as from behind the impact.
+    let hit = solver.end(&ball, &State::new(0.0, &[0.0], &[-1.0]), 0.3).unwrap();
+    let behind = solver.end(&ball, &State::new(0.0, &[0.0], &[0.5]), 0.3).unwrap();
+    assert!((hit.q[0] - behind.q[0]).abs() < 1e-15 && (hit.v[0] - behind.v[0]).abs() < 1e-15);
+    // A run that ends with an impact ends before it, and one that goes on begins with it.
+    let halfway = solver.end(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.0).unwrap();
+    assert!((halfway.v[0] + 1.0).abs() < 1e-12);
+    let end = solver.end(&ball, &halfway, 1.5).unwrap();
+    assert!((end.q[0] - 0.125).abs() < 1e-12 && end.v[0].abs() < 1e-12);
+    // The velocity jumps over a level at the impact.
+    let mut section = Section::new(&ball, "v1", 0.0, Direction::Rising).unwrap();
+    solver.run(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.2, &mut section).unwrap();
+    assert!(section.states().len() == 1 && (section.states()[0].t - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_rests_on_a_stop_ends_the_run_with_what_there_is() {
+    for (e, until) in [(0.5, 3.0), (0.9, 19.0), (0.0, 1.0)] {
+        let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, e) };
+        // At a height: rounding is that of the height, not of zero.
+        for floor in [0.0, -3.0] {
+            struct On(Ball, f64);
+            impl Model for On {
+                fn dof(&self) -> usize {
+                    1
+                }
+                fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+                    self.0.accel(u, q, v, a);
+                }
+                fn contacts(&self) -> usize {
+                    1
+                }
+                fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+                    out[0] = Contact { deflection: q[0], rate: v[0], lower: self.1, ..Contact::default() };
+                }
+                fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+                    v[0] = self.0.restitution.rebound(v[0], 0.0);
+                    true
+                }
+            }
+            let on = On(Ball { ..Ball::new(0.0, e) }, floor);
+            let failed = Dop853::new().rtol(1e-12).atol(1e-14).trajectory(&on, &State::new(0.0, &[floor + 0.5], &[0.0]), 40.0).unwrap_err();
+            let IntegrateError::RestsOnStop { t, contact: 0 } = failed.error else { panic!("{}", failed.error) };
+            println!("{e} {floor}: {t} after {} steps", failed.trajectory.len());
+            assert!((t - until).abs() < 1e-5, "{t} {until}");
+            assert!(failed.trajectory.len() < 1000 && *failed.trajectory.times().last().unwrap() <= t);
+        }
+        let tangent = Variation::new().run(&ball, &State::new(0.0, &[0.5], &[0.0]), 40.0);
+        assert!(matches!(tangent, Err(IntegrateError::RestsOnStop { .. })));
+        assert!(matches!(Rk4::new(0.01).end(&ball, &State::new(0.0, &[0.5], &[0.0]), 40.0), Err(IntegrateError::RestsOnStop { .. })));
+    }
+    // A table that sinks faster than the ball falls lets go of it.
+    let ball = Ball::new(3.0, 0.0);
+    assert!(Dop853::new().end(&ball, &State::new(0.0, &[0.8], &[0.0]), 1.6).is_ok());
+}
+
+#[test]
+fn stops_are_refused_where_they_cannot_be_kept() {
+    for bad in [-0.1, 1.1, f64::INFINITY, f64::NAN] {
+        let error = Restitution::new(bad).unwrap_err();
+        match error {
+            ParameterError::OutOfRange { name, value, allowed: "[0, 1]" } => assert!(name == "restitution" && value == bad),
+            ParameterError::NotFinite { name, .. } => assert!(name == "restitution" && !bad.is_finite()),
+            other => panic!("{other}"),
+        }
+    }
+    let model = Oscillator::new(0.1, 0.8, 1.0);
+    let rest = State::at_rest(1);
+    assert_eq!(Rk4::new(0.01).plain().end(&model, &rest, 1.0), Err(IntegrateError::StopNotLocated { contact: 0 }));
+    let beyond = Dop853::new().end(&model, &State::new(0.0, &[1.5], &[0.0]), 1.0);
+    assert_eq!(beyond, Err(IntegrateError::BeyondStop { t: 0.0, contact: 0, depth: 0.5 }));
+    let balance = Balance::new(Harmonics::up_to(5));
+    let near = Orbit::new(balance.harmonics(), model.period(), &[vec![0.0; 11]]).unwrap();
+    let refused = BalanceError::RigidStop { contact: 0 };
+    assert_eq!(balance.solve(&model, &near), Err(refused.clone()));
+    assert_eq!(balance.linearised(&model, Piece::Gap), Err(refused.clone()));
+    assert_eq!(balance.flank_jacobian(&model, Piece::Upper, &near).unwrap_err(), refused);
+    assert!(near.multipliers(&model).is_none());
+}
+
+#[test]
+fn a_stop_that_does_not_turn_its_contact_round_is_found() {
+    let ball = Ball::new(0.6, 0.8);
+    assert_eq!(check_periodic(&ball, &State::new(0.4, &[1.0], &[0.3])), []);
+    assert_eq!(check_model(&Links { restitution: Restitution::new(0.0).unwrap() }, &State::new(0.4, &[0.1, -0.2], &[0.3, 0.1])), []);
+    struct Wrong(Ball, f64);
+    impl Model for Wrong {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            self.0.accel(u, q, v, a);
+        }
+        fn drives(&self) -> usize {
+            2
+        }
+        fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+            self.0.drive(t, side, u);
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            self.0.contact(u, q, v, out);
+        }
+        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+            v[0] *= self.1;
+            true
+        }
+    }
+    for factor in [0.8, -1.1, 1.0] {
+        let wrong = Wrong(Ball { amplitude: 0.0, ..Ball::new(0.0, 0.8) }, factor);
+        let found = check_model(&wrong, &State::new(0.4, &[1.0], &[0.3]));
+        assert!(matches!(found[..], [Finding::Rebound { contact: 0, .. }]), "{found:?}");
+        assert!(found[0].to_string().starts_with("impact: contact 0 meets its stop at the deflection 0 with a speed of"));
+    }
+    let stuck = Wrong(Ball { amplitude: 0.0, ..Ball::new(0.0, 0.8) }, 1.0);
+    let error = Dop853::new().end(&stuck, &State::new(0.0, &[0.5], &[0.0]), 2.0).unwrap_err();
+    assert!(matches!(error, IntegrateError::EdgeStall { contact: 0, .. }), "{error}");
 }
