@@ -25,7 +25,7 @@
 //! | a model of one's own | [`Model`], [`Periodic`], [`Generic`]; [`check_model`] says what is inconsistent |
 //! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
 //! | functions of time | [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
-//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ... |
+//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], ...; rigid stops: [`Restitution`] |
 //! | random drives | [`HeldProcess`], [`Held`] |
 //! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |

@@ -221,7 +221,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         }
         if LOCATE {
             self.locator.accept(e);
-            self.pace.h = self.pace.h.min(self.locator.rebound(e));
+            let longest = self.locator.rebound(e);
+            if T::ADAPTIVE {
+                self.pace.h = self.pace.h.min(longest);
+            }
             for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
                 e.pieces[crossing.contact] = crossing.to;
             }

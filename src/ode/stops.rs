@@ -1,6 +1,7 @@
 //! Rigid stops: impacts at the end of a step, and contacts that come to rest.
 
 use super::IntegrateError;
+use super::control::RESOLUTION;
 use super::engine::{Engine, halves};
 use super::locate::{Exit, Locator};
 use super::step::Crossing;
@@ -17,6 +18,8 @@ const APPROACHES: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
 /// A step behind an impact is at most this many flights long: roots are known to a share of the step.
 const LONGER: f64 = 4.0;
+/// ... or this many times what the clock resolves.
+const SHORTEST: f64 = 1e4;
 /// Flights in a row no higher than an edge is met by, before a contact is said to rest.
 const LOW: u8 = 4;
 
@@ -28,18 +31,22 @@ pub(crate) struct Flight {
     speed: f64,
     /// Flights in a row that were too low.
     low: u8,
+    /// Height of the highest flight.
+    highest: f64,
 }
 
 impl Flight {
-    pub(crate) const NONE: Flight = Flight { since: f64::NEG_INFINITY, speed: f64::INFINITY, low: 0 };
+    pub(crate) const NONE: Flight = Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
 
-    /// The next impact, behind which the contact leaves at `speed`: whether it rests, since it no longer flies any higher than `slack`.
+    /// The next impact, behind which the contact leaves at `speed`: whether it rests, since it no longer flies any higher than `slack`, or than
+    /// rounding of its highest flight.
     pub(crate) fn lands(&mut self, t: f64, speed: f64, slack: f64) -> bool {
         // The height of a parabola of this duration and speed.
         let height = 0.25 * self.speed * (t - self.since);
+        self.highest = self.highest.max(height);
         self.low = match self.since == t {
             true => self.low,
-            false if height <= slack => self.low + 1,
+            false if height <= slack.max(f64::EPSILON * self.highest) => self.low + 1,
             false => 0,
         };
         (self.since, self.speed) = (t, speed);
@@ -167,7 +174,7 @@ impl Locator {
             e.contacts_at_start();
             self.start.copy_from_slice(&e.contacts);
             self.stops.met = false;
-            return LONGER * self.stops.flew;
+            return (LONGER * self.stops.flew).max(SHORTEST * RESOLUTION * e.t.abs());
         }
         f64::INFINITY
     }

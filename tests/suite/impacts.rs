@@ -129,7 +129,7 @@ impl Periodic for Ball {
 }
 
 /// A run's impacts: time, velocity before, velocity behind.
-fn impacts<M: Model>(solver: &impl Integrator, model: &M, start: &State, end: f64) -> Vec<[f64; 3]> {
+fn impacts<M: Model>(solver: &impl Integrator, model: &M, start: &State, end: f64) -> Result<Vec<[f64; 3]>, IntegrateError> {
     let mut all: Vec<[f64; 3]> = Vec::new();
     let mut last = None;
     let mut watch = |step: &mut Step<'_>| {
@@ -145,8 +145,8 @@ fn impacts<M: Model>(solver: &impl Integrator, model: &M, start: &State, end: f6
         }
         ControlFlow::Continue(())
     };
-    solver.run(model, start, end, &mut watch).unwrap();
-    all
+    solver.run(model, start, end, &mut watch)?;
+    Ok(all)
 }
 
 #[test]
@@ -154,15 +154,15 @@ fn a_ball_on_a_floor_keeps_its_times() {
     let tight = Dop853::new().rtol(1e-13).atol(1e-15);
     let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, 0.5) };
     // Dropped from 2: first impact at 2 with speed 2, flights of 2, 1, 1/2, ... behind it.
-    let seen = impacts(&tight, &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8);
+    let seen = impacts(&tight, &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
     assert_eq!(seen.len(), 5);
     for (k, [t, before, behind]) in seen.into_iter().enumerate() {
         let half = 0.5f64.powi(k as i32);
         assert!((t - (6.0 - 4.0 * half)).abs() < 1e-12, "{k}: {t}");
         assert!((before + 2.0 * half).abs() < 1e-12 && (behind - half).abs() < 1e-12, "{k}: {before} {behind}");
     }
-    let rk45 = impacts(&Rk45::new().rtol(1e-10).atol(1e-12), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8);
-    let rk4 = impacts(&Rk4::new(0.03), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8);
+    let rk45 = impacts(&Rk45::new().rtol(1e-10).atol(1e-12), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
+    let rk4 = impacts(&Rk4::new(0.03), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
     for others in [rk45, rk4] {
         assert_eq!(others.len(), 5);
         assert!(others.iter().enumerate().all(|(k, [t, ..])| (t - (6.0 - 4.0 * 0.5f64.powi(k as i32))).abs() < 1e-12));
@@ -175,7 +175,7 @@ fn a_shaking_table_is_met_where_it_is() {
     let ball = Ball::new(4.3, 0.9);
     let tight = Dop853::new().rtol(1e-13).atol(1e-15);
     let (mut t, mut q, mut v) = (0.4, 3.0, 0.0);
-    for [time, before, behind] in impacts(&tight, &ball, &State::new(t, &[q], &[v]), 40.0) {
+    for [time, before, behind] in impacts(&tight, &ball, &State::new(t, &[q], &[v]), 40.0).unwrap() {
         let height = |s: f64| q + v * (s - t) - 0.5 * (s - t) * (s - t) - ball.table(s).0;
         // The first sign change on a fine grid.
         let mut lo = t + 1e-4;
@@ -236,6 +236,47 @@ fn an_elastic_stop_keeps_the_energy() {
     assert_eq!((rattle.contact(0).state(), rattle.contact(0).loss_fraction()), (RattleState::Unilateral, 1.0));
     let lossy = solver.end(&Chain(Restitution::new(0.9).unwrap()), &start, 300.0).unwrap();
     assert!(energy(&lossy.q, &lossy.v) < 0.5 * energy(&start.q, &start.v));
+}
+
+/// Three balls of one mass in a row: the first meets the second, which touches the third.
+#[test]
+fn impacts_at_one_instant_follow_each_other() {
+    struct Row(Restitution);
+    impl Model for Row {
+        fn dof(&self) -> usize {
+            3
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a.fill(0.0);
+        }
+        fn contacts(&self) -> usize {
+            2
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            for i in 0..2 {
+                out[i] = Contact { deflection: q[i + 1] - q[i], rate: v[i + 1] - v[i], lower: 1.0, ..Contact::default() };
+            }
+        }
+        fn impact(&self, i: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+            let v = &mut v[i..i + 2];
+            self.0.impulse(v[1] - v[0], &[-1.0, 1.0], &[-1.0, 1.0], v);
+            true
+        }
+    }
+    let start = State::new(0.0, &[-1.0, 1.0, 2.0], &[1.0, 0.0, 0.0]);
+    let mut seen = Vec::new();
+    let mut watch = |step: &mut Step<'_>| {
+        seen.extend(step.crossings().iter().map(|c| (c.contact, c.to, (step.t1() * 1e12).round())));
+        ControlFlow::Continue(())
+    };
+    let end = Dop853::new().run(&Row(Restitution::new(1.0).unwrap()), &start, 2.0, &mut watch).unwrap();
+    assert_eq!(seen, [(0, Piece::Lower, 1e12), (1, Piece::Lower, 1e12)]);
+    for (v, expected) in end.state.v.iter().zip([0.0, 0.0, 1.0]) {
+        assert!((v - expected).abs() < 1e-12, "{:?}", end.state.v);
+    }
+    // With losses the first pair meets again and again, ever slower; momentum stays.
+    let end = Dop853::new().end(&Row(Restitution::new(0.5).unwrap()), &start, 2.0).unwrap();
+    assert!((end.v.iter().sum::<f64>() - 1.0).abs() < 1e-12 && end.v[2] > end.v[1] && end.v[1] >= end.v[0], "{:?}", end.v);
 }
 
 /// Largest disagreement of the derivative with differences of the flow, Richardson.
@@ -432,6 +473,38 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
     }
 }
 
+/// Orbits of one impact in n periods, their multipliers S M in closed form, for oscillators of all kinds.
+#[test]
+fn multipliers_of_orbits_of_one_impact() {
+    let mut counts = [0, 0];
+    for case in 0..200 {
+        let part = |k: usize| ((case * 7 + k) as f64 * 0.618_033_988_749_895 + (case * k) as f64 * 0.414_213_562).fract();
+        let (c, omega, n) = (0.02 + 0.3 * part(1), 0.5 + 2.5 * part(2), 1 + (3.0 * part(3)) as usize);
+        let (e, v) = (0.3 + 0.69 * part(4), -0.05 - 2.0 * part(5));
+        let mut model = Oscillator { restitution: Restitution::new(e).unwrap(), ..Oscillator::new(c, omega, 1.0) };
+        let (t, amplitude) = model.closed(n, v);
+        model.amplitude = amplitude;
+        let span = n as f64 * model.period();
+        let met = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &model, &State::new(t, &[1.0], &[v]), t + 1.001 * span);
+        if !met.is_ok_and(|met| met.len() == 1 && (met[0][0] - t - span).abs() < 1e-6) {
+            continue; // the stop is met before
+        }
+        let [before, behind] = [-v / e, v].map(|v| amplitude * (omega * t).cos() - c * v - 1.0);
+        let s = DMatrix::from_row_slice(2, 2, &[-e, 0.0, (behind + e * before) / (-v / e), -e]);
+        let free = model.free(span);
+        let closed = s * DMatrix::from_row_slice(2, 2, &free.concat());
+        let cycle = Shooting::new().multiple(n).run(&model, &[model.guess(n, v)]).unwrap();
+        let ours = cycle.monodromy();
+        let off = (ours.trace() - closed.trace()).abs() / closed.amax() + (ours.determinant() / closed.determinant() - 1.0).abs();
+        println!("{case}: c {c:.3} w {omega:.3} n {n} e {e:.3} v {v:.3} trace {:.4}, off {off:.1e}", closed.trace());
+        // Stable orbits, and unstable ones that growth does not blur.
+        assert!(off < 1e-9, "{off}");
+        counts[usize::from(cycle.stability() == Stability::Stable)] += 1;
+    }
+    println!("{counts:?}");
+    assert!(counts[0] > 10 && counts[1] > 10, "{counts:?}");
+}
+
 #[test]
 fn the_bouncing_ball_between_its_bounds() {
     for entry in read("impacts.json")["bouncing_ball"]["values"].as_array().unwrap() {
@@ -465,7 +538,7 @@ fn exponents_of_a_ball_that_never_settles() {
     let ball = Ball::new(5.0, 0.8);
     let period = ball.period();
     let exponents = Lyapunov::new().settle(0).align(0).periods(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
-    let bounces = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &ball, &State::new(0.0, &[3.0], &[0.2]), 20.0 * period).len();
+    let bounces = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &ball, &State::new(0.0, &[3.0], &[0.2]), 20.0 * period).unwrap().len();
     let sum: f64 = exponents.values().iter().sum();
     println!("{:?} {sum} {}", exponents.values(), bounces as f64 / (20.0 * period) * 0.64f64.ln());
     assert!(exponents.values()[0] > 0.01);
@@ -546,6 +619,9 @@ fn stops_are_refused_where_they_cannot_be_kept() {
     let model = Oscillator::new(0.1, 0.8, 1.0);
     let rest = State::at_rest(1);
     assert_eq!(Rk4::new(0.01).plain().end(&model, &rest, 1.0), Err(IntegrateError::StopNotLocated { contact: 0 }));
+    let held = Held::new(model);
+    assert_eq!(Rk4::new(0.01).plain().end(&held, &rest, 1.0), Err(IntegrateError::StopNotLocated { contact: 0 }));
+    let model = Oscillator::new(0.1, 0.8, 1.0);
     let beyond = Dop853::new().end(&model, &State::new(0.0, &[1.5], &[0.0]), 1.0);
     assert_eq!(beyond, Err(IntegrateError::BeyondStop { t: 0.0, contact: 0, depth: 0.5 }));
     let balance = Balance::new(Harmonics::up_to(5));
