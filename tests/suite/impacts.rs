@@ -353,6 +353,40 @@ impl Model for Links {
     }
 }
 
+/// x'' = 1.2 cos 1.3t - x - (20 (x - 0.5) + 3 x') beyond a pad at 0.5, and a rigid stop at 0.6; with its pieces, or without.
+struct Padded {
+    pieces: bool,
+    restitution: Restitution,
+}
+
+impl Model for Padded {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let pad = if q[0] > 0.5 { 20.0 * (q[0] - 0.5) + 3.0 * v[0] } else { 0.0 };
+        a[0] = 1.2 * (1.3 * u[0]).cos() - q[0] - pad;
+    }
+    fn contacts(&self) -> usize {
+        2
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] = Contact { deflection: q[0], rate: v[0], upper: 0.5, ..Contact::default() };
+        out[1] = Contact { upper: 0.6, ..out[0] };
+    }
+    fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        if (contact, on) == (1, Piece::Upper) {
+            v[0] = self.restitution.rebound(v[0], 0.0);
+        }
+        (contact, on) == (1, Piece::Upper)
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let pad = if pieces[0] == Piece::Upper { 20.0 * (q[0] - 0.5) + 3.0 * v[0] } else { 0.0 };
+        a[0] = 1.2 * (1.3 * u[0]).cos() - q[0] - pad;
+        self.pieces
+    }
+}
+
 #[test]
 fn the_derivative_of_impacting_motions() {
     let oscillator = Oscillator::new(0.1, 0.8, 1.0);
@@ -361,6 +395,19 @@ fn the_derivative_of_impacting_motions() {
     assert!(against_differences(&ball, &State::new(0.3, &[2.0], &[0.1]), 16.0) < 1e-8);
     let links = Links { restitution: Restitution::new(0.8).unwrap() };
     assert!(against_differences(&links, &State::new(0.0, &[-0.7, 0.1], &[0.9, -0.2]), 9.0) < 1e-8);
+    let [padded, without] = [true, false].map(|pieces| Padded { pieces, restitution: Restitution::new(0.7).unwrap() });
+    let start = State::new(0.0, &[0.0], &[1.5]);
+    let mut kinds = [0; 2];
+    let mut count = |step: &mut Step<'_>| {
+        step.crossings().iter().for_each(|c| kinds[usize::from(c.rebounds)] += 1);
+        ControlFlow::Continue(())
+    };
+    Dop853::new().run(&padded, &start, 12.0, &mut count).unwrap();
+    assert!(kinds[0] > 3 && kinds[1] > 1, "{kinds:?}");
+    assert!(against_differences(&padded, &start, 12.0) < 2e-8);
+    let [a, b] = [&padded, &without].map(|model| Variation::new().run(model, &start, 12.0).unwrap().matrix);
+    println!("{:e}", (&a - &b).amax() / a.amax());
+    assert!((&a - &b).amax() < 1e-9 * a.amax());
     // From a start on the stop, about to rebound: δ⁺ = S δ with S = [[-e, 0], [(a⁺ + e a)/v, -e]].
     let (t, v): (f64, f64) = (0.3, 0.7);
     let [a, behind] = [v, -0.8 * v].map(|v| (0.8 * t).cos() - 0.1 * v - 1.0);
