@@ -309,6 +309,9 @@ impl<G: Shape> Model for Machine<G> {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
         true
     }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v)
+    }
     fn channels(&self) -> Vec<Channel> {
         self.shape().channels()
     }

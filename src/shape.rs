@@ -187,6 +187,13 @@ pub trait Shape: PartialEq {
         Ok(())
     }
 
+    /// Velocities behind an impact on a rigid stop: contact `contact` meets its flank `on`. `false`: that flank is no stop. Lanes and tables refuse
+    /// a shape with stops. See [`Model::impact`](crate::Model::impact) and [`Restitution`](crate::Restitution).
+    fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) -> bool {
+        let _ = (contact, on, u, q, v);
+        false
+    }
+
     /// Output channels of the model's own.
     fn channels(&self) -> Vec<Channel> {
         Vec::new()

@@ -180,6 +180,7 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
@@ -264,6 +265,7 @@ impl Balance {
     }
 
     fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+        couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }

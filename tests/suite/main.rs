@@ -13,6 +13,7 @@ mod excitations;
 mod floquet;
 mod hard_flows;
 mod held;
+mod impacts;
 mod kept_work;
 mod lane_sharing;
 mod laws;

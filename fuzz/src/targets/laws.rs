@@ -23,6 +23,9 @@ pub fn law(case: &mut Case, size: f64) -> Result<AnyLaw, Stop> {
 pub fn any(case: &mut Case) -> Run {
     let size = case.number(1e-4);
     let law = law(case, size)?;
+    if let Ok(stop) = Restitution::new(case.number(0.5)) {
+        finite("rebound", stop.rebound(case.signed(), case.signed()))?;
+    }
     case.note(|| format!("{law:?}"));
     for _ in 0..10 {
         let t = case.signed();
