@@ -7,7 +7,7 @@ use crate::ode::{Observer, Step};
 use crate::piece::{Piece, Side};
 use std::ops::ControlFlow;
 
-/// The rattle state of a mesh, numbered as rsv in the second paper; a mesh that never touches is floating.
+/// The rattle state of a mesh, numbered as rsv in Liu 2021; a mesh that never touches is floating.
 ///
 /// ```
 /// use gear_dynamics::RattleState;

@@ -341,7 +341,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 }
 
 impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Yao 2020 does.
+    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Liu 2021 does.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);

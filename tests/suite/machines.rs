@@ -331,3 +331,39 @@ fn common_periods_are_exact() {
     assert_eq!(machine.period(), TAU / 6.0);
     assert_eq!(check_periodic(&machine, &State::at_rest(1)), []);
 }
+
+/// Lanes and tables step straight across edges: a shape with a rigid stop is refused there by name, and located elsewhere.
+#[test]
+fn lanes_refuse_rigid_stops() {
+    #[derive(PartialEq)]
+    struct Bouncer;
+    impl Shape for Bouncer {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 0, contacts: 1, constants: 2 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1"), Channel::new("weight", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            let [weight] = u.constants();
+            a[0] = -weight;
+        }
+        fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+            Contact { deflection: q[0], rate: v[0], lower: S::from(0.0), ..Contact::default() }
+        }
+        fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
+            v[0] = -v[0];
+            true
+        }
+    }
+    let family = |p: &Point<'_>| Bouncer.machine(&[("speed", TAU), ("weight", p["weight"])]);
+    let start = |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
+    let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap())).settle(0).measure(2).channels(&["q1"]);
+    let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
+    for rows in [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)] {
+        assert_eq!(rows.unwrap().row(0).unwrap().unwrap_err(), &refused);
+    }
+    // From 1/2 it falls for 1 and is back on top after 2.
+    let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
+    assert!((rows.row(0).unwrap().unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
+}
