@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{LanePair, Pair, lane_pair, ratio, ring};
+use common::{Pair, Rattling, ratio, ring};
 use criterion::{Criterion, criterion_group};
 use gear_dynamics::*;
 use std::hint::black_box;
@@ -22,8 +22,9 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
     Sweep::over(points).settle(0).measure(periods).channels(&["q1"]).rattle()
 }
 
-fn run(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> Rows {
-    let rows = sweep.run(engine, |p| lane_pair(p["we"]), |_, _| Ok::<_, ParameterError>(Pair::start()));
+fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
+    let pair = Pair::new().machine();
+    let rows = sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 

@@ -66,8 +66,7 @@ fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> R
 /// Orders that pass the fastest local natural frequency: H > 1.2 √(max F)/ω_c. Both factors of F are largest at the start, where the static
 /// deflection B0/F is known.
 fn needed(pair: &NfgPair) -> Outcome<f64> {
-    let params = pair.params();
-    let load = params.load_torque / (params.inertia * pair.natural_frequency().powi(2));
+    let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
     let stiffness = load / (-pair.static_start()?.q[0] - pair.half_width());
     Ok(1.2 * stiffness.sqrt() / pair.centre_frequency())
 }

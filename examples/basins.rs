@@ -5,49 +5,42 @@
 mod support;
 
 use gear_dynamics::*;
-use std::f64::consts::TAU;
 use support::{Csv, Map, Outcome, gallery, maps};
 
-/// x'' + 0.1 x' + g(x) = 0.25 + 0.25 cos(Ω t), g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance
+/// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance
 /// a motion in contact and a rattling one live side by side.
+#[derive(PartialEq)]
 struct SpurPair {
-    omega: f64,
     law: Backlash,
 }
 
-impl Generic for SpurPair {
+impl Shape for SpurPair {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, contacts: 1, constants: 2 }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1"), Channel::new("amplitude", "1")]
+    }
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+        u[0] = libm::cos(angle);
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
         let b = S::from(self.law.half_width());
-        a[0] = u[0] - v[0] * 0.1 - law.force(0, &self.law, q[0], v[0], -b, b);
+        Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: -b,
+            upper: b,
+            force: law.force(i, &self.law, q[0], v[0], -b, b),
+            ..Contact::default()
+        }
     }
-    fn phases(&self) -> usize {
-        1
-    }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
-        u[0] = 0.25 + 0.25 * libm::cos(phase);
-    }
-    fn constants(&self, _: &mut [f64]) {}
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.law.same_as(&other.law)
-    }
-}
-
-impl Model for SpurPair {
-    fn dof(&self) -> usize {
-        1
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.phase_drives(self.omega * t, side, u);
-    }
-}
-
-impl Periodic for SpurPair {
-    fn period(&self) -> f64 {
-        TAU / self.omega
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([wave], [amplitude]) = (u.waves(), u.constants());
+        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.contact(law, 0, u, q, v).force;
     }
 }
 
@@ -56,11 +49,12 @@ fn main() -> Outcome<()> {
     let folder = gallery("basins")?;
     let mut csv = Csv::new(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut pictures = Vec::new();
+    let pair = SpurPair { law: Backlash::new(1.0)? }.machine(&[("speed", 0.69), ("amplitude", 0.25)])?;
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts = Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
         let rows = Sweep::over(starts).settle(100).measure(20).strobe(16).run(
             &LaneRk4::<16>::new(256),
-            |_| Ok::<_, ParameterError>(SpurPair { omega, law: Backlash::new(1.0)? }),
+            |_| pair.with("speed", omega),
             |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
         )?;
         let attractors = Attractors::of(&rows, 1e-4)?;
@@ -77,6 +71,24 @@ fn main() -> Outcome<()> {
         pictures.push(Map { title, across: ("q(0)", -4.0, 4.0), up: ("v(0)", -4.0, 4.0), columns: SIDE, values: labels });
     }
     maps(folder.join("basins.svg"), &pictures)?;
+
+    // The amplitude is a constant: one table serves all starts at all amplitudes.
+    const COARSE: usize = 50;
+    let amplitudes = Axis::linear("amplitude", 0.16, 0.34, 10)?;
+    let axes = vec![amplitudes.clone(), Axis::linear("q", -4.0, 4.0, COARSE)?, Axis::linear("v", -4.0, 4.0, COARSE)?];
+    let rows = Sweep::over(Points::grid(axes)?).settle(100).measure(20).rattle().run(
+        &LaneRk4::<16>::new(256),
+        |p| pair.with("amplitude", p["amplitude"]),
+        |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
+    )?;
+    println!("Ω = 0.69, {} runs, {} of them alone: starts that end in rattle", rows.iter().count(), rows.alone());
+    let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,share")?;
+    for amplitude in amplitudes.values() {
+        let rattles = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.state(0) != RattleState::None;
+        let share = rows.iter().filter(rattles).count() as f64 / (COARSE * COARSE) as f64;
+        println!("  amplitude {amplitude:.2}: {:5.1}%", 100.0 * share);
+        csv.row(&[amplitude, &share])?;
+    }
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

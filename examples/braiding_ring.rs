@@ -6,8 +6,8 @@
 mod support;
 
 use gear_dynamics::{
-    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, Rattle, Ring, RingSet, Spectrum, State, Statistics, Step,
-    Summary, Window, uniform_times,
+    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, ParameterError, Periodic, Rattle, Ring, RingSet, Spectrum,
+    State, Statistics, Step, Summary, Window, uniform_times,
 };
 use rand_distr::Uniform;
 use rayon::prelude::*;
@@ -17,6 +17,11 @@ use support::{Csv, Mark, Outcome, Panel, envelope, figure, gallery, progress};
 /// The ring as the paper prints it, three gears, in the frame of its rigid motion: 44 N m against 3 x 2 N m do not balance.
 fn ring(set: &RingSet) -> Outcome<Ring> {
     Ok(Ring::as_printed(&set.params()?)?.in_frame(Frame::Rigid))
+}
+
+/// Where the damping of each mesh stands among the drives.
+fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
+    (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
 }
 
 /// Angles of 1e-3 rad carry deflections of 1e-5 m: tolerances by component.
@@ -109,15 +114,15 @@ impl Disturbance {
         match *self {
             Disturbance::Constant(more) => force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?),
             Disturbance::Damping(most) => {
-                let slots: Vec<usize> = (0..3).map(|mesh| bare.damping_slot(mesh)).collect();
+                let slots = damping_slots(&bare)?;
                 force(&Held::new(bare).per_slot(&slots, most, share)?)
             }
             Disturbance::Torque(part) => {
-                let slot = bare.motor_torque_slot();
+                let slot = bare.slot("motor torque")?;
                 force(&Held::new(bare).shared(&[slot], part * set.motor_torque, both)?)
             }
             Disturbance::Clearance(part) => {
-                let slots: Vec<[usize; 2]> = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect();
+                let slots = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect::<Result<Vec<_>, _>>()?;
                 force(&Held::new(bare).clearance(&slots, part * set.half_backlash, both)?)
             }
         }
@@ -268,9 +273,9 @@ fn main() -> Outcome<()> {
     }
 
     let bare = ring(&RingSet::e(3, 1000.0))?;
-    let hold = 2.0 * std::f64::consts::PI / bare.params().omega; // one mesh period
+    let hold = bare.period(); // one mesh period
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020);
-    let slots: Vec<usize> = (0..3).map(|mesh| bare.damping_slot(mesh)).collect();
+    let slots = damping_slots(&bare)?;
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
     let channels = ["mesh force 1", "stiffness times deflection 1"];
     let drawn = |label: &str, (times, values): History| -> Panel {

@@ -4,29 +4,35 @@ use gear_dynamics::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
 /// Hertzian contact: force ~ p^1.5, p the penetration past the half backlash.
+#[derive(PartialEq)]
 struct Hertz;
 impl Nonlinearity for Hertz {
     fn force<S: Scalar>(&self, x: S, _rate: S, lower: S, upper: S) -> S {
-        let push = |depth: S| depth.max(S::from(0.0)) * depth.max(S::from(0.0)).sqrt();
+        let push = |depth: S| depth.max(S::from(0.0)).powf(1.5);
         push(x - upper) - push(lower - x)
     }
 }
 /// A sharpened torque ripple.
 #[derive(Debug)]
-struct Ripple(f64);
+struct Ripple;
 impl Excitation for Ripple {
-    fn jet(&self, t: f64, _: Side) -> Jet {
-        let wave = (Jet::time(t) * self.0).sin();
+    fn jet(&self, angle: f64) -> Jet {
+        let wave = Jet::time(angle).sin();
         wave + wave * wave * wave * 0.5
     }
 }
-struct Idler(Ripple);
+/// The ripple follows the angle ω t.
+struct Idler {
+    ripple: Wave,
+    omega: f64,
+}
 impl Model for Idler {
     fn dof(&self) -> usize {
         1
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        a[0] = 0.2 + 0.4 * self.0.value(u[0], Side::After) - 0.3 * v[0] - Hertz.force(q[0], v[0], -1.0, 1.0);
+        let ripple = self.ripple.value(self.omega * u[0], Side::After);
+        a[0] = 0.2 + 0.4 * ripple - 0.3 * v[0] - Hertz.force(q[0], v[0], -1.0, 1.0);
     }
     fn contacts(&self) -> usize {
         1
@@ -41,7 +47,7 @@ fn main() -> Outcome<()> {
     let mut csv = Csv::new(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
     let mut panel = Panel::new("an idler that rattles", "t", "deflection");
     for omega in [0.3, 0.6, 1.2] {
-        let (idler, solver) = (Idler(Ripple(omega)), Dop853::new());
+        let (idler, solver) = (Idler { ripple: Wave::new(Ripple), omega }, Dop853::new());
         let steady = solver.end(&idler, &State::new(0.0, &[1.2], &[0.0]), 300.0)?;
         let (mut rattle, mut statistics) = (Rattle::new(&idler), Statistics::new(&idler, &["deflection"])?);
         solver.run(&idler, &steady, 400.0, &mut (&mut rattle, &mut statistics))?;

@@ -23,7 +23,7 @@ fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
     let set = RingSet { motor_torque: 6.0, ..RingSet::a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
-    let slots: Vec<usize> = (0..3).map(|mesh| ring.damping_slot(mesh)).collect();
+    let slots = (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
     let family = |member: u64| -> Result<(Held<Ring>, State), String> {
         let noisy = Held::new(ring.clone()).per_slot(&slots, SCALE, process(&set, member).map_err(|e| e.to_string())?);
         Ok((noisy.map_err(|e| e.to_string())?, State::at_rest(ring.dof())))

@@ -2,11 +2,12 @@
 #![allow(dead_code, reason = "each bench uses some of these")]
 
 use gear_dynamics::{
-    Backlash, Channel, Contact, Drives, Law, Machine, Model, ParameterError, Periodic, Piece, Scalar, Shape, Side, Size, State,
+    Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size, State,
 };
 use std::f64::consts::{PI, TAU};
 
-/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t.
+/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
+/// [`machine`](Pair::machine) makes one of a shape.
 pub struct Pair {
     pub we: f64,
     pub wc: f64,
@@ -21,6 +22,11 @@ impl Pair {
     /// At a mesh frequency.
     pub fn at(we: f64) -> Self {
         Pair { we, wc: we / 63.0 }
+    }
+    /// The same equations as a shape.
+    pub fn machine(&self) -> Machine<Rattling> {
+        let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
+        Rattling { law }.machine(&[("wc", self.wc)]).expect("the frequency is positive")
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
@@ -88,39 +94,33 @@ impl Periodic for Pair {
     }
 }
 
-/// The same pair for lanes: over the angle wc t.
-#[derive(PartialEq)]
-pub struct PairShape {
+/// The same as a shape: what runs in lanes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rattling {
     law: Backlash,
 }
 
-pub type LanePair = Machine<PairShape>;
-
-/// At a mesh frequency.
-pub fn lane_pair(we: f64) -> Result<LanePair, ParameterError> {
-    PairShape { law: Backlash::new(Pair::HALF_WIDTH)? }.machine(&[("frequency", we / 63.0)])
-}
-
-impl Shape for PairShape {
+impl Shape for Rattling {
     #[inline(always)]
     fn size(&self) -> Size {
         Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
     }
     fn constants(&self) -> Vec<Channel> {
-        vec![Channel::new("frequency", "1")]
-    }
-    #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let ([stiffness, forcing], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
-        a[0] = forcing - v[0] * 0.02 - stiffness * law.force(0, &self.law, q[0], v[0], -b, b);
-    }
-    #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
-        let b = S::from(Pair::HALF_WIDTH);
-        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() }
+        vec![Channel::new("wc", "1")]
     }
     fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
         u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
+        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
+        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
+    }
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [_, forcing] = u.waves();
+        a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
     }
 }
 

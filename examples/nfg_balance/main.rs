@@ -198,7 +198,7 @@ fn load_limits_of_p() -> Outcome<()> {
                 let mut lost = None;
                 for i in 0.. {
                     let pair = at(i)?;
-                    let load = pair.params().load_torque;
+                    let load = pair.constant("load torque")?;
                     let Ok(next) = balance.solve_truncating_forces(&pair, &orbit) else {
                         return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
                     };
@@ -237,7 +237,7 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
         let cycle = shooting().run(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];
         let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?[..SAMPLES])?;
-        let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH, 1.0)?;
+        let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH)?;
         let amplitude = |order: usize| series.pairs()[order - 1][0].hypot(series.pairs()[order - 1][1]);
         Ok((Orbit::project(&solver(), pair, start, &Harmonics::up_to(260))?, [amplitude(1), amplitude(MESH)]))
     };

@@ -137,10 +137,6 @@ impl Case {
         let value = self.number(sensible);
         if value.abs() <= 1e50 { value } else { 1.0 }
     }
-    /// The sensible value itself, as a period that has to fit, or a hostile one.
-    pub fn exactly(&mut self, sensible: f64) -> f64 {
-        if self.hostile() { self.number(sensible) } else { sensible }
-    }
     /// 0 .. 2 of a sensible count, or a hostile one.
     pub fn count(&mut self, sensible: usize) -> usize {
         if self.hostile() { self.pick(&COUNTS) } else { self.effort(sensible) }

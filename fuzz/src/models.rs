@@ -1,7 +1,7 @@
 //! Models behind one type, so that a generic run is compiled once: those of the crate, and one as a user would write it, with its slips.
 
 use crate::case::{Case, Stop};
-use crate::targets::{excitations, laws};
+use crate::targets::{excitations, laws, shapes};
 use gear_dynamics::*;
 use std::f64::consts::TAU;
 
@@ -277,31 +277,53 @@ pub fn ring_set(case: &mut Case) -> RingSet {
     set
 }
 
+/// A mesh with any waves and any law.
+fn mesh(case: &mut Case, stiffness: f64, error: f64) -> Result<Mesh<laws::Any>, Stop> {
+    let damping = case.pick(&[ContactDamping::Always, ContactDamping::InContact]);
+    let mut k = excitations::wave(case, 1, 0.2 * stiffness)?;
+    if !case.hostile() {
+        k = Wave::new(Sum::new(vec![Wave::constant(stiffness)?, k]));
+    }
+    let e = excitations::wave(case, 1, error)?;
+    let mesh = Mesh::new(k, e, laws::law(case, 1e-5)?).with_contact_damping(damping);
+    case.note(|| format!("{mesh:?}"));
+    Ok(mesh)
+}
+
+/// The face gear pair with a mesh of its own.
+pub fn own_pair(case: &mut Case) -> Result<NfgPair<laws::Any>, Stop> {
+    let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 1.0, 1e-5)?);
+    Ok(NfgPair::with_mesh(&params, reading, mesh)?)
+}
+
+/// That of two degrees of freedom.
+pub fn own_pair2(case: &mut Case) -> Result<NfgPair2<laws::Any>, Stop> {
+    let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
+    Ok(NfgPair2::with_mesh(&params, case.number(0.01), reading, mesh)?)
+}
+
 /// A ring with a mixture of laws, in either frame, as printed or not.
-pub fn ring(case: &mut Case) -> Result<Ring<AnyLaw>, Stop> {
+pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     let params = ring_set(case).params()?;
-    let period = TAU / params.omega;
     let own = case.chance(0.5);
     let mut meshes = Vec::new();
-    for mesh in &params.meshes {
-        let (stiffness, error, law) = if own {
-            let (k, e) = (excitations::excitation(case, 1, 1e8, period)?, excitations::excitation(case, 1, 1e-5, period)?);
-            (k, e, laws::law(case, 1e-5)?)
+    for of_set in &params.meshes {
+        meshes.push(if own {
+            mesh(case, 1e8, 1e-5)?
         } else {
-            let (k, e) = (Constant::new(mesh.stiffness().value(0.0, Side::After))?, Constant::new(mesh.error().value(0.0, Side::After))?);
-            (shared(k), shared(e), AnyLaw::Backlash(Backlash::new(case.number(1e-5))?))
-        };
-        let damping = case.pick(&[ContactDamping::Always, ContactDamping::InContact]);
-        meshes.push(Mesh::new(stiffness, error, case.number(500.0), law)?.with_contact_damping(damping));
+            let law = AnyLaw::Backlash(Backlash::new(case.number(1e-5))?);
+            Mesh::new(of_set.stiffness().clone(), of_set.error().clone(), law)
+        });
     }
-    let params = RingParams { motor: params.motor, gears: params.gears, meshes, omega: params.omega };
+    let mesh_damping = if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
+    let params = RingParams { motor: params.motor, gears: params.gears, meshes, mesh_damping, omega: params.omega };
     let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) { Ring::as_printed(&params)? } else { Ring::new(&params)? };
     Ok(ring.in_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
 }
 
 /// Any model and a start for it: by its own static start, at rest, or anywhere.
 pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
-    let (model, start) = match case.below(6) {
+    let (model, start) = match case.below(9) {
         0 | 1 => {
             let user = User::any(case);
             let period = match user.slip {
@@ -322,6 +344,21 @@ pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
             let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
             let (start, period) = (pair.static_start()?, pair.period());
             (Erased::new(pair, period), start)
+        }
+        5 => {
+            let pair = own_pair(case)?;
+            let (start, period) = (pair.static_start()?, pair.period());
+            (Erased::new(pair, period), start)
+        }
+        6 => {
+            let pair = own_pair2(case)?;
+            let (start, period) = (pair.static_start()?, pair.period());
+            (Erased::new(pair, period), start)
+        }
+        7 => {
+            let own = shapes::machine(case)?;
+            let (start, period, sound) = (State::at_rest(own.dof()), own.period(), own.shape().is_sound());
+            (Erased { sound, ..Erased::new(own, period) }, start)
         }
         _ => {
             let ring = ring(case)?;

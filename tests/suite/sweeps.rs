@@ -1,14 +1,16 @@
 //! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
 //! `cargo test --release --test suite sweeps -- --ignored`.
 
-use crate::benchmarks::{LanePair, Pair, lane_pair};
+use crate::benchmarks::{Pair, Rattling};
 use gear_dynamics::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const STEPS: usize = 63 * 16;
 
+type LanePair = Machine<Rattling>;
+
 fn pair(p: &Point<'_>) -> Result<LanePair, ParameterError> {
-    lane_pair(p["we"])
+    Pair::new().machine().with("wc", p["we"] / 63.0)
 }
 fn rest(_: &Point<'_>, _: &LanePair) -> Result<State, ParameterError> {
     Ok(Pair::start())

@@ -4,14 +4,15 @@
 #[path = "../../common/mod.rs"]
 mod common;
 
-use common::{Pair, ratio};
+use common::{Pair, Rattling, ratio};
 use criterion::{Criterion, criterion_group};
 use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
 use gear_dynamics::{
-    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, ParameterError, Points, Rk4, Rows, Step, Sweep, SweepEngine, TableRk4,
+    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, Machine, ParameterError, Points, Rk4, Rows, Step, Sweep, SweepEngine,
+    TableRk4,
 };
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;
@@ -217,10 +218,11 @@ fn hand_written_rk4(pair: &Pair) -> End {
 }
 
 /// Workload C: `count` mesh frequencies, 20 periods each, statistics of every run.
-fn ensemble(count: usize, engine: &impl SweepEngine<Pair>) -> Rows {
+fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
+    let pair = Pair::new().machine();
     let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::over(points).settle(0).measure(20).channels(&["q1"]).rattle();
-    let rows = sweep.run(engine, |p| Ok::<_, ParameterError>(Pair::at(p["we"])), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows = sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 

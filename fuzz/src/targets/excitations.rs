@@ -1,107 +1,125 @@
-//! Functions of time: every constructor, nested; values, rates, edges.
+//! Functions of an angle: every constructor, nested, on any wave; values, derivatives, edges.
 
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use gear_dynamics::*;
+use std::f64::consts::TAU;
 
-/// An excitation of up to so many levels, about a mean and a period.
-pub fn excitation(case: &mut Case, levels: usize, mean: f64, period: f64) -> Result<Shared, Stop> {
-    let omega = std::f64::consts::TAU / period;
-    let kinds = if levels == 0 { 7 } else { 11 };
-    Ok(match case.below(kinds) {
-        0 => shared(Constant::new(case.number(mean))?),
+/// A wave of up to so many levels about a mean.
+pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
+    let kinds = if levels == 0 { 9 } else { 12 };
+    let wave = match case.below(kinds) {
+        0 => Wave::constant(case.number(mean))?,
         1 => {
             let (mean, pairs) = (case.number(mean), case.pairs(4, 0.2 * mean));
-            shared(Fourier::new(mean, &pairs, case.exactly(omega))?.with_phase(case.number(1.0))?)
+            Wave::new(Fourier::new(mean, &pairs)?)
         }
         2 => {
             let (mean, pairs) = (case.number(mean), case.pairs(3, 0.2 * mean));
-            shared(Fourier::from_amplitudes(mean, &pairs, case.exactly(omega))?)
+            Wave::new(Fourier::from_amplitudes(mean, &pairs)?)
         }
-        3 => {
-            let (low, high, duty) = (case.number(0.5 * mean), case.number(mean), case.number(0.4));
-            shared(RectangularWave::new(low, high, duty, case.exactly(period))?.with_phase(case.number(1.0))?)
-        }
+        3 => Wave::new(RectangularWave::new(case.number(0.5 * mean), case.number(mean), case.number(0.4))?),
         4 => {
             let (ratio, low, high) = (case.number(1.5), case.number(0.5 * mean), case.number(mean));
-            let wave = RectangularWave::from_contact_ratio(ratio, low, high, case.exactly(period))?;
-            finite("mean of a wave", wave.mean())?;
-            if case.chance(0.5) { shared(wave) } else { shared(wave.series(case.count(5))?) }
+            let rectangle = RectangularWave::from_contact_ratio(ratio, low, high)?;
+            finite("mean of a wave", rectangle.mean())?;
+            if case.chance(0.5) { Wave::new(rectangle) } else { Wave::new(rectangle.series(case.count(5))?) }
         }
         5 => {
-            let centre = InstantCentre::new(case.number(0.2), case.exactly(omega))?;
+            let centre = InstantCentre::new(case.number(0.2))?;
             finite("beta", centre.beta())?;
-            match case.below(4) {
-                0 => shared(centre.radius(case.number(mean))?),
-                1 => shared(centre.ratio(case.number(mean))?),
-                2 => shared(centre.forcing()),
-                _ => shared(centre.forcing_series(case.count(4))?),
-            }
+            Wave::new(match case.below(4) {
+                0 => centre.radius(case.number(mean))?,
+                1 => centre.ratio(case.number(mean))?,
+                2 => centre.rotation(),
+                _ => centre.rotation_series(case.count(4))?,
+            })
         }
-        6 => {
-            let samples = case.list(12, mean);
-            shared(Table::new(&samples, case.exactly(period))?)
+        6 => Wave::new(Table::new(&case.list(12, mean))?),
+        7 => Wave::new(RectangularWave::sign()),
+        8 => {
+            let (scale, order) = (case.quantity(mean), case.pick(&[1.0, 2.0, 0.5]));
+            let function = Function::new(move |angle: Jet| (angle * order).sin() * scale);
+            if case.chance(0.5) { Wave::new(function) } else { Wave::new(function.with_edges(&angles(case))?) }
         }
-        7 => shared(Sum::new(some(case, levels, mean, period)?)),
-        8 => shared(Product::new(some(case, levels, mean, period)?)),
-        9 => {
-            let factor = case.number(1.0);
-            shared(Scaled::new(factor, excitation(case, levels - 1, mean, period)?)?)
-        }
+        9 => Wave::new(Sum::new(some(case, levels, mean)?)),
+        10 => Wave::new(Product::new(some(case, levels, mean)?)),
         _ => {
-            let (scale, omega) = (case.quantity(mean), case.quantity(omega));
-            let function = Function::new(move |t: Jet| (t * omega).sin() * scale);
-            if case.chance(0.5) { shared(function.with_period(case.exactly(period))?) } else { shared(function) }
+            let factor = case.number(1.0);
+            Wave::new(Scaled::new(factor, wave(case, levels - 1, mean)?)?)
         }
-    })
+    };
+    turned(case, wave)
 }
 
-fn some(case: &mut Case, levels: usize, mean: f64, period: f64) -> Result<Vec<Shared>, Stop> {
+/// The same wave so many times a turn and ahead.
+fn turned(case: &mut Case, wave: Wave) -> Result<Wave, Stop> {
+    let order = if case.hostile() { case.count(3) as u32 } else { case.pick(&[1, 1, 2, 30]) };
+    let wave = if case.chance(0.5) { wave.per_turn(order)? } else { wave };
+    Ok(if case.chance(0.5) { wave.ahead(case.number(1.0) * case.signed())? } else { wave })
+}
+
+/// Angles at which a function might jump: in a turn, or anywhere.
+pub fn angles(case: &mut Case) -> Vec<f64> {
+    (0..case.below(4)).map(|_| if case.hostile() { case.number(1.0) } else { TAU * case.unit() }).collect()
+}
+
+fn some(case: &mut Case, levels: usize, mean: f64) -> Result<Vec<Wave>, Stop> {
     let count = if case.hostile() { 0 } else { 1 + case.below(3) };
-    (0..count).map(|_| excitation(case, levels - 1, mean, period)).collect()
+    (0..count).map(|_| wave(case, levels - 1, mean)).collect()
 }
 
-/// What an accepted excitation of moderate size has to give at any time.
+/// An excitation of a user with edges of any kind.
+#[derive(Debug)]
+struct Own {
+    edges: Vec<f64>,
+}
+
+impl Excitation for Own {
+    fn jet(&self, angle: f64) -> Jet {
+        (Jet::time(angle) * 0.5).cos()
+    }
+    fn edges(&self) -> Vec<f64> {
+        self.edges.clone()
+    }
+}
+
+/// What an accepted wave of moderate size has to give at any angle.
 pub fn any(case: &mut Case) -> Run {
     let scale = case.number(1.0);
-    let period = case.number(1.0);
-    let one = excitation(case, 2, scale, period)?;
+    let one = if case.chance(0.9) {
+        wave(case, 2, scale)?
+    } else {
+        let mut edges = angles(case);
+        edges.extend(case.chance(0.2).then_some(case.number(10.0)));
+        turned(case, Wave::new(Own { edges }))?
+    };
     case.note(|| format!("{one:?}"));
-    let mut t = case.number(1.0) * case.signed();
+    let mut angle = case.number(1.0) * case.signed();
     for _ in 0..20 {
-        // Past this the angle of a wave is no number of turns that could be told.
-        if t.is_nan() || t.abs() > 1e12 {
+        // Past this an angle is no number of turns that could be told.
+        if angle.is_nan() || angle.abs() > 1e12 {
             break;
         }
         for side in [Side::Before, Side::After] {
-            let jet = one.jet(t, side);
-            finite(format_args!("value at {t:e}"), jet.value)?;
-            finite(format_args!("rate at {t:e}"), jet.rate)?;
-            finite(format_args!("second derivative at {t:e}"), jet.second)?;
-            let (value, rate) = (one.value(t, side), one.rate(t, side));
+            let (jet, value) = (one.jet(angle, side), one.value(angle, side));
+            all_finite(format_args!("value and derivatives at {angle:e}"), &[jet.value, jet.rate, jet.second])?;
             holds(value.to_bits() == jet.value.to_bits() || (value - jet.value).abs() <= 1e-9 * value.abs().max(1e-300), || {
-                format!("value({t:e}) is {value:e}, that of the jet {:e}", jet.value)
+                format!("value({angle:e}) is {value:e}, that of the jet {:e}", jet.value)
             })?;
-            finite("rate alone", rate)?;
         }
-        let edge = one.next_edge(t);
-        holds(edge.is_none_or(|edge| edge > t), || format!("next_edge({t:e}) is {edge:?}"))?;
-        t = match edge {
+        let edge = one.next_edge(angle);
+        holds(edge.is_none_or(|edge| edge > angle && edge <= angle + 1.1 * TAU + 1e-9 * angle.abs()), || {
+            format!("next_edge({angle:e}) is {edge:?}")
+        })?;
+        angle = match edge {
             Some(edge) if case.chance(0.5) => edge,
-            _ => t + case.number(period) * case.signed(),
+            _ => angle + case.number(1.0) * case.signed(),
         };
     }
-    if let Repeats::Every(period) = one.repeats() {
-        finite("period", period)?;
-        holds(period > 0.0, || format!("period {period}"))?;
-        let _ = one.repeats().fits(case.number(period));
-    }
-    let other = excitation(case, 1, scale, period)?.repeats();
-    let (a, b) = (one.repeats().with(other), other.with(one.repeats()));
-    let same = match (a, b) {
-        (Repeats::Every(a), Repeats::Every(b)) => (a - b).abs() <= 1e-6 * a,
-        _ => format!("{a:?}") == format!("{b:?}"),
-    };
-    holds(same, || format!("{:?} with {other:?} depends on the order: {a:?}, {b:?}", one.repeats()))
+    holds(one == one.clone(), || "a copy is another wave".into())?;
+    let other = wave(case, 1, scale)?;
+    let (a, b) = (Wave::common_order([&one, &other]), Wave::common_order([&other, &one]));
+    holds(a == b && a > 0, || format!("common order {a} or {b} of {} and {}", one.order(), other.order()))
 }
 
 /// Samples and their fits.
@@ -109,24 +127,21 @@ pub fn tables(case: &mut Case) -> Run {
     let (length, scale) = (4 + case.below(40), case.number(1.0));
     let samples = case.list(length, scale);
     case.note(|| format!("samples {samples:?}"));
-    let period = case.number(1.0);
-    if let Some(table) = case.accept(Table::new(&samples, period)) {
+    if let Some(table) = case.accept(Table::new(&samples)) {
+        let table = Wave::new(table);
         for _ in 0..8 {
             let t = case.number(1.0);
-            // Past this a time is no phase of the table.
             if t.abs() < 1e12 {
                 let jet = table.jet(t, Side::After);
-                all_finite(format_args!("table of period {period:e} at {t:e}"), &[jet.value, jet.rate, jet.second])?;
+                all_finite(format_args!("table at {t:e}"), &[jet.value, jet.rate, jet.second])?;
             }
         }
     }
-    let (order, omega) = (case.count(3), case.number(1.0));
-    let fit = Fourier::fit(&samples, order, omega)?;
+    let fit = Fourier::fit(&samples, case.count(3))?;
     case.note(|| format!("{fit:?}"));
     finite("mean of a fit", fit.mean())?;
     fit.pairs().iter().try_for_each(|pair| all_finite("amplitudes of a fit", pair))?;
-    let t = case.signed();
-    finite("value of a fit", fit.value(t, Side::After))
+    finite("value of a fit", fit.value(TAU * case.unit()))
 }
 
 /// Arithmetic of jets about sensible values.

@@ -212,7 +212,7 @@ pub fn varying(case: &mut Case) -> Run {
     let state = solver.end(&held, &start, span(case, 0.3 * period))?;
     all_finite("q under random drives", &state.q)?;
 
-    let pair = NfgPair::new(&models::pair_params(case))?;
+    let pair = models::own_pair(case)?;
     let (speed, turn, start) = (pair.centre_frequency(), pair.period(), pair.static_start()?);
     let law = laws::phase_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
@@ -234,11 +234,6 @@ pub fn checks(case: &mut Case) -> Run {
     let (model, start) = models::any(case)?;
     let findings = if case.chance(0.5) { check_model(&model, &start) } else { check_periodic(&model, &start) };
     case.note(|| format!("{findings:?}"));
-    if case.chance(0.2) {
-        let pair = NfgPair::new(&models::pair_params(case))?;
-        let start = pair.static_start()?;
-        let _ = check_generic(&pair, &start);
-    }
     Ok(())
 }
 

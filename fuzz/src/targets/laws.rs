@@ -1,20 +1,48 @@
 //! Contact laws, laws of phase, held processes.
 
-use super::excitations::excitation;
+use super::excitations::wave;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use gear_dynamics::*;
 
+/// Any law behind one type.
+pub type Any = AnyLaw<Damped<AnyLaw>>;
+
 /// Any built-in law, its half width about a size.
-pub fn law(case: &mut Case, size: f64) -> Result<AnyLaw, Stop> {
-    Ok(match case.below(6) {
+pub fn law(case: &mut Case, size: f64) -> Result<Any, Stop> {
+    Ok(match case.below(10) {
+        0 => AnyLaw::Other(match case.below(3) {
+            0 => Damped::by_stiffness(plain(case, size)?, case.number(0.1))?,
+            1 => Damped::by_stiffness_always(plain(case, size)?, case.number(0.1))?,
+            _ => Damped::by_force(plain(case, size)?, case.number(0.1))?,
+        }),
+        1 => AnyLaw::NoPull(NoPullBacklash::new(case.number(size), case.number(0.1))?),
+        _ => plain(case, size)?,
+    })
+}
+
+/// A law whose force does not depend on the rate.
+fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<AnyLaw<N>, Stop> {
+    Ok(match case.below(7) {
         0 => AnyLaw::Linear(Linear),
         1 => AnyLaw::Cubic(Cubic::new(case.number(1.0), case.number(1.0 / (size * size)))?),
         2 => AnyLaw::Backlash(Backlash::new(case.number(size))?),
         3 => {
-            let one = AsymmetricBacklash::new(-case.number(size), case.number(size))?;
+            let one = match case.below(4) {
+                0 => AsymmetricBacklash::stop_above(case.number(size))?,
+                1 => AsymmetricBacklash::stop_below(case.number(size))?,
+                _ => AsymmetricBacklash::new(-case.number(size), case.number(size))?,
+            };
             AnyLaw::Asymmetric(one.with_slopes(case.number(1.0), case.number(1.0))?)
         }
-        4 => AnyLaw::Varying(VaryingBacklash::new(excitation(case, 1, size, 1.0)?)),
+        4 => AnyLaw::Varying(VaryingBacklash::new(wave(case, 1, size)?)),
+        5 => {
+            let exponent = if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
+            let (b, depth) = (case.number(size), case.number(size));
+            let one = PowerLaw::new(b, exponent, depth)?;
+            // Higher powers are allowed, and overflow far from the edge.
+            let one = if exponent <= 3.0 { one } else { PowerLaw::new(b, 3.0, depth)? };
+            AnyLaw::Power(if case.chance(0.8) { one } else { one.with_edges(-case.number(size), case.number(size))? })
+        }
         _ => AnyLaw::Smoothed(SmoothedBacklash::new(case.number(size), case.number(0.1 * size))?),
     })
 }
@@ -28,10 +56,10 @@ pub fn any(case: &mut Case) -> Run {
     }
     case.note(|| format!("{law:?}"));
     for _ in 0..10 {
-        let t = case.signed();
-        let edges = law.edges(t, Side::After);
+        let angle = case.signed();
+        let edges = law.edges(angle, Side::After);
         // A half width that varies may be told below zero: `check_model` names it.
-        let told = matches!(law, AnyLaw::Varying(_));
+        let told = matches!(law, AnyLaw::Varying(_) | AnyLaw::Other(_));
         let crossed = edges.lower > edges.upper;
         holds(told || !crossed, || format!("edges {edges:?}"))?;
         for value in [edges.lower, edges.upper] {
@@ -45,9 +73,15 @@ pub fn any(case: &mut Case) -> Run {
         finite(format_args!("slope at {x:e}"), law.slope(x))?;
         for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
             finite(format_args!("force on {piece:?} at {x:e}"), law.force_on(piece, x, 0.0, edges.lower, edges.upper))?;
+            let pieces = vec![piece; law.switches()];
+            finite(format_args!("force of switches on {piece:?} at {x:e}"), law.force_on_all(&pieces, x, 0.0, edges.lower, edges.upper))?;
         }
-        let edge = law.next_edge(t);
-        holds(edge.is_none_or(|edge| edge > t), || format!("next_edge({t:e}) is {edge:?}"))?;
+        for k in 0..law.switches() {
+            let switch = [law.switch(k, x, case.signed()), law.switch_rate(k, x, case.signed(), case.signed())];
+            all_finite(format_args!("switch {k} at {x:e}"), &switch)?;
+        }
+        let edge = law.next_edge(angle);
+        holds(edge.is_none_or(|edge| edge > angle), || format!("next_edge({angle:e}) is {edge:?}"))?;
     }
     Ok(())
 }

@@ -7,7 +7,8 @@ pub mod laws;
 mod orbits;
 mod roots;
 mod samples;
-mod sweeps;
+pub mod shapes;
+pub mod sweeps;
 
 use crate::case::{Case, Run};
 
@@ -23,7 +24,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All of them. A case is named by the target's name, so new ones may stand anywhere.
-pub const TARGETS: [Target; 33] = [
+pub const TARGETS: [Target; 36] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -37,6 +38,9 @@ pub const TARGETS: [Target; 33] = [
     target("pair2", 100, build::pair2),
     target("ring", 20, build::ring),
     target("held-model", 50, build::held),
+    target("driven", 20, shapes::driven),
+    target("shape", 20, shapes::own),
+    target("names", 50, shapes::names),
     target("root", 100, roots::solve),
     target("matrix", 50, roots::matrices),
     target("orders", 20, orbits::orders),

@@ -117,6 +117,20 @@ pub fn users(case: &mut Case) -> Run {
     judge(case, &sweep, rows)
 }
 
+/// Any machine in lanes over a constant; a path of its own for another shape.
+pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, name: &str) -> Run {
+    let count = 2 + case.below(4);
+    let value = machine.constant(name).unwrap_or(1.0);
+    let points = Points::along(axis(case, name, 0.5 * value, 2.0 * value, count)?);
+    let sweep = Sweep::over(points).settle(case.effort(2)).measure(case.effort(2)).channels(&["q1", "deflection"]).rattle().strobe(2);
+    let engine = LaneRk4::<4>::new(if case.hostile() { case.count(100) } else { 60 });
+    case.note(|| format!("{sweep:?}, {engine:?}"));
+    let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
+    let rows = sweep.run(&engine, |p| machine.with(name, p[name]), start)?;
+    holds(rows.alone() <= 1, || format!("{} of {count} runs alone", rows.alone()))?;
+    judge(case, &sweep, rows)
+}
+
 /// The face gear pair in lanes, in chunks, resumed.
 pub fn lanes(case: &mut Case) -> Run {
     let params = models::pair_params(case);

@@ -1,14 +1,58 @@
-//! A crate of someone else's, on public names only: a bearing contact, a torque ripple, a gear pair on its housing, lanes, an integrator.
+//! A crate of someone else's, on public names only: a spur pair, a bearing contact, a torque ripple, lanes, an integrator.
 
 use gear_dynamics::{
-    AsIs, Channel, Contact, Edges, Excitation, Finish, Generic, IntegrateError, Integrator, Jacobian, Jet, Law, Model, Nonlinearity,
-    Observer, OnPieces, Periodic, Piece, Repeats, Scalar, Side, State, Stats, Step, StepView, dual_jacobian,
+    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Law, Mesh, Model, Nonlinearity, Observer, Piece,
+    Scalar, Shape, Side, Size, State, Stats, Step, StepView, Wave, same,
 };
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A stop with a soft layer: stiffness 1 past `touch`, 1 + `hard` past `touch + layer`, on the upper side only, with damping that grows
-/// with depth (Hunt & Crossley).
-#[derive(Clone, Copy, Debug)]
+/// m q'' + c x' + k(φ) f(x) = F with x = q - e(φ) along the line of action: a spur pair over its mesh angle, with any contact law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpurPair<N>(pub Mesh<N>);
+
+impl<N: Nonlinearity> Shape for SpurPair<N> {
+    #[inline(always)]
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 7, contacts: 1, constants: 4 }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        [("mesh frequency", "rad/s"), ("load", "N"), ("damping", "N s/m"), ("mass", "kg")]
+            .map(|(name, unit)| Channel::new(name, unit))
+            .into()
+    }
+    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        let mesh = &self.0;
+        let (k, e, gap) = (mesh.stiffness().value(angle, side), mesh.error().jet(angle, side), mesh.law().edges(angle, side));
+        u.copy_from_slice(&[k, e.value, e.rate, gap.lower, gap.upper, gap.lower_rate, gap.upper_rate]);
+    }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        let mesh = &self.0;
+        let edges = [mesh.stiffness().next_edge(angle), mesh.error().next_edge(angle), mesh.law().next_edge(angle)];
+        edges.into_iter().flatten().reduce(f64::min)
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let ([k, e, e_rate, lower, upper, lower_rate, upper_rate], [_, damping], omega) = (u.waves(), u.constants(), u.speed());
+        let (deflection, rate) = (q[0] - e, v[0] - e_rate * omega);
+        let force = damping * rate + k * law.force(i, self.0.law(), deflection, rate, lower, upper);
+        Contact { deflection, rate, lower, upper, lower_rate: lower_rate * omega, upper_rate: upper_rate * omega, force }
+    }
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [load, _, mass] = u.constants();
+        a[0] = (load - self.contact(law, 0, u, q, v).force) / mass;
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("dynamic factor", "1")]
+    }
+    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        let [load] = u.constants();
+        out[0] = contacts[0].force / load;
+    }
+}
+
+/// A stop with a soft layer: stiffness 1 past `touch` on the upper side only, with damping that grows with depth (Hunt & Crossley).
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftStop {
     /// Where the layer begins.
     pub touch: f64,
@@ -34,112 +78,63 @@ impl Nonlinearity for SoftStop {
     }
 }
 
-/// A torque that steps up once per turn, falls as a half sine, and says so.
-#[derive(Clone, Copy, Debug)]
-pub struct Kick {
-    /// Turns per second times 2π.
-    pub omega: f64,
-}
+/// A torque that steps up once a turn, falls as a half cosine, and says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kick;
 
 impl Excitation for Kick {
-    fn jet(&self, t: f64, side: Side) -> Jet {
-        let period = std::f64::consts::TAU / self.omega;
-        let turn = (t / period).floor();
-        let start = turn * period;
-        // On the edge itself the side decides.
-        let turn = if t == start && side == Side::Before { turn - 1.0 } else { turn };
-        let phase = Jet::new(t - turn * period, 1.0, 0.0) * (0.5 * self.omega);
-        phase.cos()
+    fn jet(&self, angle: f64) -> Jet {
+        (Jet::time(angle) * 0.5).cos()
     }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        let period = std::f64::consts::TAU / self.omega;
-        let mut k = (t / period).floor() + 1.0;
-        if k * period <= t {
-            k += 1.0;
-        }
-        Some(k * period)
+    fn edges(&self) -> Vec<f64> {
+        vec![0.0]
     }
-    fn repeats(&self) -> Repeats {
-        Repeats::Every(std::f64::consts::TAU / self.omega)
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
     }
 }
 
 /// x1'' = kick - c x1' - k x1 - f(x1 - x2), x2'' = f(x1 - x2) - k x2: a wheel that knocks on its housing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Knock {
     /// Contact law.
     pub stop: SoftStop,
     /// Excitation.
-    pub kick: Kick,
-    /// Suspension stiffness of each body.
-    pub stiffness: f64,
+    pub kick: Wave,
 }
 
-impl Generic for Knock {
+impl Shape for Knock {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let (x, rate) = (q[0] - q[1], v[0] - v[1]);
-        let f = law.force(0, &self.stop, x, rate, S::from(f64::NEG_INFINITY), S::from(self.stop.touch));
-        a[0] = u[0] - v[0] * 0.1 - q[0] * u[1] - f;
-        a[1] = f - q[1] * u[1] - v[1] * 0.1;
+    fn size(&self) -> Size {
+        Size { dof: 2, waves: 1, contacts: 1, constants: 2 }
     }
-    fn phases(&self) -> usize {
-        1
+    fn constants(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1"), Channel::new("stiffness", "1")]
     }
-    fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
-        u[0] = self.kick.value(phase / self.kick.omega, side);
+    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        u[0] = self.kick.value(angle, side);
     }
-    fn constants(&self, u: &mut [f64]) {
-        u[1] = self.stiffness;
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.kick.next_edge(angle)
     }
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.stop.touch == other.stop.touch && self.kick.omega == other.kick.omega
+    #[inline(always)]
+    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        let (deflection, rate, touch) = (q[0] - q[1], v[0] - v[1], S::from(self.stop.touch));
+        let force = law.force(i, &self.stop, deflection, rate, S::from(f64::NEG_INFINITY), touch);
+        Contact { deflection, rate, upper: touch, force, ..Contact::default() }
     }
-}
-
-impl Model for Knock {
-    fn dof(&self) -> usize {
-        2
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        2
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        u[0] = self.kick.value(t, side);
-        self.constants(u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.kick.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        1
-    }
-    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let (deflection, rate) = (q[0] - q[1], v[0] - v[1]);
-        let force = self.stop.force(deflection, rate, f64::NEG_INFINITY, self.stop.touch);
-        out[0] = Contact { deflection, rate, upper: self.stop.touch, force, ..Contact::default() };
-    }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.accel_on(&OnPieces(pieces), u, q, v, a);
-        true
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        dual_jacobian(self, pieces, u, q, v, out)
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([kick], [stiffness], f) = (u.waves(), u.constants(), self.contact(law, 0, u, q, v).force);
+        a[0] = kick - v[0] * 0.1 - q[0] * stiffness - f;
+        a[1] = f - q[1] * stiffness - v[1] * 0.1;
     }
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("power of the kick", "W")]
     }
-    fn observe(&self, u: &[f64], _: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
-        out[0] = u[0] * v[0];
-    }
-}
-
-impl Periodic for Knock {
-    fn period(&self) -> f64 {
-        std::f64::consts::TAU / self.kick.omega
+    fn observe(&self, u: Drives<'_, f64>, _: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+        let [kick] = u.waves();
+        out[0] = kick * v[0];
     }
 }
 

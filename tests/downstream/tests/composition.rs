@@ -1,20 +1,136 @@
 //! Everything that this crate defines runs through everything that the library offers.
 
-use downstream::{Four, Heun, Kick, Knock, SoftStop};
+use downstream::{Four, Heun, Kick, Knock, SoftStop, SpurPair};
 use gear_dynamics::*;
 
-fn knock(stiffness: f64) -> Knock {
-    Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Kick { omega: 0.9 }, stiffness }
+fn knock(stiffness: f64) -> Machine<Knock> {
+    let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };
+    shape.machine(&[("speed", 0.9), ("stiffness", stiffness)]).unwrap()
 }
 
 fn start() -> State {
     State::new(0.0, &[0.0, 0.0], &[0.0, 0.0])
 }
 
+/// A pair of natural frequency 2e4 rad/s and damping ratio 0.05 with a rectangular stiffness.
+fn pair<N: Nonlinearity>(law: N) -> Machine<SpurPair<N>> {
+    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
+    let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
+    let shape = SpurPair(Mesh::new(stiffness, error, law));
+    shape.machine(&[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)]).unwrap()
+}
+
+fn rattling() -> Machine<SpurPair<Backlash>> {
+    pair(Backlash::new(2e-5).unwrap())
+}
+
+fn loaded() -> State {
+    State::new(0.0, &[2.25e-5], &[0.0])
+}
+
+fn accurate() -> Dop853 {
+    Dop853::new().rtol(1e-10).atol_each(&[1e-16, 1e-12])
+}
+
+/// Any law, each told by its edges alone.
+#[test]
+fn the_pair_takes_any_law() {
+    fn check<N: Nonlinearity>(law: N) {
+        let pair = pair(law);
+        for q in [1e-6, 3e-5, -4e-5] {
+            assert_eq!(check_periodic(&pair, &State::new(1e-5, &[q], &[0.02])), []);
+        }
+    }
+    let gap = Backlash::new(2e-5).unwrap();
+    check(gap);
+    check(Damped::by_force(gap, 10.0).unwrap());
+    check(PowerLaw::new(2e-5, 1.5, 1e-5).unwrap());
+    check(VaryingBacklash::new(Wave::new(Fourier::new(2e-5, &[[2e-6, 0.0]]).unwrap())));
+    // Edges of one side alone: the other one is an infinite drive.
+    let stop = pair(AsymmetricBacklash::stop_above(2e-5).unwrap());
+    let (one, two) = (accurate().end(&stop, &loaded(), 2e-3).unwrap(), accurate().end(&rattling(), &loaded(), 2e-3).unwrap());
+    approx::assert_relative_eq!(one.q[0], two.q[0], max_relative = 1e-9); // the lower flank is never met
+    accurate().end(&pair(SoftStop { touch: 2e-5, loss: 10.0 }), &loaded(), 2e-3).unwrap();
+}
+
+/// The same steady motion by settling, harmonic balance and shooting.
+#[test]
+fn the_pair_has_one_orbit() {
+    let pair = rattling();
+    let steady = Settle::new().tolerance(1e-9).run(&accurate(), &pair, &loaded()).unwrap();
+    let mut rattle = Rattle::new(&pair);
+    accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
+    assert_eq!((steady.period_multiple, rattle.contact(0).state()), (1, RattleState::Unilateral));
+
+    let cycle = Shooting::new().run(&pair, std::slice::from_ref(&steady.state)).unwrap();
+    let at = cycle.at(&pair, steady.state.t).unwrap();
+    assert!((at.q[0] - steady.state.q[0]).abs() < 1e-8 * 3e-5, "{} {}", at.q[0], steady.state.q[0]);
+    assert_eq!(cycle.multipliers().stability(), Stability::Stable);
+
+    let balance = Balance::new(Harmonics::up_to(60));
+    let guess = Orbit::project(&accurate(), &pair, &steady.state, balance.harmonics()).unwrap();
+    let orbit = balance.solve(&pair, &guess).unwrap();
+    // The stiffness jumps, so that the series converges as the inverse cube of its order.
+    let apart = (orbit.state(at.t).q[0] - at.q[0]).abs();
+    assert!(apart < 1e-4 * orbit.peak_to_peak(0), "{apart:e} of {:e}", orbit.peak_to_peak(0));
+}
+
+/// Speed, load and damping in lanes of one table, with the bits of single runs.
+#[test]
+fn the_pair_is_swept() {
+    let pair = rattling();
+    let axes = vec![Axis::linear("mesh frequency", 1.0e4, 2.2e4, 4).unwrap(), Axis::linear("load", 300.0, 700.0, 3).unwrap()];
+    let names = ["deflection", "mesh force"];
+    let sweep = Sweep::over(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
+    let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
+    let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
+    let lanes = sweep.run(&LaneRk4::<8>::new(256), family, start).unwrap();
+    let two = sweep.run(&LaneRk4::<2>::new(256), family, start).unwrap();
+    let table = sweep.run(&TableRk4::new(256), family, start).unwrap();
+    let located = sweep.run(&Located(accurate()), family, start).unwrap();
+    assert_eq!((lanes.alone(), lanes.errors().len()), (0, 0));
+    assert_eq!(lanes.fingerprint(), two.fingerprint());
+    for ((row, one), truth) in lanes.iter().zip(table.iter()).zip(located.iter()) {
+        let [fast, one, exact] = [row, one, truth].map(|row| row.channel("mesh force").unwrap().max);
+        approx::assert_relative_eq!(fast, one, max_relative = 1e-11);
+        approx::assert_relative_eq!(fast, exact, max_relative = 5e-3); // edges are straddled
+        assert_eq!(row.state(0), truth.state(0));
+    }
+}
+
+/// Random load, a load of time, a run-up, exact slopes by constants, errors by name.
+#[test]
+fn the_pair_is_wrapped() {
+    let pair = rattling();
+    let load = pair.slot("load").unwrap();
+    let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
+    let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
+    let member =
+        |member: u64| Held::new(rattling()).per_slot(&[load], 1.0, process.clone().with_member(member)).map(|held| (held, loaded()));
+    let bands = ensemble.run(&accurate(), member).unwrap();
+    assert_eq!(bands.at("dynamic factor", 20).unwrap().count(), 8);
+
+    let end = 10.0 * pair.period();
+    let stepped = Driven::new(pair.clone()).add(load, |t| if t < 1e-3 { 0.0 } else { 500.0 }, &[1e-3]).unwrap();
+    let until = accurate().end(&stepped, &loaded(), end).unwrap();
+    let before = accurate().end(&pair, &loaded(), 1e-3).unwrap();
+    let after = accurate().end(&pair.with("load", 1000.0).unwrap(), &before, end).unwrap();
+    approx::assert_relative_eq!(until.q[0], after.q[0], max_relative = 1e-6);
+
+    let steady = Varying::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
+    let (a, b) = (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
+    approx::assert_relative_eq!(a.q[0], b.q[0], max_relative = 1e-6);
+
+    let mut u = vec![0.0; pair.drives()];
+    pair.drive(0.0, Side::After, &mut u);
+    assert_eq!(pair.slope("load", &u, &[3e-5], &[0.0]).unwrap(), [2.0]);
+    assert!(matches!(pair.with("lode", 1.0), Err(ParameterError::NoSuchConstant { .. })));
+}
+
 #[test]
 fn the_model_is_consistent() {
     for q in [[0.1, 0.0], [0.9, 0.1]] {
-        assert_eq!(check_generic(&knock(1.0), &State::new(0.7, &q, &[0.3, -0.2])), []);
+        assert_eq!(check_periodic(&knock(1.0), &State::new(0.7, &q, &[0.3, -0.2])), []);
     }
 }
 
@@ -64,21 +180,20 @@ fn settling_rattle_and_sections() {
 #[test]
 fn lanes_of_ones_own() {
     let models = [0.8, 1.0, 1.2, 1.4].map(knock);
-    let (mut u, mut a) = ([Four::from(0.0); 2], [Four::from(0.0); 2]);
+    let (mut u, mut a) = ([Four::from(0.0); 4], [Four::from(0.0); 2]);
     for (lane, model) in models.iter().enumerate() {
         assert!(model.shares_lanes_with(&models[0]));
-        let mut one = [0.0; 2];
+        let mut one = [0.0; 4];
         model.drive(0.3, Side::After, &mut one);
-        u[0].0[lane] = one[0];
-        u[1].0[lane] = one[1];
+        u.iter_mut().zip(one).for_each(|(u, one)| u.0[lane] = one);
     }
     let (q, v) = ([Four([0.1, 0.5, 0.9, 1.3]), Four::from(0.05)], [Four::from(0.2), Four::from(-0.1)]);
-    models[0].accel_on(&AsIs, &u, &q, &v, &mut a);
+    models[0].shape().accel(&AsIs, Drives::new(1, &u), &q, &v, &mut a);
     for (lane, model) in models.iter().enumerate() {
-        let pick = |x: &[Four; 2]| [x[0].0[lane], x[1].0[lane]];
+        let pick = |x: &[Four]| x.iter().map(|x| x.0[lane]).collect::<Vec<_>>();
         let mut single = [0.0; 2];
         model.accel(&pick(&u), &pick(&q), &pick(&v), &mut single);
-        assert_eq!(single, pick(&a));
+        assert_eq!(single[..], pick(&a));
     }
 }
 
@@ -88,14 +203,11 @@ fn in_the_ring() {
     let preset = RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap();
     let law =
         |i: usize| if i == 2 { AnyLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 }) } else { AnyLaw::Backlash(*preset.meshes[i].law()) };
-    let kick = shared(Scaled::new(1e-6, shared(Kick { omega: preset.omega })).unwrap());
-    let meshes = (0..4)
-        .map(|i| {
-            let stiffness = shared(Constant::new(2e8).unwrap());
-            Mesh::new(stiffness, kick.clone(), 1000.0, law(i)).unwrap()
-        })
-        .collect();
-    let params = RingParams { meshes, motor: preset.motor, gears: preset.gears.clone(), omega: preset.omega };
+    let kick = Wave::new(Scaled::new(1e-6, Wave::new(Kick)).unwrap());
+    let stiffness = Wave::constant(2e8).unwrap();
+    let meshes = (0..4).map(|i| Mesh::new(stiffness.clone(), kick.clone(), law(i))).collect();
+    let (motor, gears, omega) = (preset.motor, preset.gears.clone(), preset.omega);
+    let params = RingParams { motor, gears, meshes, mesh_damping: vec![1000.0; 4], omega };
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     assert_eq!(ring.next_edge(0.0), Some(ring.period()));
     let run = |rtol: f64| {
