@@ -142,10 +142,15 @@ pub const RING_END: f64 = 0.2;
 
 /// The ring of workloads B3 and B16, `torque` on every output, balanced.
 pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
+    ring_with_load(gears, 1.5e-3, torque)
+}
+
+/// The same with another inertia of the loads: the corrected workloads have 0.01 kg m² and 20 N m.
+pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::Ring {
     use gear_dynamics::*;
     let set = RingSet {
         gear_inertia: 1.5e-3,
-        load_inertia: 1.5e-3,
+        load_inertia,
         base_radius: 0.0564,
         motor_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
         output_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
@@ -161,6 +166,7 @@ pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
 }
 
 pub mod hand_dop853;
+pub mod hand_ring;
 
 /// The loop one would write for workload A and nothing else: RK4, drives shared between stages and from step to step.
 pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {

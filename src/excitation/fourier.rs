@@ -3,6 +3,7 @@
 use super::{Excitation, Jet, Repeats};
 use crate::error::{ParameterError, check};
 use crate::piece::Side;
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// f(t) = mean + Σ_n c_n cos(n ω t) + s_n sin(n ω t), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
@@ -105,10 +106,27 @@ impl Fourier {
     }
 }
 
+thread_local! {
+    /// The angle asked for last, with its sine and cosine.
+    static LAST: Cell<[f64; 3]> = const { Cell::new([0.0, 0.0, 1.0]) };
+}
+
+/// sin x and cos x. Excitations of one frequency are asked for one after the other at the same instant: the second finds them computed.
+#[inline]
+fn sincos(x: f64) -> (f64, f64) {
+    let [last, s, c] = LAST.get();
+    if last.to_bits() == x.to_bits() {
+        return (s, c);
+    }
+    let (s, c) = libm::sincos(x);
+    LAST.set([x, s, c]);
+    (s, c)
+}
+
 impl Excitation for Fourier {
     #[inline]
     fn jet(&self, t: f64, _: Side) -> Jet {
-        let (s1, c1) = libm::sincos(self.omega * t);
+        let (s1, c1) = sincos(self.omega * t);
         let (mut s, mut c) = (s1, c1);
         let mut jet = Jet::constant(self.mean);
         let mut w = 0.0;
@@ -121,6 +139,16 @@ impl Excitation for Fourier {
             (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
         jet
+    }
+    #[inline]
+    fn value(&self, t: f64, _: Side) -> f64 {
+        let (s1, c1) = sincos(self.omega * t);
+        let (mut s, mut c, mut value) = (s1, c1, self.mean);
+        for &[cos, sin] in &self.pairs {
+            value += cos * c + sin * s;
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+        value
     }
     fn repeats(&self) -> Repeats {
         Repeats::Every(TAU / self.omega)

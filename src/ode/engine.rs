@@ -41,7 +41,7 @@ pub trait Tableau {
 }
 
 /// Slots that any tableau may use.
-const SLOTS: usize = 16;
+pub(super) const SLOTS: usize = 16;
 /// Dense coefficients that any tableau may use, y0 included.
 const DENSE: usize = 8;
 /// Motions are given up beyond this size: their squares and products would overflow.
@@ -90,7 +90,7 @@ pub(crate) struct Ready {
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
-    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
+    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State, locate: bool) -> Self {
         let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
         let mut y = V::zeros(m);
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
@@ -106,7 +106,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
             u_stage: vec![0.0; drives],
             u1: vec![0.0; drives],
-            u_probe: vec![0.0; if contacts > 0 { drives } else { 0 }],
+            u_probe: vec![0.0; if locate { drives } else { 0 }],
             pieces: vec![Piece::Gap; contacts],
             frozen: false,
             rtol: 0.0,
@@ -161,10 +161,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         if V::LOCAL {
             let mut stage = V::zeros(0);
-            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
+            V::combine(&mut stage, &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
         } else {
-            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
+            V::combine(&mut self.stage, &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
         }
     }
@@ -174,10 +174,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         if V::LOCAL {
             let mut stage = V::zeros(0);
-            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
+            V::combine(&mut stage, &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
         } else {
-            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
+            V::combine(&mut self.stage, &self.y, &self.k, self.h, row);
             derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
         }
     }
@@ -185,7 +185,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// y1 = y0 + h Σ b k.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
-        combine(self.y1.slice_mut(), &self.y, &self.k, self.h, row);
+        V::combine(&mut self.y1, &self.y, &self.k, self.h, row);
     }
 
     /// f(t1, y1) into its slot, once.
@@ -255,25 +255,14 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// Whether the end of the step is made of numbers with which dense output, channels and their squares can be computed.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
-        self.y1.slice().iter().map(|y| y.abs()).sum::<f64>() <= LARGEST
+        self.y1.size() <= LARGEST
     }
 
-    /// h |Σ e k| in units of the tolerances, root mean square over the components.
+    /// h |Σ e k| in units of the tolerances, root mean square over the components, for each row.
     #[inline(always)]
-    pub(crate) fn norm<const L: usize>(&self, row: &Row<L>) -> f64 {
-        let (y, m) = (self.y.slice(), self.y.slice().len());
-        let (y1, atol) = (&self.y1.slice()[..m], &self.atol.slice()[..m]);
-        let k = columns(&self.k, row, m);
-        let mut sum = 0.0;
-        for j in 0..m {
-            let mut e = row[0].1 * k[0][j];
-            for l in 1..L {
-                e += row[l].1 * k[l][j];
-            }
-            let size = atol[j] + self.rtol * y[j].abs().max(y1[j].abs());
-            sum += (e / size) * (e / size);
-        }
-        self.h() * (sum / m as f64).sqrt()
+    pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&Row<L>; R]) -> [f64; R] {
+        let (h, m) = (self.h(), self.y.slice().len() as f64);
+        V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
 
     /// Prepares the dense output of the step, once.
@@ -304,10 +293,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// Dense coefficient `c` (from 3): h Σ d k.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &Row<L>) {
-        let h = self.h();
-        for (j, out) in self.dense[c + 1].slice_mut().iter_mut().enumerate() {
-            *out = h * row.iter().map(|&(i, d)| d * self.k[i].slice()[j]).sum::<f64>();
-        }
+        V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
     }
 
     /// y at t + θ h: y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
@@ -334,32 +320,6 @@ pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64,
     }
 }
 
-/// The k that a row asks for, all of length m: by a loop, since a closure here is not always inlined.
-#[inline(always)]
-fn columns<'k, V: Vector, const L: usize>(k: &'k [V; SLOTS], row: &Row<L>, m: usize) -> [&'k [f64]; L] {
-    let mut columns: [&[f64]; L] = [&[]; L];
-    for (column, &(slot, _)) in columns.iter_mut().zip(row) {
-        *column = &k[slot].slice()[..m];
-    }
-    columns
-}
-
-/// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
-#[inline(always)]
-fn combine<V: Vector, const L: usize>(out: &mut [f64], y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
-    let m = y.slice().len();
-    let (out, y) = (&mut out[..m], y.slice());
-    let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
-    let k = columns(k, row, m);
-    for j in 0..m {
-        let mut sum = a[0] * k[0][j];
-        for l in 1..L {
-            sum += a[l] * k[l][j];
-        }
-        out[j] = y[j] + sum;
-    }
-}
-
 /// (q', v') = (v, a).
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
@@ -368,7 +328,9 @@ fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces:
         evaluate::<M, HELD>(model, pieces, u, halves(y), f.slice_mut());
         *out = f;
     } else {
-        evaluate::<M, HELD>(model, pieces, u, halves(y), out.slice_mut());
+        V::take_velocities(out, y);
+        let ((q, v), n) = (halves(y), y.slice().len() / 2);
+        accelerate::<M, HELD>(model, pieces, u, q, v, &mut out.slice_mut()[n..]);
     }
 }
 
@@ -376,6 +338,11 @@ fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces:
 fn evaluate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], (q, v): (&[f64], &[f64]), out: &mut [f64]) {
     let (velocity, a) = out.split_at_mut(q.len());
     velocity.copy_from_slice(v);
+    accelerate::<M, HELD>(model, pieces, u, q, v, a);
+}
+
+#[inline(always)]
+fn accelerate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
     if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {

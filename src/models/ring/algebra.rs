@@ -129,10 +129,18 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> Ring<N> {
-    /// The equations of [`Ring`].
+    /// The equations of [`Ring`], on plain numbers: three gears are compiled for their number.
     #[inline(always)]
-    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let n = self.params.gears.len();
+    pub(super) fn accelerate_plain<L: Law<f64>>(&self, law: &L, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        match self.params.gears.len() {
+            3 => self.accelerate(3, law, u, q, v, a),
+            n => self.accelerate(n, law, u, q, v, a),
+        }
+    }
+
+    /// The equations of [`Ring`], n gears.
+    #[inline(always)]
+    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, n: usize, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
         let at = Instant::of(n, &self.columns, u, q, v);
         let meshes = &self.params.meshes[..n];
         let motor = &self.params.motor;

@@ -164,7 +164,7 @@ impl<N: Nonlinearity> Ring<N> {
 impl<N: Nonlinearity> Generic for Ring<N> {
     #[inline(always)]
     fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        self.accelerate(law, u, q, v, a);
+        self.accelerate(self.params.gears.len(), law, u, q, v, a);
     }
 
     #[inline(always)]
@@ -181,12 +181,14 @@ impl<N: Nonlinearity> Generic for Ring<N> {
     }
     fn constants(&self, u: &mut [f64]) {
         let n = self.gears();
-        let u = &mut u[STRIDE * n..];
-        u[0] = self.params.omega;
-        u[1] = self.params.motor.torque;
-        for i in 0..n {
-            u[2 + i] = self.params.meshes[i].damping;
-            u[2 + n + i] = self.params.gears[i].load.torque;
+        let (speed_and_torque, rest) = u[STRIDE * n..].split_at_mut(2);
+        speed_and_torque.copy_from_slice(&[self.params.omega, self.params.motor.torque]);
+        let (dampings, torques) = rest.split_at_mut(n);
+        for (u, mesh) in dampings.iter_mut().zip(&self.params.meshes) {
+            *u = mesh.damping;
+        }
+        for (u, gear) in torques.iter_mut().zip(&self.params.gears) {
+            *u = gear.load.torque;
         }
     }
     fn at_speed(&self, speed: f64, u: &mut [f64]) {
@@ -219,21 +221,17 @@ impl<N: Nonlinearity> Ring<N> {
     /// The drives that repeat, at time t.
     fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
         let per_phase = 1.0 / self.params.omega;
-        for (i, mesh) in self.params.meshes.iter().enumerate() {
-            let [k, e] = self.same[i];
-            u[STRIDE * i + STIFFNESS] = if k < i { u[STRIDE * k + STIFFNESS] } else { mesh.stiffness.value(t, side) };
-            if e < i {
-                u.copy_within(STRIDE * e + ERROR..=STRIDE * e + ERROR_RATE, STRIDE * i + ERROR);
+        let waves = u.as_chunks_mut::<STRIDE>().0;
+        for (i, (mesh, &[k, e])) in self.params.meshes.iter().zip(&self.same).enumerate() {
+            let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness.value(t, side) };
+            let [error, rate] = if e < i {
+                [waves[e][ERROR], waves[e][ERROR_RATE]]
             } else {
                 let error = mesh.error.jet(t, side);
-                u[STRIDE * i + ERROR] = error.value;
-                u[STRIDE * i + ERROR_RATE] = error.rate * per_phase;
-            }
+                [error.value, error.rate * per_phase]
+            };
             let edges = mesh.law.edges(t, side);
-            u[STRIDE * i + LOWER] = edges.lower;
-            u[STRIDE * i + UPPER] = edges.upper;
-            u[STRIDE * i + LOWER_RATE] = edges.lower_rate * per_phase;
-            u[STRIDE * i + UPPER_RATE] = edges.upper_rate * per_phase;
+            waves[i] = [stiffness, error, rate, edges.lower, edges.upper, edges.lower_rate * per_phase, edges.upper_rate * per_phase];
         }
     }
 }
@@ -244,7 +242,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
     }
     #[inline]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
+        self.accelerate_plain(&AsIs, u, q, v, a);
     }
     fn drives(&self) -> usize {
         (STRIDE + 2) * self.gears() + 2
@@ -264,7 +262,7 @@ impl<N: Nonlinearity> Model for Ring<N> {
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.accel_on(&OnPieces(pieces), u, q, v, a);
+        self.accelerate_plain(&OnPieces(pieces), u, q, v, a);
         true
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
