@@ -72,9 +72,9 @@ impl Blocks {
     }
 }
 
-#[inline(never)]
+#[inline(always)]
 fn combine(out: &mut Blocks, y: &Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
-    out.arch.dispatch(Combine { out: &mut out.blocks, y: &y.blocks, k, h, row });
+    out.arch.dispatch(Combine { out, y, k, h, row });
 }
 
 #[inline(never)]
@@ -106,8 +106,8 @@ fn sum(k: &[Blocks; SLOTS], b: usize, times: f64, row: &[(usize, f64)]) -> Block
 }
 
 struct Combine<'a> {
-    out: &'a mut [Block],
-    y: &'a [Block],
+    out: &'a mut Blocks,
+    y: &'a Blocks,
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -117,7 +117,7 @@ impl WithSimd for Combine<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for (b, (out, y)) in self.out.iter_mut().zip(self.y).enumerate() {
+        for (b, (out, y)) in self.out.blocks.iter_mut().zip(&self.y.blocks).enumerate() {
             let (mut sum, y) = (sum(self.k, b, self.h, self.row), *y);
             for i in 0..WIDTH {
                 sum[i] = y[i] + sum[i];

@@ -96,6 +96,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
         q.copy_from_slice(&start.q);
         v.copy_from_slice(&start.v);
+        // Once in full; at every stage what changes.
+        let mut u = vec![0.0; drives];
+        model.drive(start.t, Side::After, &mut u);
         Engine {
             model,
             t: start.t,
@@ -104,9 +107,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             stage: V::zeros(m),
             y1: y.clone(),
             k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
-            u_stage: vec![0.0; drives],
-            u1: vec![0.0; drives],
-            u_probe: vec![0.0; if locate { drives } else { 0 }],
+            u_probe: if locate { u.clone() } else { Vec::new() },
+            u_stage: u.clone(),
+            u1: u,
             pieces: vec![Piece::Gap; contacts],
             frozen: false,
             rtol: 0.0,
@@ -138,7 +141,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn drive(&mut self, c: f64) {
         let t = self.t + c * self.h();
-        self.model.drive(t, Side::After, &mut self.u_stage);
+        self.model.redrive(t, Side::After, &mut self.u_stage);
     }
 
     /// The drives at node `PROBE`, kept.
@@ -153,7 +156,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// The drives at its end, seen from before.
     #[inline(always)]
     pub(crate) fn drive_end(&mut self) {
-        self.model.drive(self.t1, Side::Before, &mut self.u1);
+        self.model.redrive(self.t1, Side::Before, &mut self.u1);
     }
 
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
@@ -212,7 +215,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// f(t, y) into slot 0, the drives seen from after.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        self.model.drive(self.t, Side::After, &mut self.u_stage);
+        self.model.redrive(self.t, Side::After, &mut self.u_stage);
         if self.frozen {
             derivative::<M, V, true>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
         } else {

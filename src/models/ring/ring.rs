@@ -53,6 +53,8 @@ pub struct Ring<N = Backlash> {
     same: Vec<[usize; 2]>,
     /// 1/Σ r_j² J_j.
     pub(super) per_inertia: f64,
+    /// 1/ω.
+    per_omega: f64,
     pub(super) columns: Columns,
 }
 
@@ -90,7 +92,7 @@ impl<N: Nonlinearity> Ring<N> {
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
         let columns = Columns::of(&params.gears);
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, columns };
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, per_omega: 1.0 / params.omega, columns };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
@@ -220,7 +222,7 @@ impl<N: Nonlinearity> Generic for Ring<N> {
 impl<N: Nonlinearity> Ring<N> {
     /// The drives that repeat, at time t.
     fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
-        let per_phase = 1.0 / self.params.omega;
+        let per_phase = self.per_omega;
         let waves = u.as_chunks_mut::<STRIDE>().0;
         for (i, (mesh, &[k, e])) in self.params.meshes.iter().zip(&self.same).enumerate() {
             let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness.value(t, side) };
@@ -250,6 +252,10 @@ impl<N: Nonlinearity> Model for Ring<N> {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.shapes(t, side, u);
         self.constants(u);
+    }
+    /// Torques and dampings stay.
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.shapes(t, side, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.params.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(t)))
