@@ -8,41 +8,65 @@ use pulp::{Arch, Simd, WithSimd};
 const WIDTH: usize = 16;
 type Block = [f64; WIDTH];
 
-/// A vector in whole blocks; what is past its length is never read.
+/// A vector with room to be read and written in whole blocks; what is past its length has no meaning. A derivative has the coordinates
+/// at which it was taken in front of it: velocities, where the stage ends, are where the derivative begins, and are never copied.
 #[derive(Clone)]
 pub struct Blocks {
-    blocks: Vec<Block>,
+    data: Vec<f64>,
+    /// Where it begins.
+    start: usize,
     len: usize,
     arch: Arch,
 }
 
 impl Blocks {
     pub(super) fn zeros(len: usize) -> Self {
-        Blocks { blocks: vec![[0.0; WIDTH]; len.div_ceil(WIDTH)], len, arch: Arch::new() }
+        Blocks { data: vec![0.0; len.next_multiple_of(WIDTH)], start: 0, len, arch: Arch::new() }
+    }
+    /// For a derivative.
+    pub(super) fn slot(len: usize) -> Self {
+        Blocks { data: vec![0.0; len / 2 + len.next_multiple_of(WIDTH)], start: len / 2, len, arch: Arch::new() }
     }
     #[inline(always)]
     pub(super) fn slice(&self) -> &[f64] {
-        &self.blocks.as_flattened()[..self.len]
+        &self.data[self.start..][..self.len]
     }
     #[inline(always)]
     pub(super) fn slice_mut(&mut self) -> &mut [f64] {
-        &mut self.blocks.as_flattened_mut()[..self.len]
+        &mut self.data[self.start..][..self.len]
     }
-    /// The first half becomes the second half of another; the second half may be anything afterwards. By fours: there is room for the last.
+    /// Blocks from its beginning.
+    #[inline(always)]
+    fn blocks(&self) -> &[Block] {
+        self.data[self.start..].as_chunks().0
+    }
+    /// Block `b` of a vector that begins at `start`.
+    #[inline(always)]
+    fn block(&self, start: usize, b: usize) -> &Block {
+        static NONE: Block = [0.0; WIDTH];
+        self.data.get(start + WIDTH * b..).and_then(|rest| rest.first_chunk()).unwrap_or(&NONE)
+    }
+    /// The first half becomes the second half of another.
     #[inline(always)]
     pub(super) fn take_velocities(&mut self, from: &Self) {
         let n = self.len / 2;
-        let velocities = from.blocks.as_flattened()[n..].as_chunks::<4>().0;
-        let halves = self.blocks.as_flattened_mut().as_chunks_mut::<4>().0;
-        for (to, from) in halves.iter_mut().zip(velocities).take(n.div_ceil(4)) {
-            *to = *from;
-        }
+        self.slice_mut()[..n].copy_from_slice(&from.slice()[n..]);
+    }
+
+    /// y + Σ (h a_l) k_l in front of this derivative: its coordinates, its velocities, and where its accelerations go.
+    #[inline(always)]
+    pub(super) fn stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) -> [&mut [f64]; 3] {
+        self.arch.dispatch(Combine { out: &mut self.data, y, k, h, row });
+        let n = self.len / 2;
+        let (q, rest) = self.data.split_at_mut(n);
+        let (v, a) = rest.split_at_mut(n);
+        [q, v, &mut a[..n]]
     }
 
     /// out = y + Σ (h a_l) k_l.
     #[inline(always)]
     pub(super) fn combine(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &[(usize, f64)]) {
-        combine(out, y, k, h, row);
+        out.arch.dispatch(Combine { out: &mut out.data, y, k, h, row });
     }
 
     /// out = h Σ d_l k_l.
@@ -72,32 +96,27 @@ impl Blocks {
     }
 }
 
-#[inline(always)]
-fn combine(out: &mut Blocks, y: &Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
-    out.arch.dispatch(Combine { out, y, k, h, row });
-}
-
 #[inline(never)]
 fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
-    out.arch.dispatch(Weigh { out: &mut out.blocks, k, h, row });
+    out.arch.dispatch(Weigh { out: &mut out.data, k, h, row });
 }
 
 #[inline(never)]
 fn squares([y, y1]: [&Blocks; 2], k: &[Blocks; SLOTS], atol: &Blocks, rtol: f64, row: &[(usize, f64)]) -> f64 {
-    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
+    y.arch.dispatch(Squares { y: y.blocks(), y1: y1.blocks(), k, atol: atol.blocks(), rtol, row, len: y.len })
 }
 
 /// Σ a_l k_l in block b, the coefficients taken `times`.
 #[inline(always)]
-fn sum(k: &[Blocks; SLOTS], b: usize, times: f64, row: &[(usize, f64)]) -> Block {
+fn sum(k: &[Blocks], start: usize, b: usize, times: f64, row: &[(usize, f64)]) -> Block {
     let mut sum = [0.0; WIDTH];
     let Some((&(slot, a), rest)) = row.split_first() else { return sum };
-    let (block, a) = (&k[slot].blocks[b], times * a);
+    let (block, a) = (k[slot].block(start, b), times * a);
     for i in 0..WIDTH {
         sum[i] = a * block[i];
     }
     for &(slot, a) in rest {
-        let (block, a) = (&k[slot].blocks[b], times * a);
+        let (block, a) = (k[slot].block(start, b), times * a);
         for i in 0..WIDTH {
             sum[i] += a * block[i];
         }
@@ -106,9 +125,9 @@ fn sum(k: &[Blocks; SLOTS], b: usize, times: f64, row: &[(usize, f64)]) -> Block
 }
 
 struct Combine<'a> {
-    out: &'a mut Blocks,
+    out: &'a mut [f64],
     y: &'a Blocks,
-    k: &'a [Blocks; SLOTS],
+    k: &'a [Blocks],
     h: f64,
     row: &'a [(usize, f64)],
 }
@@ -117,8 +136,9 @@ impl WithSimd for Combine<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for (b, (out, y)) in self.out.blocks.iter_mut().zip(&self.y.blocks).enumerate() {
-            let (mut sum, y) = (sum(self.k, b, self.h, self.row), *y);
+        let start = self.y.len / 2;
+        for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(self.y.blocks()).enumerate() {
+            let (mut sum, y): (Block, Block) = (sum(self.k, start, b, self.h, self.row), *y);
             for i in 0..WIDTH {
                 sum[i] = y[i] + sum[i];
             }
@@ -128,7 +148,7 @@ impl WithSimd for Combine<'_> {
 }
 
 struct Weigh<'a> {
-    out: &'a mut [Block],
+    out: &'a mut [f64],
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -138,8 +158,9 @@ impl WithSimd for Weigh<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for (b, out) in self.out.iter_mut().enumerate() {
-            let mut sum = sum(self.k, b, 1.0, self.row);
+        let start = self.k[0].start;
+        for (b, out) in self.out.as_chunks_mut().0.iter_mut().enumerate() {
+            let mut sum = sum(self.k, start, b, 1.0, self.row);
             for s in &mut sum {
                 *s *= self.h;
             }
@@ -164,7 +185,7 @@ impl WithSimd for Squares<'_> {
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         let (mut total, mut left) = (0.0, self.len);
         for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
-            let mut sum = sum(self.k, b, 1.0, self.row);
+            let mut sum = sum(self.k, self.len / 2, b, 1.0, self.row);
             for i in 0..WIDTH {
                 let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
                 sum[i] = e * e;

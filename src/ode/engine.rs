@@ -54,9 +54,8 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) t: f64,
     pub(crate) t1: f64,
     pub(super) h: f64,
-    /// Coordinates, then velocities, at the start, at a stage and at the end.
+    /// Coordinates, then velocities, at the start and at the end.
     pub(crate) y: V,
-    stage: V,
     pub(crate) y1: V,
     /// The derivatives k_1, k_2, ...
     pub(crate) k: [V; SLOTS],
@@ -104,9 +103,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             t: start.t,
             t1: start.t,
             h: 0.0,
-            stage: V::zeros(m),
             y1: y.clone(),
-            k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
+            k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
             u_probe: if locate { u.clone() } else { Vec::new() },
             u_stage: u.clone(),
             u1: u,
@@ -162,27 +160,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        if V::LOCAL {
-            let mut stage = V::zeros(0);
-            V::combine(&mut stage, &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
-        } else {
-            V::combine(&mut self.stage, &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
-        }
+        let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        if V::LOCAL {
-            let mut stage = V::zeros(0);
-            V::combine(&mut stage, &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
-        } else {
-            V::combine(&mut self.stage, &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
-        }
+        let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
     }
 
     /// y1 = y0 + h Σ b k.
@@ -326,22 +312,7 @@ pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64,
 /// (q', v') = (v, a).
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
-    if V::LOCAL {
-        let mut f = V::zeros(0);
-        evaluate::<M, HELD>(model, pieces, u, halves(y), f.slice_mut());
-        *out = f;
-    } else {
-        V::take_velocities(out, y);
-        let ((q, v), n) = (halves(y), y.slice().len() / 2);
-        accelerate::<M, HELD>(model, pieces, u, q, v, &mut out.slice_mut()[n..]);
-    }
-}
-
-#[inline(always)]
-fn evaluate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], (q, v): (&[f64], &[f64]), out: &mut [f64]) {
-    let (velocity, a) = out.split_at_mut(q.len());
-    velocity.copy_from_slice(v);
-    accelerate::<M, HELD>(model, pieces, u, q, v, a);
+    V::derivative(out, y, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
 }
 
 #[inline(always)]

@@ -7,17 +7,28 @@ use super::engine::{Row, SLOTS};
 pub trait Vector: Clone {
     /// All zero.
     fn zeros(len: usize) -> Self;
+    /// A derivative, all zero.
+    fn slot(len: usize) -> Self {
+        Self::zeros(len)
+    }
     /// Its components.
     fn slice(&self) -> &[f64];
     /// Its components, to be written.
     fn slice_mut(&mut self) -> &mut [f64];
-    /// Whether a local of this type stays in registers.
-    const LOCAL: bool;
     /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 
-    /// The first half of `out` becomes the second half of `from`; the second half of `out` may be anything afterwards.
-    fn take_velocities(out: &mut Self, from: &Self);
+    /// Velocities and accelerations at `y` into `out`; `f` writes the accelerations at given coordinates and velocities.
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
+    /// The same into k_s, at y + Σ (h a_l) k_l of earlier slots.
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    );
     /// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
     fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
     /// out = h Σ d_l k_l.
@@ -30,8 +41,6 @@ pub trait Vector: Clone {
 }
 
 impl<const M: usize> Vector for [f64; M] {
-    const LOCAL: bool = true;
-
     fn zeros(_: usize) -> Self {
         [0.0; M]
     }
@@ -48,8 +57,25 @@ impl<const M: usize> Vector for [f64; M] {
         *to = *from;
     }
     #[inline(always)]
-    fn take_velocities(out: &mut Self, from: &Self) {
-        out[..M / 2].copy_from_slice(&from[M / 2..]);
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+        let (q, v) = y.split_at(M / 2);
+        let mut k = [0.0; M];
+        k[..M / 2].copy_from_slice(v);
+        f(q, v, &mut k[M / 2..]);
+        *out = k;
+    }
+    #[inline(always)]
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
+        let mut stage = [0.0; M];
+        Self::combine(&mut stage, y, k, h, row);
+        Self::derivative(&mut k[s], &stage, f);
     }
 
     #[inline(always)]
@@ -96,10 +122,11 @@ impl<const M: usize> Vector for [f64; M] {
 }
 
 impl Vector for Blocks {
-    const LOCAL: bool = false;
-
     fn zeros(len: usize) -> Self {
         Blocks::zeros(len)
+    }
+    fn slot(len: usize) -> Self {
+        Blocks::slot(len)
     }
     #[inline(always)]
     fn slice(&self) -> &[f64] {
@@ -114,8 +141,24 @@ impl Vector for Blocks {
         std::mem::swap(from, to);
     }
     #[inline(always)]
-    fn take_velocities(out: &mut Self, from: &Self) {
-        Blocks::take_velocities(out, from);
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+        let n = y.slice().len() / 2;
+        out.take_velocities(y);
+        let (q, v) = y.slice().split_at(n);
+        f(q, v, &mut out.slice_mut()[n..]);
+    }
+    #[inline(always)]
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
+        let (earlier, later) = k.split_at_mut(s);
+        let [q, v, a] = later[0].stage(y, earlier, h, row);
+        f(q, v, a);
     }
 
     #[inline(always)]
