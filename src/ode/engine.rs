@@ -299,13 +299,23 @@ pub(super) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 }
 
 pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
-    for (j, out) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
+    // By eights: sums of one component wait for each other.
+    let m = out.len();
+    let dense: [&[f64]; DENSE] = std::array::from_fn(|c| if c <= T::DENSE { &dense[c].slice()[..m] } else { &[][..] });
+    let mut from = 0;
+    while from < m {
+        let to = m.min(from + 8);
+        let mut sum = [0.0; 8];
         for c in (1..=T::DENSE).rev() {
             let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
-            sum = (sum + dense[c].slice()[j]) * factor;
+            for (sum, coefficient) in sum.iter_mut().zip(&dense[c][from..to]) {
+                *sum = (*sum + coefficient) * factor;
+            }
         }
-        *out = dense[0].slice()[j] + sum;
+        for ((out, y), sum) in out[from..to].iter_mut().zip(&dense[0][from..to]).zip(sum) {
+            *out = y + sum;
+        }
+        from = to;
     }
 }
 

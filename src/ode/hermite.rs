@@ -59,13 +59,25 @@ impl Hermite {
 
     /// Where it is lowest inside the stretch.
     pub(super) fn lowest(&self) -> Option<f64> {
-        self.extrema().into_iter().flatten().min_by(|x, y| self.at(*x).total_cmp(&self.at(*y)))
+        match self.extrema() {
+            [Some(first), Some(second)] => Some(if self.at(second).total_cmp(&self.at(first)).is_lt() { second } else { first }),
+            [first, second] => first.or(second),
+        }
     }
 
     /// Its least value on the stretch, the ends included.
     pub(super) fn least(&self) -> f64 {
         let ends = self.value.min(self.at(1.0));
         self.lowest().map_or(ends, |sigma| ends.min(self.at(sigma)))
+    }
+
+    /// Whether its least value is above `floor`: said by its control points, which it lies between, where they tell.
+    #[inline]
+    pub(super) fn stays_above(&self, floor: f64) -> bool {
+        let [a, b, c] = self.powers;
+        let (third, inner) = (self.value + a / 3.0, self.value + (2.0 * a + b) / 3.0);
+        let points = self.value.min(third).min(inner.min(self.value + (a + b + c)));
+        points > floor || self.least() > floor
     }
 
     /// Whether it comes so close to zero inside the stretch that the dense output has to be asked.

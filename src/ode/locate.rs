@@ -51,7 +51,7 @@ impl Exit {
     }
 
     /// Its distance, when standing on `from`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
         let lower = |sign: f64| Distance { value: sign * (c.deflection - c.lower), rate: h * sign * (c.rate - c.lower_rate) };
         let upper = |sign: f64| Distance { value: sign * (c.upper - c.deflection), rate: h * sign * (c.upper_rate - c.rate) };
@@ -201,8 +201,8 @@ impl Locator {
             Resolved::No(share) => return Found::TooLong(share),
         }
         for (i, (start, end)) in self.start.iter().zip(&self.end).enumerate() {
-            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                let Some(exit) = exit else { continue };
+            for way in 0..2 {
+                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
                 let (d0, d1) = (exit.distance(e.pieces[i], start, h), exit.distance(e.pieces[i], end, h));
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
@@ -212,7 +212,7 @@ impl Locator {
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);
                 }
-                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.least() > doubt);
+                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.stays_above(doubt));
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }
