@@ -127,16 +127,17 @@ impl Excitation for Fourier {
     #[inline]
     fn jet(&self, t: f64, _: Side) -> Jet {
         let (s1, c1) = sincos(self.omega * t);
-        let (mut s, mut c) = (s1, c1);
         let mut jet = Jet::constant(self.mean);
-        let mut w = 0.0;
-        for &[cos, sin] in &self.pairs {
+        let (mut s, mut c, mut w) = (s1, c1, 0.0);
+        for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
+            if n > 0 {
+                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            }
             w += self.omega;
             let wave = cos * c + sin * s;
             jet.value += wave;
             jet.rate += w * (sin * c - cos * s);
             jet.second -= w * w * wave;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
         jet
     }
@@ -144,9 +145,11 @@ impl Excitation for Fourier {
     fn value(&self, t: f64, _: Side) -> f64 {
         let (s1, c1) = sincos(self.omega * t);
         let (mut s, mut c, mut value) = (s1, c1, self.mean);
-        for &[cos, sin] in &self.pairs {
+        for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
+            if n > 0 {
+                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            }
             value += cos * c + sin * s;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
         value
     }

@@ -3,7 +3,7 @@
 use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
 use super::params::RingParams;
 use crate::error::ParameterError;
-use crate::excitation::{Shared, earlier};
+use crate::excitation::{Repeats, Shared, earlier};
 use crate::jacobian::dual_jacobian;
 use crate::model::{AsIs, Channel, Contact, Generic, Jacobian, Law, Model, OnPieces, Periodic};
 use crate::nonlinearity::{Backlash, Nonlinearity};
@@ -55,6 +55,8 @@ pub struct Ring<N = Backlash> {
     pub(super) per_inertia: f64,
     /// 1/ω.
     per_omega: f64,
+    /// Whether an edge of a mesh moves.
+    edges_move: bool,
     pub(super) columns: Columns,
 }
 
@@ -92,7 +94,8 @@ impl<N: Nonlinearity> Ring<N> {
         let same =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
         let columns = Columns::of(&params.gears);
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, per_omega: 1.0 / params.omega, columns };
+        let edges_move = meshes.iter().any(|mesh| mesh.law.repeats() != Repeats::Always);
+        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, per_omega: 1.0 / params.omega, edges_move, columns };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
@@ -179,7 +182,7 @@ impl<N: Nonlinearity> Generic for Ring<N> {
         STRIDE * self.params.gears.len()
     }
     fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
-        self.shapes(phase / self.params.omega, side, u);
+        self.shapes(phase / self.params.omega, side, true, u);
     }
     fn constants(&self, u: &mut [f64]) {
         let n = self.gears();
@@ -220,9 +223,9 @@ impl<N: Nonlinearity> Generic for Ring<N> {
 }
 
 impl<N: Nonlinearity> Ring<N> {
-    /// The drives that repeat, at time t.
-    fn shapes(&self, t: f64, side: Side, u: &mut [f64]) {
-        let per_phase = self.per_omega;
+    /// The drives that repeat, at time t; edges that stand still may be left out.
+    #[inline]
+    fn shapes(&self, t: f64, side: Side, edges_too: bool, u: &mut [f64]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
         for (i, (mesh, &[k, e])) in self.params.meshes.iter().zip(&self.same).enumerate() {
             let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness.value(t, side) };
@@ -230,10 +233,15 @@ impl<N: Nonlinearity> Ring<N> {
                 [waves[e][ERROR], waves[e][ERROR_RATE]]
             } else {
                 let error = mesh.error.jet(t, side);
-                [error.value, error.rate * per_phase]
+                [error.value, error.rate * self.per_omega]
             };
-            let edges = mesh.law.edges(t, side);
-            waves[i] = [stiffness, error, rate, edges.lower, edges.upper, edges.lower_rate * per_phase, edges.upper_rate * per_phase];
+            let wave = &mut waves[i];
+            (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
+            if edges_too {
+                let edges = mesh.law.edges(t, side);
+                (wave[LOWER], wave[UPPER]) = (edges.lower, edges.upper);
+                (wave[LOWER_RATE], wave[UPPER_RATE]) = (edges.lower_rate * self.per_omega, edges.upper_rate * self.per_omega);
+            }
         }
     }
 }
@@ -250,12 +258,12 @@ impl<N: Nonlinearity> Model for Ring<N> {
         (STRIDE + 2) * self.gears() + 2
     }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.shapes(t, side, u);
+        self.shapes(t, side, true, u);
         self.constants(u);
     }
-    /// Torques and dampings stay.
+    /// Torques, dampings and edges that stand still are left out.
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.shapes(t, side, u);
+        self.shapes(t, side, self.edges_move, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.params.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(t)))
