@@ -8,43 +8,35 @@ use pulp::{Arch, Simd, WithSimd};
 const WIDTH: usize = 16;
 type Block = [f64; WIDTH];
 
-/// A vector with room to be read and written in whole blocks; what is past its length has no meaning. A derivative has the coordinates
-/// at which it was taken in front of it: velocities, where the stage ends, are where the derivative begins, and are never copied.
+/// A vector in whole blocks; what is past its length has no meaning. A derivative has the coordinates at which it was taken in front of it:
+/// velocities, where the stage ends, are where the derivative begins, and are never copied.
 #[derive(Clone)]
 pub struct Blocks {
-    data: Vec<f64>,
-    /// Where it begins.
-    start: usize,
+    blocks: Vec<Block>,
+    /// The block with which it begins.
+    first: usize,
     len: usize,
     arch: Arch,
 }
 
 impl Blocks {
+    fn new(first: usize, len: usize) -> Self {
+        Blocks { blocks: vec![[0.0; WIDTH]; first + len.div_ceil(WIDTH)], first, len, arch: Arch::new() }
+    }
     pub(super) fn zeros(len: usize) -> Self {
-        Blocks { data: vec![0.0; len.next_multiple_of(WIDTH)], start: 0, len, arch: Arch::new() }
+        Blocks::new(0, len)
     }
     /// For a derivative.
     pub(super) fn slot(len: usize) -> Self {
-        Blocks { data: vec![0.0; len / 2 + len.next_multiple_of(WIDTH)], start: len / 2, len, arch: Arch::new() }
+        Blocks::new((len / 2).div_ceil(WIDTH), len)
     }
     #[inline(always)]
     pub(super) fn slice(&self) -> &[f64] {
-        &self.data[self.start..][..self.len]
+        &self.blocks.as_flattened()[WIDTH * self.first..][..self.len]
     }
     #[inline(always)]
     pub(super) fn slice_mut(&mut self) -> &mut [f64] {
-        &mut self.data[self.start..][..self.len]
-    }
-    /// Blocks from its beginning.
-    #[inline(always)]
-    fn blocks(&self) -> &[Block] {
-        self.data[self.start..].as_chunks().0
-    }
-    /// Block `b` of a vector that begins at `start`.
-    #[inline(always)]
-    fn block(&self, start: usize, b: usize) -> &Block {
-        static NONE: Block = [0.0; WIDTH];
-        self.data.get(start + WIDTH * b..).and_then(|rest| rest.first_chunk()).unwrap_or(&NONE)
+        &mut self.blocks.as_flattened_mut()[WIDTH * self.first..][..self.len]
     }
     /// The first half becomes the second half of another.
     #[inline(always)]
@@ -56,9 +48,10 @@ impl Blocks {
     /// y + Σ (h a_l) k_l in front of this derivative: its coordinates, its velocities, and where its accelerations go.
     #[inline(always)]
     pub(super) fn stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) -> [&mut [f64]; 3] {
-        self.arch.dispatch(Combine { out: &mut self.data, y, k, h, row });
-        let n = self.len / 2;
-        let (q, rest) = self.data.split_at_mut(n);
+        let (n, first) = (self.len / 2, self.first);
+        let stage = &mut self.blocks.as_flattened_mut()[WIDTH * first - n..];
+        self.arch.dispatch(Combine { out: &mut *stage, y, k, h, row });
+        let (q, rest) = stage.split_at_mut(n);
         let (v, a) = rest.split_at_mut(n);
         [q, v, &mut a[..n]]
     }
@@ -66,7 +59,7 @@ impl Blocks {
     /// out = y + Σ (h a_l) k_l.
     #[inline(always)]
     pub(super) fn combine(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &[(usize, f64)]) {
-        out.arch.dispatch(Combine { out: &mut out.data, y, k, h, row });
+        out.arch.dispatch(Combine { out: out.blocks.as_flattened_mut(), y, k, h, row });
     }
 
     /// out = h Σ d_l k_l.
@@ -98,25 +91,25 @@ impl Blocks {
 
 #[inline(never)]
 fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
-    out.arch.dispatch(Weigh { out: &mut out.data, k, h, row });
+    out.arch.dispatch(Weigh { out: &mut out.blocks, k, h, row });
 }
 
 #[inline(never)]
 fn squares([y, y1]: [&Blocks; 2], k: &[Blocks; SLOTS], atol: &Blocks, rtol: f64, row: &[(usize, f64)]) -> f64 {
-    y.arch.dispatch(Squares { y: y.blocks(), y1: y1.blocks(), k, atol: atol.blocks(), rtol, row, len: y.len })
+    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
 }
 
-/// Σ a_l k_l in block b, the coefficients taken `times`.
+/// Σ a_l k_l in block b, counted from the first, the coefficients taken `times`.
 #[inline(always)]
-fn sum(k: &[Blocks], start: usize, b: usize, times: f64, row: &[(usize, f64)]) -> Block {
+fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Block {
     let mut sum = [0.0; WIDTH];
     let Some((&(slot, a), rest)) = row.split_first() else { return sum };
-    let (block, a) = (k[slot].block(start, b), times * a);
+    let (block, a) = (&k[slot].blocks[b], times * a);
     for i in 0..WIDTH {
         sum[i] = a * block[i];
     }
     for &(slot, a) in rest {
-        let (block, a) = (k[slot].block(start, b), times * a);
+        let (block, a) = (&k[slot].blocks[b], times * a);
         for i in 0..WIDTH {
             sum[i] += a * block[i];
         }
@@ -136,9 +129,9 @@ impl WithSimd for Combine<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let start = self.y.len / 2;
-        for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(self.y.blocks()).enumerate() {
-            let (mut sum, y): (Block, Block) = (sum(self.k, start, b, self.h, self.row), *y);
+        let first = self.k[0].first;
+        for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
+            let (mut sum, y): (Block, Block) = (sum(self.k, first + b, self.h, self.row), *y);
             for i in 0..WIDTH {
                 sum[i] = y[i] + sum[i];
             }
@@ -148,7 +141,7 @@ impl WithSimd for Combine<'_> {
 }
 
 struct Weigh<'a> {
-    out: &'a mut [f64],
+    out: &'a mut [Block],
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -158,9 +151,8 @@ impl WithSimd for Weigh<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let start = self.k[0].start;
-        for (b, out) in self.out.as_chunks_mut().0.iter_mut().enumerate() {
-            let mut sum = sum(self.k, start, b, 1.0, self.row);
+        for (b, out) in self.out.iter_mut().enumerate() {
+            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
             for s in &mut sum {
                 *s *= self.h;
             }
@@ -185,7 +177,7 @@ impl WithSimd for Squares<'_> {
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         let (mut total, mut left) = (0.0, self.len);
         for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
-            let mut sum = sum(self.k, self.len / 2, b, 1.0, self.row);
+            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
             for i in 0..WIDTH {
                 let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
                 sum[i] = e * e;

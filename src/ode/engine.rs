@@ -299,23 +299,30 @@ pub(super) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 }
 
 pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
-    // By eights: sums of one component wait for each other.
-    let m = out.len();
-    let dense: [&[f64]; DENSE] = std::array::from_fn(|c| if c <= T::DENSE { &dense[c].slice()[..m] } else { &[][..] });
-    let mut from = 0;
-    while from < m {
-        let to = m.min(from + 8);
-        let mut sum = [0.0; 8];
-        for c in (1..=T::DENSE).rev() {
-            let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
-            for (sum, coefficient) in sum.iter_mut().zip(&dense[c][from..to]) {
-                *sum = (*sum + coefficient) * factor;
-            }
+    let columns: [&[f64]; DENSE] = std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
+    // Side by side, since the sums of one component wait for each other.
+    let whole = out.len() - out.len() % 8;
+    for j in (0..whole).step_by(8) {
+        horner::<8>(&columns[..=T::DENSE], j, theta, out);
+    }
+    for j in whole..out.len() {
+        horner::<1>(&columns[..=T::DENSE], j, theta, out);
+    }
+}
+
+/// The same for W components from `j` on.
+#[inline(always)]
+fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f64]) {
+    let mut sum = [0.0; W];
+    for (c, column) in columns.iter().enumerate().skip(1).rev() {
+        let (factor, column) = (if c % 2 == 1 { theta } else { 1.0 - theta }, &column[j..][..W]);
+        for i in 0..W {
+            sum[i] = (sum[i] + column[i]) * factor;
         }
-        for ((out, y), sum) in out[from..to].iter_mut().zip(&dense[0][from..to]).zip(sum) {
-            *out = y + sum;
-        }
-        from = to;
+    }
+    let (out, start) = (&mut out[j..][..W], &columns[0][j..][..W]);
+    for i in 0..W {
+        out[i] = start[i] + sum[i];
     }
 }
 

@@ -100,14 +100,15 @@ impl Gaps {
             for way in 0..2 {
                 let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
                 let from = e.pieces[i];
-                let (d0, d, d1) = (exit.distance(from, &start[i], h), exit.distance(from, &e.contacts[i], h), exit.distance(from, &end[i], h));
+                let (d0, d, d1) =
+                    (exit.distance(from, &start[i], h), exit.distance(from, &e.contacts[i], h), exit.distance(from, &end[i], h));
                 if !d.value.is_finite() {
                     self.off[i][way] = 0.0;
                     continue;
                 }
                 let seen = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
                 let (missed, length) = self.known[i][way];
-                let off = if missed > 0.0 { seen.max(missed * (h / length).powi(4).min(FOURTH)) } else { seen };
+                let off = seen.max(if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 });
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
                     ratio = ratio.max(off / allowed(&end[i], noise[i], [d0.value, d.value, d1.value]));
@@ -121,9 +122,10 @@ impl Gaps {
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
             for ((off, known), c) in self.off.iter().zip(&mut self.known).zip(end) {
-                for (off, known) in off.iter().zip(known) {
-                    // What rounding leaves does not grow with the step.
-                    *known = if *off > 1e-3 * FLOOR * scale(c) { (FADING * off, h) } else { (0.0, h) };
+                // What rounding leaves does not grow with the step.
+                let least = 1e-3 * FLOOR * scale(c);
+                for way in 0..2 {
+                    known[way] = (if off[way] > least { FADING * off[way] } else { 0.0 }, h);
                 }
             }
             if closely {

@@ -95,7 +95,16 @@ impl<N: Nonlinearity> Ring<N> {
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
         let columns = Columns::of(&params.gears);
         let edges_move = meshes.iter().any(|mesh| mesh.law.repeats() != Repeats::Always);
-        let mut ring = Ring { params: params.clone(), frame: Frame::Inertial, rigid, same, per_inertia: 0.0, per_omega: 1.0 / params.omega, edges_move, columns };
+        let mut ring = Ring {
+            params: params.clone(),
+            frame: Frame::Inertial,
+            rigid,
+            same,
+            per_inertia: 0.0,
+            per_omega: 1.0 / params.omega,
+            edges_move,
+            columns,
+        };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         Ok(ring)
     }
