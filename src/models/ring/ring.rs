@@ -57,6 +57,8 @@ pub struct Ring<N = Backlash> {
     per_omega: f64,
     /// Whether an edge of a mesh moves.
     edges_move: bool,
+    /// Whether all meshes share one stiffness and one error.
+    alike: bool,
     pub(super) columns: Columns,
 }
 
@@ -91,9 +93,10 @@ impl<N: Nonlinearity> Ring<N> {
         rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
         let first = |i: usize, of: &dyn Fn(usize) -> Shared| (0..=i).find(|&j| Arc::ptr_eq(&of(i), &of(j))).unwrap_or(i);
         let meshes = &params.meshes;
-        let same =
+        let same: Vec<[usize; 2]> =
             (0..meshes.len()).map(|i| [first(i, &|j| meshes[j].stiffness.clone()), first(i, &|j| meshes[j].error.clone())]).collect();
         let columns = Columns::of(&params.gears);
+        let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law.repeats() != Repeats::Always);
         let mut ring = Ring {
             params: params.clone(),
@@ -103,6 +106,7 @@ impl<N: Nonlinearity> Ring<N> {
             per_inertia: 0.0,
             per_omega: 1.0 / params.omega,
             edges_move,
+            alike,
             columns,
         };
         ring.per_inertia = 1.0 / ring.rigid.iter().zip(ring.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
@@ -236,6 +240,15 @@ impl<N: Nonlinearity> Ring<N> {
     #[inline]
     fn shapes(&self, t: f64, side: Side, edges_too: bool, u: &mut [f64]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
+        if self.alike && !edges_too {
+            let mesh = &self.params.meshes[0];
+            let (stiffness, error) = (mesh.stiffness.value(t, side), mesh.error.jet(t, side));
+            let rate = error.rate * self.per_omega;
+            for wave in &mut waves[..self.params.meshes.len()] {
+                (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error.value, rate);
+            }
+            return;
+        }
         for (i, (mesh, &[k, e])) in self.params.meshes.iter().zip(&self.same).enumerate() {
             let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness.value(t, side) };
             let [error, rate] = if e < i {
