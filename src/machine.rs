@@ -285,6 +285,11 @@ impl<G: Shape> Model for Machine<G> {
         let speed = self.speed();
         self.drive_at(speed * t, side, speed, 0.0, u);
     }
+    #[inline]
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let Size { waves, .. } = self.size();
+        self.shape().waves_again(self.speed() * t, side, &mut u[..waves]);
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
         self.shape().next_edge(speed * t).map(|edge| edge / speed).filter(|edge| *edge > t)

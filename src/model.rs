@@ -125,6 +125,11 @@ pub trait Model {
         let _ = side;
         u[0] = t;
     }
+    /// The same into drives that hold those of another instant: what never changes stands there already and may be left out. Solvers ask
+    /// for it at every stage.
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive(t, side, u);
+    }
     /// The first instant after `t` at which a drive jumps or kinks.
     fn next_edge(&self, t: f64) -> Option<f64> {
         let _ = t;
@@ -185,6 +190,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         (**self).drive(t, side, u);
+    }
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        (**self).redrive(t, side, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)

@@ -1,9 +1,7 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{
-    Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size, State,
-};
+use gear_dynamics::{Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size, State};
 use std::f64::consts::{PI, TAU};
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
@@ -154,15 +152,20 @@ pub const RING_END: f64 = 0.2;
 
 /// The ring of workloads B3 and B16, `torque` on every output, balanced.
 pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
-    gear_dynamics::Ring::as_printed(&ring_params(gears, torque)).expect("the parameters are in range")
+    ring_with_load(gears, 1.5e-3, torque)
+}
+
+/// The same with another inertia of the loads: the corrected workloads have 0.01 kg m² and 20 N m.
+pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::Ring {
+    gear_dynamics::Ring::as_printed(&ring_params(gears, load_inertia, torque)).expect("the parameters are in range")
 }
 
 /// Its parameters.
-pub fn ring_params(gears: usize, torque: f64) -> gear_dynamics::RingParams {
+pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::RingParams {
     use gear_dynamics::*;
     let set = RingSet {
         gear_inertia: 1.5e-3,
-        load_inertia: 1.5e-3,
+        load_inertia,
         base_radius: 0.0564,
         motor_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
         output_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
@@ -178,6 +181,7 @@ pub fn ring_params(gears: usize, torque: f64) -> gear_dynamics::RingParams {
 }
 
 pub mod hand_dop853;
+pub mod hand_ring;
 
 /// The loop one would write for workload A and nothing else: RK4, drives shared between stages and from step to step.
 pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {

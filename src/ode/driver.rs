@@ -1,5 +1,6 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
+use super::blocks::Blocks;
 use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
 use super::engine::{Engine, LARGEST, Tableau};
 use super::locate::{Exit, Found, Locator};
@@ -33,8 +34,8 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
         (1, true) => integrate::<T, M, [f64; 2], true>(rule, limits, model, start, t_end, observer),
         (2, false) => integrate::<T, M, [f64; 4], false>(rule, limits, model, start, t_end, observer),
         (2, true) => integrate::<T, M, [f64; 4], true>(rule, limits, model, start, t_end, observer),
-        (_, false) => integrate::<T, M, Vec<f64>, false>(rule, limits, model, start, t_end, observer),
-        (_, true) => integrate::<T, M, Vec<f64>, true>(rule, limits, model, start, t_end, observer),
+        (_, false) => integrate::<T, M, Blocks, false>(rule, limits, model, start, t_end, observer),
+        (_, true) => integrate::<T, M, Blocks, true>(rule, limits, model, start, t_end, observer),
     }
 }
 
@@ -115,7 +116,7 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
 impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     fn new<T: Tableau, const LOCATE: bool>(rule: StepRule<'_>, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
-        let mut e = Engine::<M, V>::new::<T>(model, start);
+        let mut e = Engine::<M, V>::new::<T>(model, start, LOCATE);
         let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 }, Stops::new::<M, LOCATE>(model));
         if LOCATE {
             locator.measure_noise(&mut e);

@@ -54,16 +54,13 @@ impl Exit {
     }
 
     /// Its distance, when standing on `from`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        let lower = |sign: f64| Distance { value: sign * (c.deflection - c.lower), rate: h * sign * (c.rate - c.lower_rate) };
-        let upper = |sign: f64| Distance { value: sign * (c.upper - c.deflection), rate: h * sign * (c.upper_rate - c.rate) };
-        match (from, self.to) {
-            (Piece::Lower, _) => lower(-1.0),
-            (Piece::Upper, _) => upper(-1.0),
-            (Piece::Gap, Piece::Lower) => lower(1.0),
-            (Piece::Gap, _) => upper(1.0),
-        }
+        // Outwards from a flank and inwards from the gap: the side of the edge, and the sign that makes the distance positive inside.
+        let lower = if from == Piece::Gap { self.to == Piece::Lower } else { from == Piece::Lower };
+        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+        let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
+        Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
     }
 }
 
@@ -213,18 +210,21 @@ impl Locator {
             Resolved::No(share) => return Found::TooLong(share),
         }
         for (i, (start, end)) in self.start.iter().zip(&self.end).enumerate() {
-            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                let Some(exit) = exit else { continue };
+            for way in 0..2 {
+                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
                 let (d0, d1) = (exit.distance(e.pieces[i], start, h), exit.distance(e.pieces[i], end, h));
+                let doubt = DOUBT * self.gaps.off(i, way);
+                if Hermite::is_clear(d0, d1, doubt) {
+                    continue;
+                }
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
-                let doubt = DOUBT * self.gaps.off(i, way);
                 // Met just where the step ends: the next one would begin behind it and never tell of it.
                 let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);
                 }
-                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.least() > doubt);
+                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.stays_above(doubt));
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }

@@ -1,6 +1,7 @@
 //! Time integration with located edges.
 
 mod adaptive;
+mod blocks;
 mod control;
 mod dop853;
 mod driver;

@@ -214,7 +214,7 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
 /// lanes of any width as each one alone. Copies of one ring share lanes, since their excitations are the same ones.
 #[test]
 fn rings_in_lanes_are_each_ring_alone() {
-    let base = crate::benchmarks::ring_params(3, 2.0);
+    let base = crate::benchmarks::ring_params(3, 1.5e-3, 2.0);
     let smooth = Wave::new(Fourier::new(1e8, &[[2e7, 0.0]]).unwrap());
     let jumping = Wave::new(RectangularWave::new(0.8e8, 1.2e8, 0.6).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-5]]).unwrap());

@@ -14,27 +14,25 @@ pub(super) const STRIDE: usize = 7;
 /// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
 /// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Columns {
-    /// R_i.
-    radius: Vec<f64>,
-    /// K_si and C_si.
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    /// 1/J_i and 1/J_Li.
-    per_gear: Vec<f64>,
-    per_load: Vec<f64>,
-}
+pub(super) struct Columns(Vec<f64>);
 
 impl Columns {
     pub(super) fn of(gears: &[Gear]) -> Self {
-        let column = |of: fn(&Gear) -> f64| gears.iter().map(of).collect();
-        Columns {
-            radius: column(|gear| gear.base_radius),
-            stiffness: column(|gear| gear.load.shaft.stiffness),
-            damping: column(|gear| gear.load.shaft.damping),
-            per_gear: column(|gear| 1.0 / gear.inertia),
-            per_load: column(|gear| 1.0 / gear.load.inertia),
-        }
+        let of: [fn(&Gear) -> f64; 5] = [
+            |gear| gear.base_radius,
+            |gear| gear.load.shaft.stiffness,
+            |gear| gear.load.shaft.damping,
+            |gear| 1.0 / gear.inertia,
+            |gear| 1.0 / gear.load.inertia,
+        ];
+        Columns(of.iter().flat_map(|of| gears.iter().map(of)).collect())
+    }
+
+    /// R_i, K_si, C_si, 1/J_i and 1/J_Li.
+    #[inline(always)]
+    fn cut(&self, n: usize) -> [&[f64]; 5] {
+        let all = &self.0[..5 * n];
+        [&all[..n], &all[n..2 * n], &all[2 * n..3 * n], &all[3 * n..4 * n], &all[4 * n..5 * n]]
     }
 }
 
@@ -68,13 +66,16 @@ struct Instant<'a, S> {
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
     fn of(n: usize, columns: &'a Columns, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
-        let (meshes, rest) = (&u.all_waves()[..STRIDE * n], u.all_constants());
+        // One look at each length; what follows is cut from it.
+        let (meshes, rest) = (&u.all_waves()[..STRIDE * n], &u.all_constants()[..2 * n + 1]);
+        let (q, v) = (&q[..2 * n + 1], &v[..2 * n + 1]);
+        let [radius, stiffness, shaft_damping, per_gear, per_load] = columns.cut(n);
         Instant {
-            radius: &columns.radius[..n],
-            stiffness: &columns.stiffness[..n],
-            shaft_damping: &columns.damping[..n],
-            per_gear: &columns.per_gear[..n],
-            per_load: &columns.per_load[..n],
+            radius,
+            stiffness,
+            shaft_damping,
+            per_gear,
+            per_load,
             meshes: &meshes.as_chunks().0[..n],
             omega: u.speed(),
             motor_torque: &rest[0],
@@ -114,11 +115,22 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// The equations of [`Ring`](super::shape::Ring).
+    /// The equations of [`Ring`](super::shape::Ring); on plain numbers three gears are compiled for their number.
     #[inline(always)]
     pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let n = self.meshes.len();
+        if size_of::<S>() == size_of::<f64>() && n == 3 {
+            self.accelerate_gears(3, law, u, q, v, a);
+        } else {
+            self.accelerate_gears(n, law, u, q, v, a);
+        }
+    }
+
+    /// The same for n gears.
+    #[inline(always)]
+    fn accelerate_gears<S: Scalar, L: Law<S>>(&self, n: usize, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let at = Instant::of(n, &self.columns, u, q, v);
+        let a = &mut a[..2 * n + 1];
         let meshes = &self.meshes[..n];
         let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
         a[0] = (*at.motor_torque - shaft) * (1.0 / self.motor_inertia);
