@@ -84,6 +84,20 @@ fn report_ring<const W: usize>(gears: usize) {
     println!("ring of {gears}, W = {W:2}: {:.2} ns per evaluation and trajectory", 1e9 * each);
 }
 
+/// A ring of 3 over 64 speeds: lanes on one table against a table of its own for every speed.
+fn report_speeds() {
+    let sample = ring(3, 2.0);
+    let omega = sample.mesh_frequency();
+    let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
+    let sweep = Sweep::over(Points::along(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
+    let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
+    let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
+    let lanes = || drop(black_box(sweep.run(&LaneRk4::<16>::new(1000), family, start).expect("the rings run")));
+    let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
+    let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
+    println!("ring of 3 over 64 speeds, table of its own each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})");
+}
+
 fn workload_c(c: &mut Criterion) {
     let mut group = c.benchmark_group("C");
     group.sample_size(10).measurement_time(Duration::from_secs(3));
@@ -108,6 +122,7 @@ fn main() {
     report_ring::<32>(3);
     report_ring::<8>(16);
     report_ring::<16>(16);
+    report_speeds();
     let sweep = ensemble(512);
     let lanes = LaneRk4::<16>::new(STEPS);
     let baseline = lanes.instructions(InstructionSet::Baseline);

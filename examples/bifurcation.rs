@@ -1,18 +1,19 @@
 //! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md),
 //! and the largest Lyapunov exponent beneath.
 //!
-//! `cargo run --release --example bifurcation`
+//! `cargo run --release --example bifurcation`, with `-- --coarse` at a sixth of the speeds
 
 mod support;
 
 use gear_dynamics::{Axis, Bifurcation, DiagramPoint, Dop853, Located, Lyapunov, NfgPair, NfgParams, NfgReading, Points, Row, Rows, Sweep};
 use plotters::prelude::SeriesLabelPosition;
-use support::{Csv, Mark, Outcome, Panel, figure, gallery};
+use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
 
 /// Every half rad/s where the motion is chaotic, coarser elsewhere.
 fn speeds() -> Vec<f64> {
     let span = |from: f64, step: f64, count: usize| (0..count).map(move |i| from + step * i as f64);
-    span(100.0, 3.0, 15).chain(span(145.0, 0.5, 50)).chain(span(170.0, 4.0, 21)).collect()
+    let all = span(100.0, 3.0, 15).chain(span(145.0, 0.5, 50)).chain(span(170.0, 4.0, 21));
+    all.step_by(if coarse() { 6 } else { 1 }).collect()
 }
 
 fn main() -> Outcome<()> {

@@ -25,7 +25,7 @@
 //! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`] says what is inconsistent |
 //! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
 //! | functions of an angle | [`Wave`], [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
-//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], [`PowerLaw`], [`NoPullBacklash`], [`Damped`], ...; [table](guide::contact_laws) |
+//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], [`PowerLaw`], [`NoPullBacklash`], [`Damped`], ...; rigid stops: [`Restitution`]; [table](guide::contact_laws) |
 //! | random drives, functions of time | [`HeldProcess`], [`Held`]; [`Driven`] |
 //! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
@@ -45,6 +45,7 @@ mod dual;
 mod error;
 mod excitation;
 mod held;
+mod impact;
 mod jacobian;
 mod lanes;
 mod machine;
@@ -78,6 +79,7 @@ pub use excitation::{
     CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Sum, Table, Wave, same,
 };
 pub use held::{CounterRng, Held, HeldDrives, HeldProcess};
+pub use impact::Restitution;
 pub use lanes::{InstructionSet, Lanes, TableError};
 pub use machine::Machine;
 pub use mesh::{ContactDamping, Mesh};

@@ -7,6 +7,7 @@ use crate::model::{Channel, Contact, Jacobian, Model, Periodic};
 use crate::piece::{Piece, Side};
 use crate::shape::{AsIs, Drives, OnPieces, Shape, Size};
 use std::f64::consts::TAU;
+use std::fmt;
 use std::sync::Arc;
 
 /// A model made of a [`Shape`], shared, and the values of its constants, its own. Copies are cheap.
@@ -24,7 +25,6 @@ use std::sync::Arc;
 /// assert!(error.starts_with("no constant \"lod torque\"; there are: speed, load torque"), "{error}");
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Debug)]
 pub struct Machine<G> {
     fixed: Arc<Fixed<G>>,
     /// By name.
@@ -34,10 +34,18 @@ pub struct Machine<G> {
 }
 
 /// What all machines of a family share.
-#[derive(Debug)]
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
+}
+
+/// Constants by name.
+impl<G> fmt::Debug for Machine<G> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = self.fixed.names.iter().map(|channel| &channel.name).zip(&self.constants);
+        f.write_str("Machine ")?;
+        f.debug_map().entries(named).finish()
+    }
 }
 
 impl<G> Clone for Machine<G> {
@@ -56,6 +64,9 @@ impl<G: Shape> PartialEq for Machine<G> {
 impl<G: Shape> Machine<G> {
     pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let names = shape.constants();
+        if let Some(twice) = (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name)) {
+            return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
+        }
         let mut constants = vec![f64::NAN; names.len()];
         let fixed = Arc::new(Fixed { shape, names });
         for &(name, value) in given {
@@ -274,6 +285,11 @@ impl<G: Shape> Model for Machine<G> {
         let speed = self.speed();
         self.drive_at(speed * t, side, speed, 0.0, u);
     }
+    #[inline]
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let Size { waves, .. } = self.size();
+        self.shape().waves_again(self.speed() * t, side, &mut u[..waves]);
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
         self.shape().next_edge(speed * t).map(|edge| edge / speed).filter(|edge| *edge > t)
@@ -297,6 +313,9 @@ impl<G: Shape> Model for Machine<G> {
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
         true
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v)
     }
     fn channels(&self) -> Vec<Channel> {
         self.shape().channels()

@@ -1,8 +1,10 @@
 //! A gear mesh: what rings and trains are made of.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::{Wave, earlier};
+use crate::model::Contact;
 use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::piece::Side;
 use crate::scalar::Scalar;
 use crate::shape::Law;
 
@@ -21,33 +23,62 @@ pub enum ContactDamping {
     InContact,
 }
 
-/// What a [`Ring`](crate::Ring) is made of: W = C d' + K(φ) f(d), d the deflection less the error e(φ).   Source: Yao 2020, Eq. (1), with the dots it lacks.
+// Waves of a mesh.
+pub(crate) const STIFFNESS: usize = 0; // K [N/m]
+pub(crate) const ERROR: usize = 1; // e [m]
+pub(crate) const ERROR_RATE: usize = 2; // de/dφ [m]
+pub(crate) const LOWER: usize = 3; // edges of the law [m]
+pub(crate) const UPPER: usize = 4;
+pub(crate) const LOWER_RATE: usize = 5; // over φ
+pub(crate) const UPPER_RATE: usize = 6;
+
+/// W = C d' + K(φ) f(d), d = x - e(φ): a mesh of two gears whose pitch circles have moved by x along the line of action. A
+/// [`Ring`](crate::Ring) is made of meshes, and so may a [`Shape`](crate::Shape) of one's own be: [`waves`](Mesh::waves) gives the drives, from which
+/// [`contact`](Mesh::contact) has its deflection and force.   Source: Yao 2020, Eq. (1), with the dots it lacks.
 ///
 /// ```
-/// use gear_dynamics::{Backlash, Fourier, Mesh, Wave};
+/// use gear_dynamics::{AsIs, Backlash, Fourier, Mesh, Side, Wave};
 /// let stiffness = Wave::constant(2e8)?; // [N/m]
 /// let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]])?); // 1 μm sin φ [m]
 /// let mesh = Mesh::new(stiffness, error, Backlash::new(2.65e-5)?);
-/// assert_eq!(mesh.law().half_width(), 2.65e-5);
+/// let mut waves = [0.0; 7];
+/// mesh.waves(0.0, Side::After, &mut waves);
+/// let contact = mesh.contact(&AsIs, 0, &waves, 1e3, 0.0, 3e-5, 0.0); // φ' = 1000 rad/s, C = 0, x = 30 μm at rest
+/// assert!((contact.force - 2e8 * (3e-5 - 2.65e-5)).abs() < 1e-9);
+/// assert_eq!(contact.rate, -1e-3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh<N = Backlash> {
-    pub(crate) stiffness: Wave,
-    pub(crate) error: Wave,
-    pub(crate) law: N,
-    pub(crate) contact_damping: ContactDamping,
+    stiffness: Wave,
+    error: Wave,
+    law: N,
+    /// Turns of the mesh angle, that of the law, in one turn of the shaft.
+    teeth: u32,
+    contact_damping: ContactDamping,
 }
 
 impl<N: Nonlinearity> Mesh<N> {
+    /// How many drives [`waves`](Mesh::waves) are: K, e, de/dφ, the lower and the upper edge of the law, their rates over φ.
+    pub const WAVES: usize = 7;
+
     /// Stiffness K(φ) [N/m], transmission error e(φ) `[m]`, contact law. Its damping C is a constant of the model that it stands in.
     pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
-        Mesh { stiffness, error, law, contact_damping: ContactDamping::Always }
+        Mesh { stiffness, error, law, teeth: 1, contact_damping: ContactDamping::Always }
     }
 
     /// The same mesh with damping that acts always or only in contact.
     pub fn with_contact_damping(self, contact_damping: ContactDamping) -> Self {
         Mesh { contact_damping, ..self }
+    }
+    /// The same mesh `teeth` times a turn of the shaft, moving edges of its law included.
+    ///
+    /// # Errors
+    /// As [`Wave::per_turn`].
+    pub fn per_turn(self, teeth: u32) -> Result<Self, ParameterError> {
+        let (stiffness, error) = (self.stiffness.per_turn(teeth)?, self.error.per_turn(teeth)?);
+        let teeth = check::count("teeth of a mesh", &[self.teeth as usize, teeth as usize], check::TEETH)? as u32;
+        Ok(Mesh { stiffness, error, teeth, ..self })
     }
 
     /// K(φ).
@@ -63,29 +94,50 @@ impl<N: Nonlinearity> Mesh<N> {
         &self.law
     }
 
-    /// The next angle at which one of its waves or an edge of its gap jumps or kinks.
-    pub(crate) fn next_edge(&self, angle: f64) -> Option<f64> {
-        self.next_edge_of(angle, 1.0)
+    /// The [`WAVES`](Mesh::WAVES) drives of the mesh at an angle of the shaft, seen from one side.
+    ///
+    /// # Panics
+    /// If `u` has room for fewer.
+    pub fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        let error = self.error.jet(angle, side);
+        u[STIFFNESS] = self.stiffness.value(angle, side);
+        (u[ERROR], u[ERROR_RATE]) = (error.value, error.rate);
+        self.edges(angle, side, u);
     }
-    /// The same where the waves are of a shaft that turns once for `teeth` turns of the mesh angle, that of the law.
-    pub(crate) fn next_edge_of(&self, angle: f64, teeth: f64) -> Option<f64> {
+    /// Those of the law's edges alone.
+    pub(crate) fn edges(&self, angle: f64, side: Side, u: &mut [f64]) {
+        let teeth = f64::from(self.teeth);
+        let edges = self.law.edges(teeth * angle, side);
+        (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
+        (u[LOWER_RATE], u[UPPER_RATE]) = (teeth * edges.lower_rate, teeth * edges.upper_rate);
+    }
+    /// The next angle at which one of its waves or an edge of its gap jumps or kinks.
+    pub fn next_edge(&self, angle: f64) -> Option<f64> {
+        let teeth = f64::from(self.teeth);
         let of_law = self.law.next_edge(teeth * angle).map(|edge| edge / teeth);
         earlier(earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle)), of_law)
     }
 
-    /// The same mesh `order` times a turn.
-    pub(crate) fn per_turn(self, order: u32) -> Result<Self, ParameterError> {
-        Ok(Mesh { stiffness: self.stiffness.per_turn(order)?, error: self.error.per_turn(order)?, ..self })
+    /// Contact `i` from the [`waves`](Mesh::waves) of the mesh, φ', the damping C [N s/m], the path x `[m]` and its rate [m/s].
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
+    pub fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, waves: &[S; 7], speed: S, damping: S, x: S, rate: S) -> Contact<S> {
+        let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
+        let (lower, upper) = (waves[LOWER], waves[UPPER]);
+        let at = MeshDrives { stiffness: waves[STIFFNESS], damping, lower, upper };
+        let force = self.force(law, i, deflection, rate, rate, at);
+        let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
+        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
     }
 
-    /// W from the deflection x, its rate, the rate `slip` that is damped and what the drives say.
+    /// W from the deflection d, its rate, the rate `slip` that is damped and what the drives say.
     #[inline(always)]
-    pub(crate) fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, x: S, rate: S, slip: S, at: MeshDrives<S>) -> S {
-        let elastic = at.stiffness * law.force(i, &self.law, x, rate, at.lower, at.upper);
+    pub(crate) fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, d: S, rate: S, slip: S, at: MeshDrives<S>) -> S {
+        let elastic = at.stiffness * law.force(i, &self.law, d, rate, at.lower, at.upper);
         let viscous = at.damping * slip;
         match self.contact_damping {
             ContactDamping::Always => elastic + viscous,
-            ContactDamping::InContact => elastic + viscous * law.touch(i, x, at.lower, at.upper),
+            ContactDamping::InContact => elastic + viscous * law.touch(i, d, at.lower, at.upper),
         }
     }
 }

@@ -125,6 +125,11 @@ pub trait Model {
         let _ = side;
         u[0] = t;
     }
+    /// The same into drives that hold those of another instant: what never changes stands there already and may be left out. Solvers ask
+    /// for it at every stage.
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive(t, side, u);
+    }
     /// The first instant after `t` at which a drive jumps or kinks.
     fn next_edge(&self, t: f64) -> Option<f64> {
         let _ = t;
@@ -138,6 +143,16 @@ pub trait Model {
     /// Deflection, rate, edges and force of every contact.
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let _ = (u, q, v, out);
+    }
+
+    /// A rigid stop: where contact `contact` meets the edge of its gap on flank `on`, the velocities jump to what this makes of `v`, and the
+    /// contact stays in its gap. `false`: no stop, the edge is crossed.
+    ///
+    /// Which edges are stops is a matter of contact and flank alone. The deflection at a stop depends on drives and coordinates, not on
+    /// velocities, and `accel` goes on smoothly past it, as far as the stages of one step need. See [`Restitution`](crate::Restitution).
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        let _ = (contact, on, u, q, v);
+        false
     }
 
     /// q'' with every contact held on a given piece. `false`: not offered, and edges are found by re-stepping.
@@ -176,6 +191,9 @@ impl<M: Model + ?Sized> Model for &M {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         (**self).drive(t, side, u);
     }
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        (**self).redrive(t, side, u);
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)
     }
@@ -184,6 +202,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         (**self).contact(u, q, v, out);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        (**self).impact(contact, on, u, q, v)
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         (**self).accel_on_pieces(pieces, u, q, v, a)

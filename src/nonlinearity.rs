@@ -120,6 +120,10 @@ pub trait Nonlinearity: PartialEq {
         let _ = angle;
         None
     }
+    /// Whether the edges depend on the angle. Default: they do, unless there are none.
+    fn moves(&self) -> bool {
+        self.edges(0.0, Side::After) != Edges::NONE
+    }
 
     /// f(x) at rest at the angle 0.
     fn at(&self, x: f64) -> f64 {
@@ -209,5 +213,8 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         each_law!(self, law => law.next_edge(angle))
+    }
+    fn moves(&self) -> bool {
+        each_law!(self, law => law.moves())
     }
 }

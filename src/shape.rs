@@ -44,36 +44,40 @@ impl Size {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Drives<'u, S> {
-    waves: usize,
-    all: &'u [S],
+    waves: &'u [S],
+    /// φ', φ'', the other constants.
+    rest: &'u [S],
 }
 
 impl<'u, S: Scalar> Drives<'u, S> {
     /// From all drives of a model, of which the first ones are waves.
+    ///
+    /// # Panics
+    /// If there are fewer drives than waves.
     #[inline(always)]
     pub fn new(waves: usize, all: &'u [S]) -> Self {
-        Drives { waves, all }
+        let (waves, rest) = all.split_at(waves);
+        Drives { waves, rest }
     }
     /// The waves, as many as are asked for: `let [stiffness, error] = u.waves();`. Those that the shape does not have are not numbers.
     #[inline(always)]
     pub fn waves<const N: usize>(&self) -> [S; N] {
-        let waves = &self.all[..self.waves];
-        std::array::from_fn(|i| waves.get(i).copied().unwrap_or(S::from(f64::NAN)))
+        std::array::from_fn(|i| self.waves.get(i).copied().unwrap_or(S::from(f64::NAN)))
     }
     /// All waves.
     #[inline(always)]
     pub fn all_waves(&self) -> &'u [S] {
-        &self.all[..self.waves]
+        self.waves
     }
     /// φ': rates over time are rates over the angle times it.
     #[inline(always)]
     pub fn speed(&self) -> S {
-        self.all[self.waves]
+        self.rest[0]
     }
     /// φ'': zero at constant speed. A second derivative over time is f'' φ'² + f' φ''.
     #[inline(always)]
     pub fn acceleration(&self) -> S {
-        self.all[self.waves + 1]
+        self.rest[1]
     }
     /// The constants without the speed, as many as are asked for: `let [load, damping] = u.constants();`. Those that the shape does not have
     /// are not numbers.
@@ -85,7 +89,7 @@ impl<'u, S: Scalar> Drives<'u, S> {
     /// All constants without the speed.
     #[inline(always)]
     pub fn all_constants(&self) -> &'u [S] {
-        &self.all[self.waves + 2..]
+        &self.rest[2..]
     }
 }
 
@@ -164,6 +168,10 @@ pub trait Shape: PartialEq {
     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
         let _ = (angle, side, u);
     }
+    /// The same into waves of another angle: what never changes stands there already and may be left out.
+    fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
+        self.waves(angle, side, u);
+    }
     /// The first angle after this one at which a wave jumps or kinks.
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let _ = angle;
@@ -185,6 +193,13 @@ pub trait Shape: PartialEq {
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         let _ = constants;
         Ok(())
+    }
+
+    /// Velocities behind an impact on a rigid stop: contact `contact` meets its flank `on`. `false`: that flank is no stop. Lanes and tables refuse
+    /// a shape with stops. See [`Model::impact`](crate::Model::impact) and [`Restitution`](crate::Restitution).
+    fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) -> bool {
+        let _ = (contact, on, u, q, v);
+        false
     }
 
     /// Output channels of the model's own.

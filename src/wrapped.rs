@@ -88,6 +88,9 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
         self.model.jacobian(pieces, u, q, v, out)
     }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
+    }
     fn channels(&self) -> Vec<Channel> {
         self.model.channels()
     }

@@ -26,6 +26,28 @@ fn steps_allocate_nothing<I: Integrator, M: Model>(name: &str, solver: &I, model
     assert_eq!(short, long, "{name}");
 }
 
+/// A ball on a rigid floor.
+struct Ball;
+
+impl Model for Ball {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = -1.0;
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
+    }
+    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        v[0] = -v[0];
+        true
+    }
+}
+
 #[test]
 fn steps_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
@@ -33,11 +55,12 @@ fn steps_do_not_allocate() {
     steps_allocate_nothing("pair, rk4", &Rk4::new(0.5), &pair, &start, pair.period());
     steps_allocate_nothing("pair, rk45", &Rk45::new(), &pair, &start, pair.period());
     steps_allocate_nothing("pair, dop853", &Dop853::new(), &pair, &start, pair.period());
+    steps_allocate_nothing("ball, dop853", &Dop853::new(), &Ball, &State::new(0.0, &[1.0], &[0.0]), 200.0);
     let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
     steps_allocate_nothing("pair of two", &Dop853::new().atol(1e-14), &two, &two.static_start().unwrap(), two.period());
     let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
     steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
-    let slots: Vec<usize> = (0..6).map(|i| ring.damping_slot(i)).collect();
+    let slots: Vec<usize> = (1..=6).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
     let noisy = Held::new(ring).per_slot(&slots, 500.0, process).unwrap();
     steps_allocate_nothing("noisy ring", &Dop853::new(), &noisy, &State::at_rest(13), 0.1);

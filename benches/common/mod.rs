@@ -86,6 +86,12 @@ impl Model for Pair {
     }
 }
 
+impl Periodic for Pair {
+    fn period(&self) -> f64 {
+        TAU / self.wc
+    }
+}
+
 /// The same as a shape: what runs in lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rattling {
@@ -113,12 +119,6 @@ impl Shape for Rattling {
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [_, forcing] = u.waves();
         a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
-    }
-}
-
-impl Periodic for Pair {
-    fn period(&self) -> f64 {
-        TAU / self.wc
     }
 }
 
@@ -152,10 +152,20 @@ pub const RING_END: f64 = 0.2;
 
 /// The ring of workloads B3 and B16, `torque` on every output, balanced.
 pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
+    ring_with_load(gears, 1.5e-3, torque)
+}
+
+/// The same with another inertia of the loads: the corrected workloads have 0.01 kg m² and 20 N m.
+pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::Ring {
+    gear_dynamics::Ring::as_printed(&ring_params(gears, load_inertia, torque)).expect("the parameters are in range")
+}
+
+/// Its parameters.
+pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::RingParams {
     use gear_dynamics::*;
     let set = RingSet {
         gear_inertia: 1.5e-3,
-        load_inertia: 1.5e-3,
+        load_inertia,
         base_radius: 0.0564,
         motor_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
         output_shaft: Shaft { stiffness: 3e5, damping: 1.0 },
@@ -167,10 +177,11 @@ pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
         load_torque: torque,
         ..RingSet::a(gears, 1000.0)
     };
-    Ring::as_printed(&set.params().expect("the parameters are in range")).expect("the parameters are in range")
+    set.params().expect("the parameters are in range")
 }
 
 pub mod hand_dop853;
+pub mod hand_ring;
 
 /// The loop one would write for workload A and nothing else: RK4, drives shared between stages and from step to step.
 pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {

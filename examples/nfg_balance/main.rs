@@ -6,7 +6,7 @@
 //! start each point from the one before, upwards and downwards, as a test stand does. Peak-to-peak values are given of q and of its elastic
 //! part f(q), which leaves out the gap.
 //!
-//! `cargo run --release --example nfg_balance`
+//! `cargo run --release --example nfg_balance`, with `-- --coarse` at a sixth of the points
 
 mod motions;
 #[path = "../support/mod.rs"]
@@ -26,7 +26,7 @@ use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::Path;
-use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
+use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery, progress};
 use sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
 
 /// Motor speed r/min, then A_c, A_e and ξ of the theory, then of the experiment f_c [Hz], f_e [Hz] and ξ. The printed headers of A_c and A_e
@@ -125,8 +125,8 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
 /// coefficients drawn at random within the half width of the gap, and the roots already found with each coefficient shifted at random.
 fn roots_of_p(speed: f64) -> Outcome<()> {
     const TURNS: usize = 6;
-    const DRAWN: u64 = 600;
     const SHIFTED: u64 = 40;
+    let starts_drawn: u64 = if coarse() { 60 } else { 600 };
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
     let orbit_of = |coefficients: Vec<f64>| Orbit::new(newton.harmonics(), pair.period(), &[coefficients]);
@@ -141,7 +141,7 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
         }
     }
     let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.with_seed(2021);
-    for k in 0..DRAWN {
+    for k in 0..starts_drawn {
         let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
         starts.push(orbit_of(drawn.collect())?);
     }
@@ -157,7 +157,7 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
                 continue;
             }
             for k in 0..SHIFTED {
-                let k = DRAWN + SHIFTED * roots.len() as u64 + k;
+                let k = starts_drawn + SHIFTED * roots.len() as u64 + k;
                 let shifted = orbit.coefficients(0).iter().enumerate().map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
                 starts.push(orbit_of(shifted.collect())?);
             }
@@ -357,7 +357,7 @@ fn main() -> Outcome<()> {
     table2(&folder)?;
 
     let runs: Vec<Case> = (0..SWEEPS.len()).flat_map(|s| [2, 1, 0].into_iter().flat_map(move |r| (0..2).map(move |b| (s, r, b)))).collect();
-    let bar = progress("sweeps", runs.iter().map(|&(s, r, _)| SWEEPS[s].intervals[r.min(1)] + 1).sum());
+    let bar = progress("sweeps", runs.iter().map(|&(s, r, _)| SWEEPS[s].intervals(r) + 1).sum());
     let points: Result<Vec<_>, String> = runs
         .par_iter()
         .map(|&(s, r, b)| {

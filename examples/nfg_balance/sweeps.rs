@@ -1,7 +1,7 @@
 //! Parameters carried from end to end.
 
 use crate::motions::{Point, converged, paper, paper_orbit, paper_point};
-use crate::support::Outcome;
+use crate::support::{Outcome, coarse};
 use gear_dynamics::{NfgPair, NfgParams, NfgReading, Orbit, RattleState};
 
 /// A parameter carried from end to end.
@@ -94,6 +94,11 @@ pub const SWEEPS: [Sweep; 8] = [
 ];
 
 impl Sweep {
+    /// Intervals of a reading; a sixth in a short run.
+    pub fn intervals(&self, reading: usize) -> usize {
+        let intervals = self.intervals[reading.min(1)];
+        if coarse() { (intervals / 6).max(4) } else { intervals }
+    }
     pub fn value(&self, i: usize, intervals: usize) -> f64 {
         let x = self.from + (self.to - self.from) * i as f64 / intervals as f64;
         (1e9 * x).round() / 1e9
@@ -129,7 +134,7 @@ pub fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) 
 
 /// The points of one sweep of one reading in one direction, in order of the parameter; `None` where no orbit was found.
 pub fn follow(sweep: &Sweep, reading: usize, branch: usize, tick: impl Fn()) -> Outcome<Vec<(f64, Option<Point>)>> {
-    let n = sweep.intervals[reading.min(1)];
+    let n = sweep.intervals(reading);
     let mut orbit: Option<(f64, Orbit)> = None;
     let mut motion = None;
     let mut points = Vec::new();

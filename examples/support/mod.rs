@@ -18,6 +18,12 @@ pub fn gallery(example: &str) -> Outcome<PathBuf> {
     Ok(folder)
 }
 
+/// Whether a short run is asked for by `-- --coarse`: fewer points, the same steps.
+#[allow(dead_code, reason = "only long examples have a short run")]
+pub fn coarse() -> bool {
+    std::env::args().any(|arg| arg == "--coarse")
+}
+
 /// Rows of comma-separated values.
 pub struct Csv(BufWriter<File>);
 

@@ -7,7 +7,7 @@ use crate::ode::{Observer, Step};
 use crate::piece::{Piece, Side};
 use std::ops::ControlFlow;
 
-/// The rattle state of a mesh, numbered as rsv in the second paper; a mesh that never touches is floating.
+/// The rattle state of a mesh, numbered as rsv in Liu 2021; a mesh that never touches is floating.
 ///
 /// ```
 /// use gear_dynamics::RattleState;
@@ -48,7 +48,7 @@ impl std::fmt::Display for RattleState {
 pub struct ContactStatistics {
     /// Time on the lower flank, in the gap, on the upper flank.
     pub time: [f64; 3],
-    /// Impacts on the lower and on the upper flank: entries from the gap, if it has a width.
+    /// Impacts on the lower and on the upper flank: entries from the gap, if it has a width, and rebounds from rigid stops.
     pub impacts: [u64; 2],
 }
 
@@ -56,6 +56,8 @@ impl ContactStatistics {
     /// The rattle state.
     pub fn state(&self) -> RattleState {
         let [lower, gap, upper] = self.time.map(|t| t > 0.0);
+        // Rigid stops are met without a time on them.
+        let [lower, upper] = [lower || self.impacts[0] > 0, upper || self.impacts[1] > 0];
         match (lower, upper, gap) {
             // From flank to flank without an impact: there is no backlash.
             (true, true, _) if self.impacts == [0, 0] => RattleState::None,
@@ -166,6 +168,9 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
                 // The width of the gap counts where the piece changes.
                 let closed = self.last[i] != Some(piece) && self.is_closed(i, piece, step);
                 self.count(i, piece, t1 - t0, closed);
+            }
+            for crossing in step.crossings().iter().filter(|c| c.rebounds) {
+                self.contacts[crossing.contact].impacts[usize::from(crossing.to == Piece::Upper)] += 1;
             }
         } else {
             for [x, w] in GAUSS {

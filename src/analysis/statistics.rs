@@ -49,7 +49,7 @@ impl Summary {
         })
     }
 
-    /// max - min: the ppv of the second paper.
+    /// max - min: the ppv of Liu 2021.
     pub fn peak_to_peak(&self) -> f64 {
         self.max - self.min
     }

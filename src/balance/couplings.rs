@@ -1,7 +1,8 @@
 //! Which accelerations depend on which coordinates.
 
 use super::BalanceError;
-use crate::model::{Jacobian, Periodic};
+use crate::impact::first_stop;
+use crate::model::{Jacobian, Model, Periodic};
 use crate::orbit::rigid_motions;
 use crate::piece::{Piece, Side};
 use crate::slopes::Slopes;
@@ -114,4 +115,9 @@ pub(super) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
     model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
+}
+
+/// No series holds velocities that jump.
+pub(super) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
+    first_stop(model).map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

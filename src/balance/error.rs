@@ -47,6 +47,12 @@ pub enum BalanceError {
         /// What was asked for.
         integrals: Integrals,
     },
+    /// A rigid stop: velocities that jump are no series. [`Shooting`](crate::Shooting) takes them.
+    #[error("contact {contact} has a rigid stop, at which velocities jump: a balance cannot hold it; use Shooting")]
+    RigidStop {
+        /// Which contact.
+        contact: usize,
+    },
     /// A start with the teeth apart.
     #[error(
         "contact {contact} stays in its gap at the start: there nothing restores the mean, and every mean is as good as any other; \

@@ -9,6 +9,7 @@ use super::switching::Switching;
 use super::transform::samples_for;
 use super::{grid::Grid, kinks::Kinks, spectra::Spectra};
 use crate::budget::{Budget, Exhausted, Meter};
+use crate::impact::first_stop;
 use crate::model::{Contact, Periodic};
 use crate::orbit::{Multipliers, rigid_modes};
 use crate::piece::{Piece, Side};
@@ -26,8 +27,8 @@ impl Orbit {
     ///
     /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
     /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
-    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, or more
-    /// than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
+    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, a rigid
+    /// stop, or more than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
         self.multipliers_within(model, &Budget::new()).ok().flatten()
     }
@@ -44,7 +45,7 @@ impl Orbit {
 
     fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
         let n = self.dof();
-        if model.dof() != n {
+        if model.dof() != n || first_stop(model).is_some() {
             return None;
         }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };

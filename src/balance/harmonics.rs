@@ -9,7 +9,7 @@ use crate::error::{ParameterError, check};
 /// ```
 /// use gear_dynamics::Harmonics;
 /// assert_eq!(Harmonics::up_to(2).unknowns(), 5);
-/// let paper = Harmonics::bands(63, 1, 2)?; // the 15 unknowns of the second paper
+/// let paper = Harmonics::bands(63, 1, 2)?; // the 15 unknowns of Liu 2021
 /// assert_eq!(paper.orders(), [0, 1, 2, 61, 62, 63, 64, 65]);
 /// assert_eq!(paper.unknowns(), 15);
 /// assert!(Harmonics::bands(usize::MAX, 1, 2).is_err());

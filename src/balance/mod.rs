@@ -60,7 +60,7 @@ pub enum Integrals {
     /// [`BalanceNote::Coarse`] says so.
     #[default]
     Exact,
-    /// Sampled at M uniform instants, as the second paper does: a dead zone then has a Jacobian that jumps, and folds that are not there.
+    /// Sampled at M uniform instants, as Liu 2021 does: a dead zone then has a Jacobian that jumps, and folds that are not there.
     Sampled {
         /// M.
         samples: usize,
@@ -180,6 +180,7 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
@@ -198,11 +199,7 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
     pub fn solve<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
-        self.solve_any(&model, guess)
-    }
-
-    fn solve_any(&self, model: &dyn Periodic, guess: &Orbit) -> Result<Orbit, BalanceError> {
-        self.solve_within(model, guess, &self.budget.begin())
+        self.solve_within(&model, guess, &self.budget.begin())
     }
 
     /// The same within what is left of a budget.
@@ -210,7 +207,7 @@ impl Balance {
         self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| self.finer_equations(model, orbit))
     }
 
-    /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in the second paper. The integrals
+    /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in Liu 2021. The integrals
     /// have to be sampled.
     ///
     /// # Errors
@@ -264,6 +261,7 @@ impl Balance {
     }
 
     fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+        couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }

@@ -2,7 +2,7 @@
 
 use super::assembly::Layout;
 use super::closed::Closed;
-use super::couplings::{Couplings, free_motions, holds_pieces};
+use super::couplings::{Couplings, free_motions, holds_pieces, refuse_stops};
 use super::gauss::any_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
@@ -76,6 +76,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
     pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
         let n = model.dof();
+        refuse_stops(model)?;
         check::scale("period of the model", model.period())?;
         harmonics.check()?;
         if near.dof() != n || n == 0 {
@@ -340,7 +341,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 }
 
 impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Yao 2020 does.
+    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Liu 2021 does.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);

@@ -1,4 +1,4 @@
-//! The contact force truncated to the kept orders before it meets the stiffness, as the second paper does.
+//! The contact force truncated to the kept orders before it meets the stiffness, as Liu 2021 does.
 
 use super::Harmonics;
 use super::assembly::Layout;

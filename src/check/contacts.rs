@@ -1,7 +1,7 @@
 //! Contacts against the acceleration: at each finite edge it bends or jumps, its pieces part, and the force told does as it does.
 
 use super::point::Point;
-use super::{Finding, ROUNDING};
+use super::{FINE, Finding, ROUNDING};
 use crate::model::{Contact, Model, State};
 use crate::piece::Piece;
 
@@ -107,6 +107,11 @@ impl<M: Model + ?Sized> Point<'_, M> {
             let speeds = self.speeds(contact, &line);
             let mut seen: [Vec<Seen>; 2] = Default::default();
             for edge in line.edges() {
+                let on = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
+                if self.model.impact(contact, on, &self.u, &line.q, &mut self.state.v.clone()) {
+                    findings.extend(self.stop(contact, &line, on, edge));
+                    continue;
+                }
                 let [still, moving] = [&speeds[0], &speeds[1]].map(|v| self.look(contact, &line, v, edge));
                 let (Some(still), Some(moving)) = (still, moving) else { continue };
                 let is_edge = |(row, changes): (usize, &[Change; 2])| Change::is_edge(*changes, still.h, ROUNDING * self.terms[row]);
@@ -137,6 +142,27 @@ impl<M: Model + ?Sized> Point<'_, M> {
             v[j] += self.size[1];
             deflection(&v) != base
         })
+    }
+
+    /// A contact that meets a rigid stop turns round, and leaves it no faster than it came.
+    fn stop(&self, contact: usize, line: &Line, on: Piece, edge: f64) -> Option<Finding> {
+        let q = line.to(edge);
+        let leaving = |v: &[f64]| {
+            let c = self.contacts(&q, v)[contact];
+            if on == Piece::Lower { c.rate - c.lower_rate } else { c.upper_rate - c.rate }
+        };
+        let [still, moving] = self.speeds(contact, line);
+        let swing = moving.iter().zip(&still).map(|(a, b)| a - b);
+        let mut v: Vec<f64> =
+            still.iter().zip(swing).map(|(still, swing)| still + if on == Piece::Lower { -swing } else { swing }).collect();
+        let approach = -leaving(&v);
+        if approach.is_nan() || approach <= 0.0 {
+            return None; // the stop runs away faster
+        }
+        self.model.impact(contact, on, &self.u, &q, &mut v);
+        let leaves = leaving(&v);
+        let right = leaves >= -FINE * approach && leaves <= (1.0 + FINE) * approach;
+        (!right).then_some(Finding::Rebound { contact, edge, approach, leaves })
     }
 
     /// Velocities at which the deflection rests, and at which it moves against its edges, so that damping shows.

@@ -37,6 +37,11 @@ impl fmt::Display for Finding {
                 "contact {contact}: it has an edge at the deflection {edge}, but accel neither bends nor jumps there; is it the edge that accel \
                  uses?"
             ),
+            Finding::Rebound { contact, edge, approach, leaves } => write!(
+                f,
+                "impact: contact {contact} meets its stop at the deflection {edge} with a speed of {approach} over it and leaves it with {leaves}; \
+                 it must leave, and no faster than it came"
+            ),
             Finding::UntoldKink { component, q } => write!(
                 f,
                 "accel: component {component} bends or jumps at q = {q:?}, where no contact has an edge; tell it by contacts() and contact(), \

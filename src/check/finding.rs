@@ -81,6 +81,17 @@ pub enum Finding {
         /// The deflection at the edge that was looked at.
         edge: f64,
     },
+    /// After an impact on a rigid stop the contact still approaches it, or leaves it faster than it came.
+    Rebound {
+        /// Which contact.
+        contact: usize,
+        /// The deflection at the stop.
+        edge: f64,
+        /// Speed over the stop before the impact.
+        approach: f64,
+        /// Speed away from it behind the impact.
+        leaves: f64,
+    },
     /// The acceleration bends or jumps where no contact has an edge.
     UntoldKink {
         /// Component.

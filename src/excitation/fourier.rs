@@ -2,6 +2,7 @@
 
 use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
@@ -89,24 +90,55 @@ impl Fourier {
     /// f(φ) with its derivatives over φ/times, from the sine and cosine of φ.
     #[inline]
     pub(crate) fn jet_of(&self, (s1, c1): (f64, f64), times: f64) -> Jet {
-        let (mut s, mut c, mut n) = (s1, c1, 0.0);
+        let (mut s, mut c, mut w) = (s1, c1, 0.0);
         let mut jet = Jet::constant(self.mean);
-        for &[cos, sin] in &self.pairs {
-            n += times;
+        for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
+            if n > 0 {
+                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            }
+            w += times;
             let wave = cos * c + sin * s;
             jet.value += wave;
-            jet.rate += n * (sin * c - cos * s);
-            jet.second -= n * n * wave;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            jet.rate += w * (sin * c - cos * s);
+            jet.second -= w * w * wave;
         }
         jet
     }
 }
 
+thread_local! {
+    /// The angle asked for last, with its sine and cosine.
+    static LAST: Cell<[f64; 3]> = const { Cell::new([0.0, 0.0, 1.0]) };
+}
+
+/// sin x and cos x. Waves of one order and phase are asked for one after the other at the same angle: the second finds them computed.
+#[inline]
+fn sincos(x: f64) -> (f64, f64) {
+    let [last, s, c] = LAST.get();
+    if last.to_bits() == x.to_bits() {
+        return (s, c);
+    }
+    let (s, c) = libm::sincos(x);
+    LAST.set([x, s, c]);
+    (s, c)
+}
+
 impl Excitation for Fourier {
     #[inline]
     fn jet(&self, angle: f64) -> Jet {
-        self.jet_of(libm::sincos(angle), 1.0)
+        self.jet_of(sincos(angle), 1.0)
+    }
+    #[inline]
+    fn value(&self, angle: f64) -> f64 {
+        let (s1, c1) = sincos(angle);
+        let (mut s, mut c, mut value) = (s1, c1, self.mean);
+        for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
+            if n > 0 {
+                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            }
+            value += cos * c + sin * s;
+        }
+        value
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

@@ -72,6 +72,9 @@ impl Nonlinearity for Backlash {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
         dead_zone_on(piece, x, lower, upper)
     }
+    fn moves(&self) -> bool {
+        false
+    }
     fn edges(&self, _: f64, _: Side) -> Edges {
         Edges::symmetric(self.half_width, 0.0)
     }
@@ -159,6 +162,9 @@ impl Nonlinearity for AsymmetricBacklash {
             Piece::Gap => unit,
             Piece::Upper => unit * self.slopes[1],
         }
+    }
+    fn moves(&self) -> bool {
+        false
     }
     fn edges(&self, _: f64, _: Side) -> Edges {
         Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }

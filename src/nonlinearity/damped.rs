@@ -118,4 +118,7 @@ impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         self.law.next_edge(angle)
     }
+    fn moves(&self) -> bool {
+        self.law.moves()
+    }
 }

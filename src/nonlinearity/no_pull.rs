@@ -85,6 +85,9 @@ impl Nonlinearity for NoPullBacklash {
             _ => x,
         }
     }
+    fn moves(&self) -> bool {
+        false
+    }
     fn edges(&self, _: f64, _: Side) -> Edges {
         Edges::symmetric(self.half_width, 0.0)
     }

@@ -80,6 +80,9 @@ impl Nonlinearity for PowerLaw {
             _ => S::from(0.0),
         }
     }
+    fn moves(&self) -> bool {
+        false
+    }
     fn edges(&self, _: f64, _: Side) -> Edges {
         Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
     }

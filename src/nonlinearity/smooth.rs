@@ -90,6 +90,9 @@ impl Nonlinearity for SmoothedBacklash {
         let p = |y: S| (y + (y * y + s2).sqrt()) * 0.5;
         p(x - upper) - p(lower - x)
     }
+    fn moves(&self) -> bool {
+        false
+    }
     fn edges(&self, _: f64, _: Side) -> Edges {
         Edges::symmetric(self.half_width, 0.0)
     }

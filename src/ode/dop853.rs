@@ -69,7 +69,7 @@ impl Tableau for Order8 {
     /// |e5|²/√(|e5|² + 0.01 |e3|²): the two estimates combined.
     #[inline(always)]
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
-        let (e5, e3) = (e.norm(&table::E5), e.norm(&table::E3));
+        let [e5, e3] = e.norms([&table::E5, &table::E3]);
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
         if both == 0.0 { 0.0 } else { e5 * e5 / both }
     }

@@ -1,11 +1,14 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
+use super::blocks::Blocks;
 use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
 use super::engine::{Engine, LARGEST, Tableau};
 use super::locate::{Exit, Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
+use super::stops::Stops;
 use super::vector::Vector;
 use super::{Finish, IntegrateError, Stats};
+use crate::impact::first_stop;
 use crate::model::{Model, State};
 use crate::piece::{Piece, Side};
 use std::marker::PhantomData;
@@ -21,13 +24,18 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     t_end: f64,
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
+    if !limits.locate
+        && let Some(contact) = first_stop(model)
+    {
+        return Err(IntegrateError::StopNotLocated { contact });
+    }
     match (model.dof(), limits.locate && model.contacts() > 0) {
         (1, false) => integrate::<T, M, [f64; 2], false>(rule, limits, model, start, t_end, observer),
         (1, true) => integrate::<T, M, [f64; 2], true>(rule, limits, model, start, t_end, observer),
         (2, false) => integrate::<T, M, [f64; 4], false>(rule, limits, model, start, t_end, observer),
         (2, true) => integrate::<T, M, [f64; 4], true>(rule, limits, model, start, t_end, observer),
-        (_, false) => integrate::<T, M, Vec<f64>, false>(rule, limits, model, start, t_end, observer),
-        (_, true) => integrate::<T, M, Vec<f64>, true>(rule, limits, model, start, t_end, observer),
+        (_, false) => integrate::<T, M, Blocks, false>(rule, limits, model, start, t_end, observer),
+        (_, true) => integrate::<T, M, Blocks, true>(rule, limits, model, start, t_end, observer),
     }
 }
 
@@ -108,12 +116,13 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
 impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     fn new<T: Tableau, const LOCATE: bool>(rule: StepRule<'_>, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
-        let mut e = Engine::<M, V>::new::<T>(model, start);
-        let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 });
+        let mut e = Engine::<M, V>::new::<T>(model, start, LOCATE);
+        let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 }, Stops::new::<M, LOCATE>(model));
         if LOCATE {
             locator.measure_noise(&mut e);
             locator.classify(&mut e, true);
             check_gaps(&e, e.t)?;
+            locator.check_stops(e.t)?;
             e.frozen = can_freeze(&e);
         }
         e.derivative_at_start();
@@ -131,16 +140,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             }
         };
         let edge = edge_after(model, e.t)?;
-        Ok(Run {
-            e,
-            pace,
-            locator,
-            crossings: Vec::with_capacity(2 * model.contacts()),
-            edge,
-            stop: edge.min(t_end),
-            retreats: 0,
-            stats: Stats::default(),
-        })
+        let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
+        Ok(Run { e, pace, locator, crossings, edge, stop: edge.min(t_end), retreats: 0, stats: Stats::default() })
     }
 
     /// Whether the step just made is good enough; if not, the pace has a shorter one.
@@ -186,14 +187,17 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 if theta < 1.0 && !step_to_edge::<T, M, V>(e, &self.locator, theta, exit) {
                     return stall(e.t, exit);
                 }
-                let pieces = &e.pieces;
-                let crossing = |exit: Exit| Crossing { contact: exit.contact, from: pieces[exit.contact], to: exit.to };
+                let (pieces, stops) = (&e.pieces, &self.locator.stops);
+                let crossing = |Exit { contact, to }| Crossing { contact, from: pieces[contact], to, rebounds: stops.rigid(contact, to) };
                 self.crossings.push(crossing(exit));
                 self.crossings.extend(self.locator.together(pieces, &e.contacts, exit).map(crossing));
+                self.locator.strike_at_end(e, &mut self.crossings)?;
                 self.stats.crossings += self.crossings.len() as u64;
             }
             Found::At(_, exit) | Found::AtOnce(exit) => {
-                if !self.locator.change(&mut e.pieces, exit) {
+                if self.locator.stops.rigid(exit.contact, exit.to) {
+                    self.locator.strike_at_start(e, exit, &mut self.crossings)?;
+                } else if !self.locator.change(&mut e.pieces, exit) {
                     return stall(e.t, exit);
                 }
                 e.derivative_at_start();
@@ -210,7 +214,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     #[inline(always)]
     fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool, t_end: f64) -> Result<(), IntegrateError> {
         let e = &mut self.e;
-        let unknown = LOCATE && !at_edge && self.crossings.iter().any(|c| self.locator.jumps[c.contact].is_none());
+        let unknown = LOCATE && !at_edge && self.crossings.iter().any(|c| !c.rebounds && self.locator.jumps[c.contact].is_none());
         if unknown {
             e.accept::<T, LOCATE>(); // the derivative on the old pieces, to compare with
         } else {
@@ -218,7 +222,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         }
         if LOCATE {
             self.locator.accept(e);
-            for crossing in &self.crossings {
+            let longest = self.locator.rebound(e);
+            if T::ADAPTIVE {
+                self.pace.h = self.pace.h.min(longest);
+            }
+            for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
                 e.pieces[crossing.contact] = crossing.to;
             }
         }
@@ -226,6 +234,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             if LOCATE {
                 self.locator.classify(e, false);
                 check_gaps(e, e.t)?;
+                self.locator.check_stops(e.t)?;
             }
             self.stats.drive_edges += 1;
             self.edge = edge_after(e.model, e.t)?;
@@ -295,8 +304,8 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
     let (mut lo, mut hi) = ((e.t, None), (far, None));
     for _ in 0..RESTEPS {
         let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
-        // A clock far from zero may be too coarse to meet it any closer.
-        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs()) {
+        // A clock far from zero may be too coarse to meet it any closer, and so may the sum of a step.
+        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs().max(e.h())) {
             return true;
         }
         let here = (e.t1, Some(value));
@@ -339,7 +348,7 @@ fn note_jumps<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &
     let before = e.look.slice();
     let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-    for crossing in crossings {
+    for crossing in crossings.iter().filter(|c| !c.rebounds) {
         locator.jumps[crossing.contact] = Some(change > 1e-7 * size);
     }
 }

@@ -41,7 +41,7 @@ pub trait Tableau {
 }
 
 /// Slots that any tableau may use.
-const SLOTS: usize = 16;
+pub(super) const SLOTS: usize = 16;
 /// Dense coefficients that any tableau may use, y0 included.
 const DENSE: usize = 8;
 /// Motions are given up beyond this size: their squares and products would overflow.
@@ -54,9 +54,8 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) t: f64,
     pub(crate) t1: f64,
     pub(super) h: f64,
-    /// Coordinates, then velocities, at the start, at a stage and at the end.
+    /// Coordinates, then velocities, at the start and at the end.
     pub(crate) y: V,
-    stage: V,
     pub(crate) y1: V,
     /// The derivatives k_1, k_2, ...
     pub(crate) k: [V; SLOTS],
@@ -90,23 +89,25 @@ pub(crate) struct Ready {
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
-    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
+    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State, locate: bool) -> Self {
         let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
         let mut y = V::zeros(m);
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
         q.copy_from_slice(&start.q);
         v.copy_from_slice(&start.v);
+        // Once in full; at every stage what changes.
+        let mut u = vec![0.0; drives];
+        model.drive(start.t, Side::After, &mut u);
         Engine {
             model,
             t: start.t,
             t1: start.t,
             h: 0.0,
-            stage: V::zeros(m),
             y1: y.clone(),
-            k: std::array::from_fn(|s| V::zeros(if s < T::SLOTS { m } else { 0 })),
-            u_stage: vec![0.0; drives],
-            u1: vec![0.0; drives],
-            u_probe: vec![0.0; if contacts > 0 { drives } else { 0 }],
+            k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
+            u_probe: if locate { u.clone() } else { Vec::new() },
+            u_stage: u.clone(),
+            u1: u,
             pieces: vec![Piece::Gap; contacts],
             frozen: false,
             rtol: 0.0,
@@ -138,7 +139,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn drive(&mut self, c: f64) {
         let t = self.t + c * self.h();
-        self.model.drive(t, Side::After, &mut self.u_stage);
+        self.model.redrive(t, Side::After, &mut self.u_stage);
     }
 
     /// The drives at node `PROBE`, kept.
@@ -153,39 +154,27 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// The drives at its end, seen from before.
     #[inline(always)]
     pub(crate) fn drive_end(&mut self) {
-        self.model.drive(self.t1, Side::Before, &mut self.u1);
+        self.model.redrive(self.t1, Side::Before, &mut self.u1);
     }
 
     /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        if V::LOCAL {
-            let mut stage = V::zeros(0);
-            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &stage, &mut self.k[s]);
-        } else {
-            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u_stage, &self.stage, &mut self.k[s]);
-        }
+        let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
-        if V::LOCAL {
-            let mut stage = V::zeros(0);
-            combine(stage.slice_mut(), &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &stage, &mut self.k[s]);
-        } else {
-            combine(self.stage.slice_mut(), &self.y, &self.k, self.h, row);
-            derivative::<M, V, HELD>(self.model, &self.pieces, &self.u1, &self.stage, &mut self.k[s]);
-        }
+        let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
     }
 
     /// y1 = y0 + h Σ b k.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
-        combine(self.y1.slice_mut(), &self.y, &self.k, self.h, row);
+        V::combine(&mut self.y1, &self.y, &self.k, self.h, row);
     }
 
     /// f(t1, y1) into its slot, once.
@@ -212,7 +201,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// f(t, y) into slot 0, the drives seen from after.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        self.model.drive(self.t, Side::After, &mut self.u_stage);
+        self.model.redrive(self.t, Side::After, &mut self.u_stage);
         if self.frozen {
             derivative::<M, V, true>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
         } else {
@@ -255,25 +244,14 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// Whether the end of the step is made of numbers with which dense output, channels and their squares can be computed.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
-        self.y1.slice().iter().map(|y| y.abs()).sum::<f64>() <= LARGEST
+        self.y1.size() <= LARGEST
     }
 
-    /// h |Σ e k| in units of the tolerances, root mean square over the components.
+    /// h |Σ e k| in units of the tolerances, root mean square over the components, for each row.
     #[inline(always)]
-    pub(crate) fn norm<const L: usize>(&self, row: &Row<L>) -> f64 {
-        let (y, m) = (self.y.slice(), self.y.slice().len());
-        let (y1, atol) = (&self.y1.slice()[..m], &self.atol.slice()[..m]);
-        let k = columns(&self.k, row, m);
-        let mut sum = 0.0;
-        for j in 0..m {
-            let mut e = row[0].1 * k[0][j];
-            for l in 1..L {
-                e += row[l].1 * k[l][j];
-            }
-            let size = atol[j] + self.rtol * y[j].abs().max(y1[j].abs());
-            sum += (e / size) * (e / size);
-        }
-        self.h() * (sum / m as f64).sqrt()
+    pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&Row<L>; R]) -> [f64; R] {
+        let (h, m) = (self.h(), self.y.slice().len() as f64);
+        V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
 
     /// Prepares the dense output of the step, once.
@@ -304,10 +282,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// Dense coefficient `c` (from 3): h Σ d k.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &Row<L>) {
-        let h = self.h();
-        for (j, out) in self.dense[c + 1].slice_mut().iter_mut().enumerate() {
-            *out = h * row.iter().map(|&(i, d)| d * self.k[i].slice()[j]).sum::<f64>();
-        }
+        V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
     }
 
     /// y at t + θ h: y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
@@ -324,58 +299,41 @@ pub(super) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 }
 
 pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
-    for (j, out) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
-        for c in (1..=T::DENSE).rev() {
-            let factor = if c % 2 == 1 { theta } else { 1.0 - theta };
-            sum = (sum + dense[c].slice()[j]) * factor;
-        }
-        *out = dense[0].slice()[j] + sum;
+    let columns: [&[f64]; DENSE] = std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
+    // Side by side, since the sums of one component wait for each other.
+    let whole = out.len() - out.len() % 8;
+    for j in (0..whole).step_by(8) {
+        horner::<8>(&columns[..=T::DENSE], j, theta, out);
+    }
+    for j in whole..out.len() {
+        horner::<1>(&columns[..=T::DENSE], j, theta, out);
     }
 }
 
-/// The k that a row asks for, all of length m: by a loop, since a closure here is not always inlined.
+/// The same for W components from `j` on.
 #[inline(always)]
-fn columns<'k, V: Vector, const L: usize>(k: &'k [V; SLOTS], row: &Row<L>, m: usize) -> [&'k [f64]; L] {
-    let mut columns: [&[f64]; L] = [&[]; L];
-    for (column, &(slot, _)) in columns.iter_mut().zip(row) {
-        *column = &k[slot].slice()[..m];
-    }
-    columns
-}
-
-/// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
-#[inline(always)]
-fn combine<V: Vector, const L: usize>(out: &mut [f64], y: &V, k: &[V; SLOTS], h: f64, row: &Row<L>) {
-    let m = y.slice().len();
-    let (out, y) = (&mut out[..m], y.slice());
-    let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
-    let k = columns(k, row, m);
-    for j in 0..m {
-        let mut sum = a[0] * k[0][j];
-        for l in 1..L {
-            sum += a[l] * k[l][j];
+fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f64]) {
+    let mut sum = [0.0; W];
+    for (c, column) in columns.iter().enumerate().skip(1).rev() {
+        let (factor, column) = (if c % 2 == 1 { theta } else { 1.0 - theta }, &column[j..][..W]);
+        for i in 0..W {
+            sum[i] = (sum[i] + column[i]) * factor;
         }
-        out[j] = y[j] + sum;
+    }
+    let (out, start) = (&mut out[j..][..W], &columns[0][j..][..W]);
+    for i in 0..W {
+        out[i] = start[i] + sum[i];
     }
 }
 
 /// (q', v') = (v, a).
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
-    if V::LOCAL {
-        let mut f = V::zeros(0);
-        evaluate::<M, HELD>(model, pieces, u, halves(y), f.slice_mut());
-        *out = f;
-    } else {
-        evaluate::<M, HELD>(model, pieces, u, halves(y), out.slice_mut());
-    }
+    V::derivative(out, y, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
 }
 
 #[inline(always)]
-fn evaluate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], (q, v): (&[f64], &[f64]), out: &mut [f64]) {
-    let (velocity, a) = out.split_at_mut(q.len());
-    velocity.copy_from_slice(v);
+fn accelerate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
     if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {

@@ -45,8 +45,6 @@ type Distances = [f64; 2];
 
 /// The gaps of one run, seen inside its steps.
 pub(super) struct Gaps {
-    /// The contacts at the node `PROBE`.
-    inside: Vec<Contact>,
     /// Distances at `PLACES`.
     places: Vec<[Distances; PLACES.len()]>,
     /// By how much the cubic of each exit was missed in the step, at the least.
@@ -71,7 +69,6 @@ pub(super) enum Resolved {
 impl Gaps {
     pub(super) fn new(contacts: usize) -> Self {
         Gaps {
-            inside: vec![Contact::default(); contacts],
             places: vec![[[0.0; 2]; PLACES.len()]; contacts],
             off: vec![[0.0; 2]; contacts],
             known: vec![[(0.0, 1.0); 2]; contacts],
@@ -98,19 +95,20 @@ impl Gaps {
     ) -> Resolved {
         let h = e.h();
         e.contacts_on_cubic::<T>(T::PROBE);
-        self.inside.copy_from_slice(&e.contacts);
         let mut ratio = 0.0f64;
         for i in 0..start.len() {
-            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                let Some(exit) = exit else { continue };
-                let [d0, d, d1] = [&start[i], &self.inside[i], &end[i]].map(|c| exit.distance(e.pieces[i], c, h));
+            for way in 0..2 {
+                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
+                let from = e.pieces[i];
+                let (d0, d, d1) =
+                    (exit.distance(from, &start[i], h), exit.distance(from, &e.contacts[i], h), exit.distance(from, &end[i], h));
                 if !d.value.is_finite() {
                     self.off[i][way] = 0.0;
                     continue;
                 }
                 let seen = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
                 let (missed, length) = self.known[i][way];
-                let off = seen.max(missed * (h / length).powi(4).min(FOURTH));
+                let off = seen.max(if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 });
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
                     ratio = ratio.max(off / allowed(&end[i], noise[i], [d0.value, d.value, d1.value]));
@@ -124,16 +122,17 @@ impl Gaps {
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
             for ((off, known), c) in self.off.iter().zip(&mut self.known).zip(end) {
-                for (off, known) in off.iter().zip(known) {
-                    // What rounding leaves does not grow with the step.
-                    *known = if *off > 1e-3 * FLOOR * scale(c) { (FADING * off, h) } else { (0.0, h) };
+                // What rounding leaves does not grow with the step.
+                let least = 1e-3 * FLOOR * scale(c);
+                for way in 0..2 {
+                    known[way] = (if off[way] > least { FADING * off[way] } else { 0.0 }, h);
                 }
             }
             if closely {
                 self.longest = self.longest.max(h);
             }
             self.retries = 0;
-            return Resolved::Yes(0.9 / ratio.sqrt().sqrt());
+            return Resolved::Yes(if ratio > 0.0 { 0.9 / ratio.sqrt().sqrt() } else { f64::INFINITY });
         }
         self.retries += 1;
         self.longest = self.longest.min(0.5 * h);

@@ -10,6 +10,9 @@ pub(super) struct Distance {
 /// An extremum this close to an edge, measured by its own rise, is looked at closely.
 const NEAR: f64 = 0.25;
 
+/// With both ends this far from the edge, in units of their rates, there is no dip: a cubic dips at most 4/27 of them.
+const FAR: f64 = 0.2;
+
 /// d(σ), σ from 0 to 1 over the stretch.
 pub(super) struct Hermite {
     value: f64,
@@ -22,6 +25,13 @@ impl Hermite {
     pub(super) fn new(d0: Distance, d1: Distance) -> Self {
         let rise = d1.value - d0.value;
         Hermite { value: d0.value, powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise] }
+    }
+
+    /// Whether the ends alone say that the cubic has no dip and stays above `floor`: it lies between control points a third of a rate off.
+    #[inline]
+    pub(super) fn is_clear(d0: Distance, d1: Distance, floor: f64) -> bool {
+        let (ends, rates) = (d0.value.min(d1.value), d0.rate.abs() + d1.rate.abs());
+        ends > FAR * rates && ends - rates / 3.0 > floor
     }
 
     /// Over a stretch of θ of this width.
@@ -59,7 +69,10 @@ impl Hermite {
 
     /// Where it is lowest inside the stretch.
     pub(super) fn lowest(&self) -> Option<f64> {
-        self.extrema().into_iter().flatten().min_by(|x, y| self.at(*x).total_cmp(&self.at(*y)))
+        match self.extrema() {
+            [Some(first), Some(second)] => Some(if self.at(second).total_cmp(&self.at(first)).is_lt() { second } else { first }),
+            [first, second] => first.or(second),
+        }
     }
 
     /// Its least value on the stretch, the ends included.
@@ -68,12 +81,21 @@ impl Hermite {
         self.lowest().map_or(ends, |sigma| ends.min(self.at(sigma)))
     }
 
+    /// Whether its least value is above `floor`: said by its control points, which it lies between, where they tell.
+    #[inline]
+    pub(super) fn stays_above(&self, floor: f64) -> bool {
+        let [a, b, c] = self.powers;
+        let (third, inner) = (self.value + a / 3.0, self.value + (2.0 * a + b) / 3.0);
+        let points = self.value.min(third).min(inner.min(self.value + (a + b + c)));
+        points > floor || self.least() > floor
+    }
+
     /// Whether it comes so close to zero inside the stretch that the dense output has to be asked.
     #[inline]
     pub(super) fn may_dip(&self, d0: Distance, d1: Distance) -> bool {
         // With both ends moving away from a dip there is none, and a cubic dips at most 4/27 of its end rates.
         let ends = d0.value.min(d1.value);
-        if (d0.rate >= 0.0 && d1.rate <= 0.0) || ends > 0.2 * (d0.rate.abs() + d1.rate.abs()) {
+        if (d0.rate >= 0.0 && d1.rate <= 0.0) || ends > FAR * (d0.rate.abs() + d1.rate.abs()) {
             return false;
         }
         self.lowest().is_some_and(|sigma| {

@@ -65,7 +65,7 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
 
     /// The contacts at its start.
     pub(crate) fn contacts_at_start(&mut self) {
-        self.model.drive(self.t, Side::After, &mut self.u_stage);
+        self.model.redrive(self.t, Side::After, &mut self.u_stage);
         let (q, v) = halves(&self.y);
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
     }

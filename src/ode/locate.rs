@@ -3,6 +3,7 @@
 use super::engine::{Engine, Tableau};
 use super::gaps::{Gaps, Resolved};
 use super::hermite::{Distance, Hermite};
+use super::stops::Stops;
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
@@ -10,6 +11,8 @@ use crate::piece::Piece;
 /// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
 /// the stiffness times it, far below the tolerance of any step.
 const SLACK: f64 = 1e-10;
+/// The same of a rigid stop, where velocities jump.
+const STOP: f64 = 1e-14;
 /// How closely an edge is met: this share of the gap.
 const CLOSE: f64 = 1e-13;
 /// Slack, in units of what rounding of the coordinates moves the deflection by.
@@ -51,16 +54,13 @@ impl Exit {
     }
 
     /// Its distance, when standing on `from`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        let lower = |sign: f64| Distance { value: sign * (c.deflection - c.lower), rate: h * sign * (c.rate - c.lower_rate) };
-        let upper = |sign: f64| Distance { value: sign * (c.upper - c.deflection), rate: h * sign * (c.upper_rate - c.rate) };
-        match (from, self.to) {
-            (Piece::Lower, _) => lower(-1.0),
-            (Piece::Upper, _) => upper(-1.0),
-            (Piece::Gap, Piece::Lower) => lower(1.0),
-            (Piece::Gap, _) => upper(1.0),
-        }
+        // Outwards from a flank and inwards from the gap: the side of the edge, and the sign that makes the distance positive inside.
+        let lower = if from == Piece::Gap { self.to == Piece::Lower } else { from == Piece::Lower };
+        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+        let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
+        Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
     }
 }
 
@@ -73,12 +73,13 @@ pub(super) fn scale(c: &Contact) -> f64 {
 
 /// The contacts of one run: where they stood at the start of the step, and on which piece.
 pub(crate) struct Locator {
-    start: Vec<Contact>,
+    pub(super) start: Vec<Contact>,
     end: Vec<Contact>,
+    pub(super) stops: Stops,
     /// Which contacts are known to jump in force at their edges.
     pub(crate) jumps: Vec<Option<bool>>,
     /// Changes of piece since time last moved.
-    still: Vec<u8>,
+    pub(super) still: Vec<u8>,
     gaps: Gaps,
     /// What rounding of large coordinates moves each deflection by.
     noise: Vec<f64>,
@@ -102,10 +103,11 @@ pub(crate) enum Found {
 
 impl Locator {
     /// How often a contact may change its piece without time moving: once through the gap and back would be two.
-    const STILL: u8 = 4;
+    pub(super) const STILL: u8 = 4;
 
-    pub(crate) fn new(contacts: usize) -> Self {
+    pub(crate) fn new(contacts: usize, stops: Stops) -> Self {
         Locator {
+            stops,
             start: vec![Contact::default(); contacts],
             end: vec![Contact::default(); contacts],
             jumps: vec![None; contacts],
@@ -133,9 +135,10 @@ impl Locator {
             if inside && !afresh {
                 continue;
             }
-            *piece = if above > slack || (above >= -slack && c.rate > c.upper_rate) {
+            let [lower, upper] = [Piece::Lower, Piece::Upper].map(|on| !self.stops.rigid(i, on));
+            *piece = if upper && (above > slack || (above >= -slack && c.rate > c.upper_rate)) {
                 Piece::Upper
-            } else if below > slack || (below >= -slack && c.rate < c.lower_rate) {
+            } else if lower && (below > slack || (below >= -slack && c.rate < c.lower_rate)) {
                 Piece::Lower
             } else {
                 Piece::Gap
@@ -164,8 +167,14 @@ impl Locator {
 
     /// How far contact `i` may lie past its edge before it counts.
     #[inline]
-    fn slack(&self, i: usize, c: &Contact) -> f64 {
-        (SLACK * scale(c)).max(NOISE * self.noise[i])
+    pub(super) fn slack(&self, i: usize, c: &Contact) -> f64 {
+        (self.share(i, SLACK) * scale(c)).max(NOISE * self.noise[i])
+    }
+
+    /// A share of the gap, or that for rigid stops.
+    #[inline]
+    fn share(&self, i: usize, share: f64) -> f64 {
+        if self.stops.any(i) { STOP } else { share }
     }
 
     /// Moves a contact to another piece; `false` when it has done so too often at this instant.
@@ -201,22 +210,25 @@ impl Locator {
             Resolved::No(share) => return Found::TooLong(share),
         }
         for (i, (start, end)) in self.start.iter().zip(&self.end).enumerate() {
-            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                let Some(exit) = exit else { continue };
+            for way in 0..2 {
+                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
                 let (d0, d1) = (exit.distance(e.pieces[i], start, h), exit.distance(e.pieces[i], end, h));
+                let doubt = DOUBT * self.gaps.off(i, way);
+                if Hermite::is_clear(d0, d1, doubt) {
+                    continue;
+                }
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
-                let doubt = DOUBT * self.gaps.off(i, way);
                 // Met just where the step ends: the next one would begin behind it and never tell of it.
                 let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);
                 }
-                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.least() > doubt);
+                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.stays_above(doubt));
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }
-                let close = (CLOSE * scale(end)).max(self.noise[i]);
+                let close = (self.share(i, CLOSE) * scale(end)).max(self.noise[i]);
                 match first_root::<T, M, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
                     Some(0.0) => return Found::AtOnce(exit),
                     Some(theta) => {

@@ -1,6 +1,7 @@
 //! Time integration with located edges.
 
 mod adaptive;
+mod blocks;
 mod control;
 mod dop853;
 mod driver;
@@ -12,6 +13,7 @@ mod locate;
 mod rk4;
 mod rk45;
 mod step;
+mod stops;
 mod trajectory;
 mod vector;
 
@@ -20,6 +22,7 @@ pub use dop853::{Dop853, Order8};
 pub use rk4::Rk4;
 pub use rk45::{DormandPrince, Rk45};
 pub use step::{Crossing, Observer, Step, StepView};
+pub(crate) use stops::Flight;
 pub use trajectory::{Failed, Trajectory, uniform_times};
 
 use crate::error::ParameterError;
@@ -150,7 +153,7 @@ pub struct Stats {
     pub rejected: u64,
     /// Evaluations of the acceleration.
     pub evaluations: u64,
-    /// Tooth edges crossed; a contact that finds itself on another piece at the start of a step, because its edges jumped or its gap is
+    /// Tooth edges crossed and rigid stops met; a contact that finds itself on another piece at the start of a step, because its edges jumped or its gap is
     /// zero, is not counted.
     pub crossings: u64,
     /// Jumps of the drives met.
@@ -277,6 +280,31 @@ pub enum IntegrateError {
         t: f64,
         /// Which limit.
         exhausted: crate::budget::Exhausted,
+    },
+    /// A contact that comes to rest on a rigid stop, after impacts without number or at once: from there on it would be pressed against the
+    /// stop, which is not modelled.
+    #[error("contact {contact} comes to rest on its rigid stop at t = {t}: motion along a stop is not modelled")]
+    RestsOnStop {
+        /// When.
+        t: f64,
+        /// Which contact.
+        contact: usize,
+    },
+    /// A start beyond a rigid stop, or a stop that jumped past its contact.
+    #[error("contact {contact} lies {depth} beyond its rigid stop at t = {t}")]
+    BeyondStop {
+        /// When it was seen.
+        t: f64,
+        /// Which contact.
+        contact: usize,
+        /// How far.
+        depth: f64,
+    },
+    /// A rigid stop in a run that does not locate edges.
+    #[error("contact {contact} has a rigid stop, which can be met only where edges are located")]
+    StopNotLocated {
+        /// Which contact.
+        contact: usize,
     },
     /// A contact that changes its piece again and again without time moving.
     #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without time moving")]

@@ -70,7 +70,7 @@ impl Tableau for DormandPrince {
     }
     #[inline(always)]
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
-        e.norm(&table::E)
+        e.norms([&table::E])[0]
     }
     fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.dense_row(3, &table::D);

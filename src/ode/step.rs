@@ -3,11 +3,13 @@
 use crate::piece::Piece;
 use std::ops::ControlFlow;
 
-/// A contact that changed its piece at the end of a step.
+/// A contact that meets an edge at the end of a step: it changes its piece there or, at a rigid stop, its velocities.
+///
+/// A step ends with the velocities before an impact, the next one starts with those behind it.
 ///
 /// ```
 /// use gear_dynamics::{Crossing, Piece};
-/// let crossing = Crossing { contact: 0, from: Piece::Gap, to: Piece::Lower };
+/// let crossing = Crossing { contact: 0, from: Piece::Gap, to: Piece::Lower, rebounds: false };
 /// assert!(crossing.is_impact());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,12 +18,14 @@ pub struct Crossing {
     pub contact: usize,
     /// The piece it leaves.
     pub from: Piece,
-    /// The piece it enters.
+    /// The piece it enters, or the flank of the stop that it meets.
     pub to: Piece,
+    /// Whether it meets a rigid stop and stays in its gap.
+    pub rebounds: bool,
 }
 
 impl Crossing {
-    /// Whether teeth that were apart meet.
+    /// Whether teeth that were apart meet, on a rigid stop or a flank that yields.
     pub fn is_impact(&self) -> bool {
         self.from == Piece::Gap && self.to != Piece::Gap
     }

@@ -1,5 +1,6 @@
 //! Contacts held on their pieces, for models that cannot hold them.
 
+use crate::impact::rigid_edges;
 use crate::model::{Contact, Jacobian, Model};
 use crate::piece::{Piece, Side};
 use std::cell::RefCell;
@@ -13,6 +14,8 @@ pub(super) struct Continued<'m, M: ?Sized> {
     model: &'m M,
     /// Whether there is nothing to add.
     own: bool,
+    /// Rigid stops, past which the acceleration goes on by itself.
+    rigid: Vec<[bool; 2]>,
     /// Sizes of coordinates and velocities.
     scale: &'m [f64],
     room: RefCell<Room>,
@@ -77,7 +80,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             further: vec![0.0; m],
             a: vec![0.0; m / 2],
         };
-        Continued { model, own, scale, room: RefCell::new(room) }
+        Continued { model, own, rigid: rigid_edges(model), scale, room: RefCell::new(room) }
     }
 
     /// Moves the state inside the pieces; how far past its edge it was further inside `further` is, as a share. `None`: it is there.
@@ -91,6 +94,10 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             // Without a gap the size of the deflection has to do, which its gradient tells.
             let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
             let past = past(piece, c);
+            let near = usize::from(c.deflection - c.upper >= c.lower - c.deflection);
+            if piece == Piece::Gap && self.rigid.get(i).is_some_and(|rigid| rigid[near]) {
+                continue;
+            }
             if past >= -margin && past.is_finite() {
                 left.push((i, margin));
             }
@@ -165,6 +172,9 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

@@ -49,6 +49,9 @@ pub struct Multipliers {
     error: f64,
 }
 
+/// 2^511: squares of entries up to it, and sums of a few of them, do not overflow.
+const LARGE: f64 = 6.703_903_964_971_298_5e153;
+
 impl Multipliers {
     /// From the multipliers themselves, however they were found, and their error.
     pub fn new(mut values: Vec<Complex64>, error: f64) -> Self {
@@ -62,6 +65,12 @@ impl Multipliers {
     pub fn of(monodromy: &DMatrix<f64>, error: f64) -> Option<Self> {
         if error.is_nan() || !monodromy.is_square() || monodromy.iter().any(|x| !x.is_finite()) {
             return None;
+        }
+        if monodromy.iter().any(|x| x.abs() > LARGE) {
+            // A power of two changes no digit, and squares of what is left do not overflow.
+            let scaled = Multipliers::of(&(monodromy / LARGE), error)?;
+            let values: Vec<Complex64> = scaled.values().iter().map(|value| value * LARGE).collect();
+            return values.iter().all(|value| value.is_finite()).then(|| Multipliers::new(values, error));
         }
         if let &[a, c, b, d] = monodromy.as_slice() {
             // One degree of freedom: the roots of λ² - (a + d) λ + (a d - b c), the larger first, the other from the product.

@@ -10,6 +10,7 @@ mod floquet;
 mod growth;
 mod guess;
 mod lyapunov;
+mod rebound;
 mod rigid;
 mod saltation;
 mod segments;

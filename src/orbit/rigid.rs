@@ -1,6 +1,7 @@
 //! Rigid modes: directions in which a model turns freely.
 
-use crate::model::{Jacobian, Model};
+use crate::impact::rigid_edges;
+use crate::model::{Contact, Jacobian, Model};
 use crate::piece::{Piece, Side};
 use crate::slopes::{Slopes, accelerate};
 use nalgebra::DMatrix;
@@ -19,7 +20,7 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
 }
 
 /// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
-/// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at.
+/// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at. A rigid stop holds whatever moves its contact.
 pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
@@ -33,6 +34,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
         let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
         let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
         let rest = vec![0.0; n];
+        seen = compressed(seen, &held_by_stops(model, &u, &q));
         slopes.scale.fill(*size);
         for flank in &flanks {
             exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
@@ -70,6 +72,36 @@ const ROUNDING: f64 = 2e-10;
 /// Multiples of the golden section: evenly spread over (0, 1), without a pattern.
 fn golden(i: usize) -> f64 {
     (i as f64 * 0.618_033_988_749_894_9).fract()
+}
+
+/// ∂d/∂q of every contact with a rigid stop, from rates, each in units of its largest entry.
+fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
+    let (n, rigid) = (q.len(), rigid_edges(model));
+    let mut contacts = vec![Contact::default(); rigid.len()];
+    let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {
+        if !contacts.is_empty() {
+            model.contact(u, q, v, &mut contacts);
+        }
+        let met = |(c, r): (&Contact, &[bool; 2])| (c.rate, (r[0] && c.lower.is_finite()) || (r[1] && c.upper.is_finite()));
+        contacts.iter().zip(&rigid).map(met).collect()
+    };
+    let (mut v, mut slopes) = (vec![0.0; n], DMatrix::zeros(rigid.len(), n));
+    for j in 0..n {
+        v[j] = 1.0;
+        let above = rates(&v);
+        v[j] = -1.0;
+        for (i, (above, below)) in above.iter().zip(rates(&v)).enumerate().filter(|(_, (above, _))| above.1) {
+            slopes[(i, j)] = 0.5 * (above.0 - below.0);
+        }
+        v[j] = 0.0;
+    }
+    for mut row in slopes.row_iter_mut() {
+        let largest = row.amax();
+        if largest > 0.0 {
+            row /= largest;
+        }
+    }
+    slopes
 }
 
 /// Rows below one another, as no more than n of the same nullspace.

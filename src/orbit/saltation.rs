@@ -1,7 +1,9 @@
 //! How small differences of a motion jump at tooth edges.
 
 use super::continued::{Continued, gradient};
+use super::rebound::Impact;
 use super::tangent::Tangent;
+use crate::impact::rigid_edges;
 use crate::model::{Contact, Model};
 use crate::ode::Step;
 use crate::piece::{Piece, Side};
@@ -13,21 +15,28 @@ use crate::root::dot;
 /// ∇h is taken by the coordinates and, where a deflection depends on them, by the velocities. A force without a jump leaves the differences
 /// as they are.
 pub(super) struct Saltation<'t, M: ?Sized> {
-    model: &'t M,
-    n: usize,
-    scale: &'t [f64],
-    u: Vec<f64>,
-    pieces: Vec<Piece>,
-    contacts: Vec<Contact>,
+    pub(super) model: &'t M,
+    pub(super) n: usize,
+    pub(super) scale: &'t [f64],
+    pub(super) u: Vec<f64>,
+    pub(super) pieces: Vec<Piece>,
+    pub(super) contacts: Vec<Contact>,
     /// ∂h/∂q, then ∂h/∂v.
-    gradient: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
     /// The state moved onto the edge.
-    on_edge: Vec<f64>,
-    before: Vec<f64>,
-    jump: Vec<f64>,
+    pub(super) on_edge: Vec<f64>,
+    pub(super) before: Vec<f64>,
+    pub(super) jump: Vec<f64>,
     moved: Vec<f64>,
-    /// Velocities of the motion and its differences behind the edges.
-    v: Vec<f64>,
+    /// Coordinates and velocities of the motion and its differences behind the edges.
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    /// Which edges are rigid stops; empty if none is.
+    pub(super) rigid: Vec<[bool; 2]>,
+    /// A contact that comes to rest on its stop.
+    pub(super) rests: Option<usize>,
+    /// What the differences of an impact are taken in.
+    pub(super) impact: Impact,
 }
 
 /// A jump that changes the differences by less than this share is left out.
@@ -39,12 +48,12 @@ const LEAST: f64 = 1e-8;
 const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
 
 /// The distance from one edge.
-fn distance(c: &Contact, lower: bool) -> f64 {
+pub(super) fn distance(c: &Contact, lower: bool) -> f64 {
     c.deflection - if lower { c.lower } else { c.upper }
 }
 
 /// How fast that edge moves.
-fn edge_rate(c: &Contact, lower: bool) -> f64 {
+pub(super) fn edge_rate(c: &Contact, lower: bool) -> f64 {
     if lower { c.lower_rate } else { c.upper_rate }
 }
 
@@ -63,13 +72,21 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             before: vec![0.0; n],
             jump: vec![0.0; n],
             moved: vec![0.0; 2 * n],
+            q: vec![0.0; n * (1 + tangent.columns)],
             v: vec![0.0; n * (1 + tangent.columns)],
+            rigid: rigid_edges(model),
+            rests: None,
+            impact: Impact::new(model),
         }
     }
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
-    /// Velocities of the motion and its differences behind the edges last crossed.
+    /// Coordinates of the motion and its differences behind the edges last met.
+    pub(super) fn coordinates(&self) -> &[f64] {
+        &self.q
+    }
+    /// The velocities.
     pub(super) fn velocities(&self) -> &[f64] {
         &self.v
     }
@@ -80,20 +97,25 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             return false;
         };
         self.pieces.copy_from_slice(pieces);
+        self.q.copy_from_slice(step.q1());
         self.v.copy_from_slice(step.v1());
-        let (q, dq) = step.q1().split_at(self.n);
         let mut changed = false;
         for crossing in step.crossings() {
-            changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()], q, dq);
+            if crossing.rebounds {
+                self.rebound(crossing.contact, crossing.to, step.t1());
+                changed = true;
+            } else {
+                changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()]);
+            }
         }
         changed
     }
 
     /// ∇h of a contact at an edge. h' is linear in the velocities with the very coefficients ∂h/∂q unless h depends on the velocities itself:
     /// then differences are taken. Whether it does.
-    fn slope(&mut self, contact: usize, lower: bool, q: &[f64]) -> bool {
+    pub(super) fn slope(&mut self, contact: usize, lower: bool) -> bool {
         let n = self.n;
-        let (model, u, contacts) = (self.model, &self.u, &mut self.contacts);
+        let (model, u, contacts, q) = (self.model, &self.u, &mut self.contacts, &self.q[..n]);
         self.moved[..n].copy_from_slice(q);
         self.moved[n..].copy_from_slice(&self.v[..n]);
         let mut by_velocity = false;
@@ -121,23 +143,23 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     }
 
     /// The state moved by the little that the edge was missed by, so that a continuous force shows no jump.
-    fn move_onto(&mut self, missed: f64, q: &[f64]) {
+    pub(super) fn move_onto(&mut self, missed: f64) {
         let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
         let part = if square > 0.0 { missed / square } else { 0.0 };
-        let here = q.iter().chain(&self.v[..self.n]);
+        let here = self.q[..self.n].iter().chain(&self.v[..self.n]);
         for ((on_edge, y), (g, s)) in self.on_edge.iter_mut().zip(here).zip(self.gradient.iter().zip(self.scale)) {
             *on_edge = y - part * g * s * s;
         }
     }
 
     /// h' of a distance that depends on the velocities: ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'', the acceleration that before the edge.
-    fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2], q: &[f64]) -> f64 {
+    fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
         // Far from time zero a short step holds too few instants that can be told apart.
         let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
             self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
-            self.model.contact(&self.u, q, &self.v[..n], &mut self.contacts);
+            self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
             by_time += weight * distance(&self.contacts[contact], lower) / back;
         }
         self.model.drive(to, Side::Before, &mut self.u);
@@ -145,12 +167,18 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         by_time + dot(by_q, &self.v[..n]) + dot(by_v, &self.before)
     }
 
-    /// One contact changes its piece. Whether the differences changed.
-    fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2], q: &[f64], dq: &[f64]) -> bool {
+    /// The contact at `t`, before anything jumps.
+    pub(super) fn look(&mut self, contact: usize, t: f64) -> Contact {
         let n = self.n;
-        self.model.drive(times[1], Side::Before, &mut self.u);
-        self.model.contact(&self.u, q, &self.v[..n], &mut self.contacts);
-        let c = self.contacts[contact];
+        self.model.drive(t, Side::Before, &mut self.u);
+        self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
+        self.contacts[contact]
+    }
+
+    /// One contact changes its piece. Whether the differences changed.
+    fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2]) -> bool {
+        let n = self.n;
+        let c = self.look(contact, times[1]);
         // Without a gap the far flank is met at the same instant.
         let to = match (self.pieces[contact], to) {
             (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,
@@ -158,21 +186,21 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             _ => to,
         };
         let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
-        let by_velocity = self.slope(contact, lower, q);
-        self.move_onto(distance(&c, lower), q);
+        let by_velocity = self.slope(contact, lower);
+        self.move_onto(distance(&c, lower));
         let (on_edge, v) = self.on_edge.split_at(n);
         let known = self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
         self.pieces[contact] = to;
         let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
         let rate = match by_velocity {
-            true => self.rate(contact, lower, times, q),
+            true => self.rate(contact, lower, times),
             false => c.rate - edge_rate(&c, lower),
         };
         if !known || rate == 0.0 {
             return false;
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
-        let (dv, mut changed) = (&mut self.v[n..], false);
+        let (dq, dv, mut changed) = (&self.q[n..], &mut self.v[n..], false);
         let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         let (of_q, of_v) = self.scale.split_at(n);
         let jump = largest(&self.jump, of_v);

@@ -127,6 +127,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn follow(&self, start: State, t_end: f64, meter: Option<&Meter<'_>>, solver: &mut Choose<'_>) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut watch = Watch { tangent: self, meter, saltation: Saltation::new(self), serves: Vec::new(), stop: Stop::Jump, step };
+        watch.saltation.begin(&mut state);
         for _ in 0..RESTARTS {
             let (solver, serves) = solver(&state, step);
             watch.serves = serves;
@@ -134,9 +135,15 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             crossings += finish.stats.crossings;
             state = finish.state;
             match watch.stop {
-                Stop::Jump if finish.stopped => state.v.copy_from_slice(watch.saltation.velocities()),
+                Stop::Jump if finish.stopped => {
+                    state.q.copy_from_slice(watch.saltation.coordinates());
+                    state.v.copy_from_slice(watch.saltation.velocities());
+                }
                 Stop::Budget => return Ok((state, crossings)),
                 _ => {}
+            }
+            if let Some(contact) = watch.saltation.rests {
+                return Err(IntegrateError::RestsOnStop { t: state.t, contact });
             }
             if state.t >= t_end {
                 return Ok((state, crossings));
@@ -207,6 +214,10 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, &q[..self.n], &v[..self.n], out);
+    }
+    /// Of the motion alone; its differences are seen to by [`Saltation`].
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {

@@ -26,7 +26,7 @@ pub enum FirstJacobian {
 ///
 /// good: B ← B + (s - B y) sᵀB/(sᵀB y),   bad: B ← B + (s - B y) yᵀ/(yᵀy),   B = J⁻¹, s = Δx, y = Δr
 ///
-/// Source: Broyden 1965; Kelley, Iterative Methods for Linear and Nonlinear Equations, ch. 7. The second paper's solver.
+/// Source: Broyden 1965; Kelley, Iterative Methods for Linear and Nonlinear Equations, ch. 7. The solver of Liu 2021.
 ///
 /// A small step does not prove a root: a B that has become too small makes every step small. The last iterate is therefore judged by the
 /// equations' own Jacobian there, or by differences; where that asks for a larger correction, iterations go on from it.

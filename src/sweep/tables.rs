@@ -3,9 +3,11 @@
 use super::engine::{Job, Source, SweepEngine, kinds};
 use super::error::{PointError, SweepError};
 use super::track::{Next, Plan, Track};
+use crate::impact::first_stop;
 use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table, TableError};
 use crate::machine::Machine;
-use crate::model::{Periodic, State};
+use crate::model::{Model, Periodic, State};
+use crate::ode::IntegrateError;
 use crate::shape::Shape;
 use std::collections::VecDeque;
 
@@ -169,6 +171,10 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                 return;
             };
             let Ok(kinds) = kinds(&model, channels) else { return };
+            if let Err(error) = refuse_stops(&model) {
+                waiting.extend(refuse(source, index, error));
+                continue;
+            }
             match Table::of_drives(&model, self.steps, || !source.is_cancelled()) {
                 Err(error) => waiting.extend(refuse(source, index, error.into())),
                 Ok(None) => return,
@@ -184,6 +190,14 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
     }
 }
 
+/// Steps that go straight across edges meet no rigid stop.
+fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
+    match first_stop(model) {
+        Some(contact) => Err(IntegrateError::StopNotLocated { contact }.into()),
+        None => Ok(()),
+    }
+}
+
 /// What a lane needs of a job.
 struct Run {
     index: usize,
@@ -196,6 +210,7 @@ struct Run {
 impl Run {
     fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
         let (model, constants) = (&job.model, job.model.own_drives());
+        refuse_stops(model)?;
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
             return Err(TableError::NotFinite { drive: model.size().waves + bad, value: constants[bad], phase: 0.0 }.into());
         }

@@ -1,54 +1,35 @@
 //! Bifurcation diagrams and basins of a pair with a dead zone, where two motions live side by side.
 
 use gear_dynamics::*;
-use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + a cos(Ω t), g the dead zone of half width 1.
-#[derive(Clone)]
-struct SpurPair {
-    omega: f64,
-    amplitude: f64,
+#[derive(PartialEq)]
+struct Spur {
     law: Backlash,
 }
 
+type SpurPair = Machine<Spur>;
+
 fn pair(omega: f64, amplitude: f64) -> Result<SpurPair, ParameterError> {
-    Ok(SpurPair { omega, amplitude, law: Backlash::new(1.0)? })
+    Spur { law: Backlash::new(1.0)? }.machine(&[("omega", omega), ("amplitude", amplitude)])
 }
 
-impl Generic for SpurPair {
+impl Shape for Spur {
     #[inline(always)]
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let b = S::from(self.law.half_width());
-        a[0] = u[0] - v[0] * 0.1 - law.force(0, &self.law, q[0], v[0], -b, b);
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, contacts: 0, constants: 2 }
     }
-    fn phases(&self) -> usize {
-        1
+    fn constants(&self) -> Vec<Channel> {
+        vec![Channel::new("omega", "1"), Channel::new("amplitude", "1")]
     }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
-        u[0] = 0.25 + self.amplitude * libm::cos(phase);
+    #[inline(always)]
+    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
+        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - law.force(0, &self.law, q[0], v[0], -b, b);
     }
-    fn constants(&self, _: &mut [f64]) {}
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.amplitude == other.amplitude && self.law.same_as(&other.law)
-    }
-}
-
-impl Model for SpurPair {
-    fn dof(&self) -> usize {
-        1
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.phase_drives(self.omega * t, side, u);
-    }
-}
-
-impl Periodic for SpurPair {
-    fn period(&self) -> f64 {
-        TAU / self.omega
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+        u[0] = libm::cos(angle);
     }
 }
 

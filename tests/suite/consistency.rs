@@ -17,7 +17,7 @@ fn every_reading_of_the_pair() {
                         let reading = NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
                         let pair = NfgPair::with_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading).unwrap();
                         for t in [3.0, 700.0, 1500.0] {
-                            assert_eq!(check_generic(&pair, &on_flank(&pair, t)), [], "{reading:?}");
+                            assert_eq!(check_periodic(&pair, &on_flank(&pair, t)), [], "{reading:?}");
                         }
                     }
                 }
@@ -32,13 +32,13 @@ fn the_other_models() {
     let mut state = two.static_start().unwrap();
     state.q[1] *= 1.4;
     state.v[0] = 0.3;
-    assert_eq!(check_generic(&two, &state), []);
+    assert_eq!(check_periodic(&two, &state), []);
     for frame in [Frame::Inertial, Frame::Rigid] {
         let set = RingSet { phases: vec![0.0, 0.4, 1.1, 2.2], ..RingSet::a(4, 1000.0) };
         let ring = Ring::new(&set.params().unwrap()).unwrap().in_frame(frame);
         let q: Vec<f64> = (0..9).map(|i| 2e-3 * (1.3 * f64::from(i)).sin()).collect();
         let v: Vec<f64> = (0..9).map(|i| 0.5 * (0.7 * f64::from(i)).cos()).collect();
-        assert_eq!(check_generic(&ring, &State::new(1.234e-4, &q, &v)), []);
+        assert_eq!(check_periodic(&ring, &State::new(1.234e-4, &q, &v)), []);
     }
 }
 
@@ -193,87 +193,4 @@ fn wrong_rates_are_named() {
         assert!(matches!(findings(Wrong::Rate, unit)[..], [Finding::ContactRate { contact: 0, .. }]));
         assert!(matches!(findings(Wrong::EdgeRate, unit)[0], Finding::EdgeRate { contact: 0, .. }));
     }
-}
-
-/// What is wrong with the generic form of a spur pair.
-#[derive(Clone, Copy, PartialEq)]
-enum Generics {
-    Right,
-    HalfTheDeflection,
-    TooManyPhases,
-    MorePhasesThanDrives,
-    TooFewPhases,
-}
-
-struct Spur(Generics, Backlash);
-
-impl Model for Spur {
-    fn dof(&self) -> usize {
-        1
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
-    }
-    fn drives(&self) -> usize {
-        3
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        u[..2].copy_from_slice(&[1.0 + 0.2 * t.cos(), 0.1 * t.sin()]);
-        let _ = side;
-        u[2] = 0.3;
-    }
-    fn contacts(&self) -> usize {
-        1
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let force = u[0] * self.1.at(q[0]);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
-    }
-}
-
-impl Generic for Spur {
-    fn accel_on<S: Scalar, L: Law<S>>(&self, law: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        let b = S::from(1.0);
-        a[0] = u[2] + u[1] - v[0] * 0.1 - u[0] * law.force(0, &self.1, q[0], v[0], -b, b);
-    }
-    fn contact_on<S: Scalar>(&self, _: std::ops::Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) -> bool {
-        let (b, share) = (S::from(1.0), if self.0 == Generics::HalfTheDeflection { 0.5 } else { 1.0 });
-        let force = u[0] * AsIs.force(0, &self.1, q[0], v[0], -b, b);
-        out[0] = Contact { deflection: q[0] * share, rate: v[0], lower: -b, upper: b, force, ..Contact::default() };
-        true
-    }
-    fn phases(&self) -> usize {
-        match self.0 {
-            Generics::TooManyPhases => 3,
-            Generics::MorePhasesThanDrives => 4,
-            Generics::TooFewPhases => 1,
-            _ => 2,
-        }
-    }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
-        u[..2].copy_from_slice(&[1.0 + 0.2 * phase.cos(), 0.1 * phase.sin()]);
-    }
-    fn constants(&self, u: &mut [f64]) {
-        u[2] = 0.3;
-    }
-    fn shares_lanes_with(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Periodic for Spur {
-    fn period(&self) -> f64 {
-        std::f64::consts::TAU
-    }
-}
-
-/// Lanes read contacts and drives from the generic form alone: each of its halves is held against the plain ones.
-#[test]
-fn each_flaw_of_the_generic_form_is_named() {
-    let findings = |wrong| check_generic(&Spur(wrong, Backlash::new(1.0).unwrap()), &State::new(0.4, &[1.7], &[0.5]));
-    assert_eq!(findings(Generics::Right), []);
-    assert!(matches!(findings(Generics::HalfTheDeflection)[..], [Finding::GenericContact { contact: 0, .. }]));
-    assert!(matches!(findings(Generics::TooManyPhases)[..], [Finding::Split { drive: 2, .. }]));
-    assert!(matches!(findings(Generics::TooFewPhases)[..], [Finding::Split { drive: 1, .. }]));
-    assert!(matches!(findings(Generics::MorePhasesThanDrives)[..], [Finding::Phases { phases: 4, drives: 3 }]));
 }

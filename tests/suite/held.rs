@@ -114,11 +114,11 @@ fn ring() -> Ring {
     Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid)
 }
 
-/// Wave, per mesh, absolute and relative to C_g: the drives say what they should.
+/// Shared, per mesh, absolute and relative to C_g: the drives say what they should.
 #[test]
 fn shared_and_per_mesh() {
     let ring = ring();
-    let slots: Vec<usize> = (0..4).map(|i| ring.damping_slot(i)).collect();
+    let slots: Vec<usize> = (1..=4).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
     let mut u = vec![0.0; ring.drives()];
     let mut damping = |model: &dyn Model, t: f64| {
         model.drive(t, Side::After, &mut u);
@@ -138,8 +138,8 @@ fn shared_and_per_mesh() {
 #[test]
 fn random_torque_and_clearance() {
     let ring = ring();
-    let torque = Held::new(ring.clone()).shared(&[ring.motor_torque_slot()], 4.0, process(5e-3, 0)).unwrap();
-    let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i)).collect();
+    let torque = Held::new(ring.clone()).shared(&[ring.slot("motor torque").unwrap()], 4.0, process(5e-3, 0)).unwrap();
+    let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i).unwrap()).collect();
     let clearance = Held::new(ring.clone()).clearance(&gaps, 1e-5, process(5e-3, 0)).unwrap();
     let mut u = vec![0.0; ring.drives()];
     clearance.drive(0.0, Side::After, &mut u);

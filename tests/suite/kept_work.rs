@@ -88,46 +88,27 @@ fn rows_that_are_refused_come_back() {
 /// x = 10⁹ + sin t, whatever counts it: lanes, tables, located steps, samples.
 #[test]
 fn a_deviation_is_not_lost_in_a_large_mean() {
+    #[derive(PartialEq)]
     struct Far;
-    impl Model for Far {
-        fn dof(&self) -> usize {
-            1
+    impl Shape for Far {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 1, constants: 1, ..Size::default() }
         }
-        fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
-            self.accel_on(&AsIs, u, &[], &[], a);
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
         }
-        fn drives(&self) -> usize {
-            1
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            a[0] = u.all_waves()[0];
         }
-        fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
-            u[0] = -2f64.sqrt() * t.sin();
-        }
-    }
-    impl Generic for Far {
-        fn accel_on<S: Scalar, L: Law<S>>(&self, _: &L, u: &[S], _: &[S], _: &[S], a: &mut [S]) {
-            a[0] = u[0];
-        }
-        fn phases(&self) -> usize {
-            1
-        }
-        fn phase_drives(&self, phase: f64, side: Side, u: &mut [f64]) {
-            self.drive(phase, side, u);
-        }
-        fn constants(&self, _: &mut [f64]) {}
-        fn shares_lanes_with(&self, _: &Self) -> bool {
-            true
-        }
-    }
-    impl Periodic for Far {
-        fn period(&self) -> f64 {
-            std::f64::consts::TAU
+        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+            u[0] = -2f64.sqrt() * angle.sin();
         }
     }
     let root = 2f64.sqrt();
     for mean in [0.0, 1e3, 1e9] {
         let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap())).settle(1).measure(3).channels(&["q1"]);
-        let family = |_: &Point<'_>| Ok::<_, ParameterError>(Far);
-        let start = |p: &Point<'_>, _: &Far| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
+        let family = |_: &Point<'_>| Far.machine(&[("speed", 1.0)]);
+        let start = |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
         let lanes = sweep.run(&LaneRk4::<4>::new(256), family, start).unwrap();
         let alone = sweep.run(&TableRk4::new(256), family, start).unwrap();
         let located = sweep.run(&Located(Dop853::new()), family, start).unwrap();
@@ -167,12 +148,14 @@ fn a_stop_on_one_side_alone() {
     // In a ring, by every way to run it.
     let ring = |lower: f64| {
         let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
-        let RingParams { motor, gears, meshes, omega } = set.params()?;
+        let RingParams { motor, gears, meshes, mesh_damping, omega } = set.params()?;
         let law = AnyLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
-        let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]], omega)?);
-        let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]], omega)?);
-        let mesh = Mesh::new(wave, error, set.mesh_damping, law)?;
-        Ok::<_, ParameterError>(Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], omega })?.in_frame(Frame::Rigid))
+        let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]])?);
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
+        let mesh = Mesh::new(wave, error, law);
+        Ok::<_, ParameterError>(
+            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega })?.in_frame(Frame::Rigid),
+        )
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
     let mut start = State::at_rest(stop.dof());

@@ -20,19 +20,15 @@ const CHANGES: [(&str, Change); 12] = [
     ("speed", |p, by| p.speed *= 1.0 + by),
 ];
 
-fn each_alone<M, F>(what: &str, family: F)
-where
-    M: Generic + Periodic + Send + Sync,
-    F: Fn(f64) -> M + Sync,
-{
+fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
         let points = Points::along(Axis::list("share", shares).unwrap());
         let sweep = Sweep::over(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
-        let start = |_: &Point<'_>, model: &M| -> Result<State, ParameterError> {
+        let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
             let n = model.dof();
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
         };
-        let rows = sweep.run(&LaneRk4::<4>::new(63 * 16), |p: &Point<'_>| Ok::<M, ParameterError>(family(p["share"])), start).unwrap();
+        let rows = sweep.run(&LaneRk4::<4>::new(63 * 16), |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])), start).unwrap();
         assert!(rows.iter().count() == shares.len(), "{what}: {:?}", rows.errors().first_key_value());
         rows
     };

@@ -5,16 +5,18 @@ use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-/// q'' = pull cos(τ t/T) - w² q - 0.1 q', a jump of nothing in each period. It counts what is asked of it, and says stop.
+/// q'' = pull cos φ - w² q - 0.1 q' over the period 2, a jump of nothing in each period. It counts what is asked of it, and says stop.
 struct Swing<'c> {
-    period: f64,
-    pull: f64,
-    frequency: f64,
     /// When the jump comes, as a share of the period.
     edge: f64,
-    /// Contacts there are, which it does not offer to lanes.
-    contacts: usize,
     count: Option<&'c Count>,
+}
+
+/// What counts is itself alone.
+impl PartialEq for Swing<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.edge == other.edge && self.count.is_none() && other.count.is_none()
+    }
 }
 
 /// Drives and accelerations asked for; from the `last` on there is to be no more.
@@ -25,9 +27,12 @@ struct Count {
     stop: AtomicBool,
 }
 
-impl Swing<'_> {
-    fn of(frequency: f64) -> Self {
-        Swing { period: 2.0, pull: 1.0, frequency, edge: 0.5, contacts: 0, count: None }
+impl<'c> Swing<'c> {
+    fn made(edge: f64, count: Option<&'c Count>, pull: f64, frequency: f64, period: f64) -> Made<'c> {
+        Swing { edge, count }.machine(&[("speed", TAU / period), ("pull", pull), ("frequency", frequency)])
+    }
+    fn with_edge(edge: f64, frequency: f64) -> Made<'c> {
+        Swing::made(edge, None, 1.0, frequency, 2.0)
     }
 }
 
@@ -43,65 +48,38 @@ impl Count {
     }
 }
 
-impl Model for Swing<'_> {
-    fn dof(&self) -> usize {
-        1
+impl Shape for Swing<'_> {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, contacts: 0, constants: 3 }
     }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.accel_on(&AsIs, u, q, v, a);
+    fn constants(&self) -> Vec<Channel> {
+        ["speed", "pull", "frequency"].map(|name| Channel::new(name, "1")).into()
     }
-    fn drives(&self) -> usize {
-        3
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.phase_drives(TAU * t / self.period, side, u);
-        self.constants(u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        let whole = (t / self.period - self.edge).floor() + 1.0;
-        [whole, whole + 1.0].map(|k| (k + self.edge) * self.period).into_iter().find(|edge| *edge > t)
-    }
-    fn contacts(&self) -> usize {
-        self.contacts
-    }
-}
-
-impl Generic for Swing<'_> {
-    fn accel_on<S: Scalar, L: Law<S>>(&self, _: &L, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         if let Some(count) = self.count {
             count.one(1);
         }
-        a[0] = u[0] * u[1] - u[2] * u[2] * q[0] - v[0] * 0.1;
+        let ([wave], [pull, frequency]) = (u.waves(), u.constants());
+        a[0] = wave * pull - frequency * frequency * q[0] - v[0] * 0.1;
     }
-    fn phases(&self) -> usize {
-        1
-    }
-    fn phase_drives(&self, phase: f64, _: Side, u: &mut [f64]) {
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
         if let Some(count) = self.count {
             count.one(0);
         }
-        u[0] = libm::cos(phase);
+        u[0] = libm::cos(angle);
     }
-    fn constants(&self, u: &mut [f64]) {
-        u[1..3].copy_from_slice(&[self.pull, self.frequency]);
-    }
-    fn shares_lanes_with(&self, other: &Self) -> bool {
-        self.edge == other.edge && self.count.is_none() && other.count.is_none()
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        let whole = (angle / TAU - self.edge).floor() + 1.0;
+        [whole, whole + 1.0].map(|k| (k + self.edge) * TAU).into_iter().find(|edge| *edge > angle * (1.0 + 1e-15))
     }
 }
 
-impl Periodic for Swing<'_> {
-    fn period(&self) -> f64 {
-        self.period
-    }
-}
-
-type Made<'c> = Result<Swing<'c>, ParameterError>;
+type Made<'c> = Result<Machine<Swing<'c>>, ParameterError>;
 
 fn swing(p: &Point<'_>) -> Made<'static> {
-    Ok(Swing::of(p["w"]))
+    Swing::with_edge(0.5, p["w"])
 }
-fn rest(_: &Point<'_>, _: &Swing<'_>) -> Result<State, ParameterError> {
+fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn along(count: usize) -> Sweep {
@@ -141,7 +119,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
 /// point; past one that has no model, from the state there is.
 #[test]
 fn a_line_goes_on_after_a_point_that_fails() {
-    fn run<E: for<'c> SweepEngine<Swing<'c>>>(
+    fn run<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
         points: Points,
         carry: Carry,
         engine: &E,
@@ -149,7 +127,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
     ) -> Rows {
         Sweep::over(points).settle(2).measure(2).channels(&["q1"]).strobe(1).carry(carry).run(engine, family, rest).unwrap()
     }
-    fn check<E: for<'c> SweepEngine<Swing<'c>>>(
+    fn check<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
         bad: usize,
@@ -172,52 +150,67 @@ fn a_line_goes_on_after_a_point_that_fails() {
     }
     for carry in [Carry::Up, Carry::Down] {
         for bad in [0, 3, 8] {
-            let off = |p: &Point<'_>| Ok(Swing { edge: if p.index() == bad { 0.501 } else { 0.5 }, ..Swing::of(p["w"]) });
+            let off = |p: &Point<'_>| Swing::with_edge(if p.index() == bad { 0.501 } else { 0.5 }, p["w"]);
             check(&LaneRk4::<4>::new(16), off, bad, carry, true);
             check(&TableRk4::new(16), off, bad, carry, true);
-            let pulled = |p: &Point<'_>| Ok(Swing { pull: if p.index() == bad { f64::NAN } else { 1.0 }, ..Swing::of(p["w"]) });
-            check(&LaneRk4::<4>::new(16), pulled, bad, carry, true);
-            let still = |p: &Point<'_>| Ok(Swing { period: if p.index() == bad { 0.0 } else { 2.0 }, ..Swing::of(p["w"]) });
-            check(&LaneRk4::<4>::new(16), still, bad, carry, false);
-            check(&Located(Rk4::new(0.1)), still, bad, carry, false);
+            let pulled = |p: &Point<'_>| Swing::made(0.5, None, if p.index() == bad { f64::NAN } else { 1.0 }, p["w"], 2.0);
+            check(&LaneRk4::<4>::new(16), pulled, bad, carry, false);
+            check(&Located(Rk4::new(0.1)), pulled, bad, carry, false);
         }
-    }
-    // All fail, and each says so.
-    let closed = |p: &Point<'_>| -> Made<'static> { Ok(Swing { contacts: 1, ..Swing::of(p["w"]) }) };
-    for sweep in [along(9).rattle(), along(9).channels(&["mesh force"])] {
-        let rows = sweep.carry(Carry::Up).run(&LaneRk4::<4>::new(16), closed, rest).unwrap();
-        assert!(rows.errors().len() == 9 && rows.errors().values().all(|error| *error == PointError::NoContacts));
     }
 }
 
-/// Whichever lane it would run in: a model without a period or with constants that are none is refused.
+/// q'' = pull - q: a plain model that says its period.
+struct Bare {
+    period: f64,
+    pull: f64,
+}
+
+impl Model for Bare {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - q[0];
+    }
+    fn drive(&self, _: f64, _: Side, u: &mut [f64]) {
+        u[0] = self.pull;
+    }
+}
+
+impl Periodic for Bare {
+    fn period(&self) -> f64 {
+        self.period
+    }
+}
+
+/// A model without a period or with drives that are none is refused; of a machine already its constants.
 #[test]
 fn periods_and_constants_that_are_none() {
-    fn errors<E: for<'c> SweepEngine<Swing<'c>>>(engine: &E, change: &(dyn Fn(&mut Swing<'_>) + Sync)) -> Vec<PointError> {
-        let family = |p: &Point<'_>| -> Made<'static> {
-            let mut swing = Swing::of(p["w"]);
+    fn errors<E: SweepEngine<Bare>>(engine: &E, change: &(dyn Fn(&mut Bare) + Sync)) -> Vec<PointError> {
+        let family = |p: &Point<'_>| {
+            let mut bare = Bare { period: 2.0, pull: p["w"] };
             if [0, 2, 7].contains(&p.index()) {
-                change(&mut swing);
+                change(&mut bare);
             }
-            Ok(swing)
+            Ok::<_, ParameterError>(bare)
         };
         let rows = along(8).run(engine, family, rest).unwrap();
         assert_eq!((rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()), (vec![0, 2, 7], 5));
         rows.errors().values().cloned().collect()
     }
     for period in [0.0, -2.0, f64::INFINITY, f64::NAN] {
-        let change = |swing: &mut Swing<'_>| swing.period = period;
-        for found in
-            [errors(&LaneRk4::<4>::new(16), &change), errors(&TableRk4::new(16), &change), errors(&Located(Rk4::new(0.1)), &change)]
-        {
+        let change = |bare: &mut Bare| bare.period = period;
+        for found in [errors(&TableRk4::new(16), &change), errors(&Located(Rk4::new(0.1)), &change)] {
             assert!(found.iter().all(|e| matches!(e, PointError::Period { period: p } if p.to_bits() == period.to_bits())), "{found:?}");
         }
+        assert!(Swing::made(0.5, None, 1.0, 1.0, period).is_err());
     }
     for pull in [f64::NAN, f64::INFINITY] {
-        let change = |swing: &mut Swing<'_>| swing.pull = pull;
-        for found in [errors(&LaneRk4::<4>::new(16), &change), errors(&TableRk4::new(16), &change)] {
-            assert!(found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 1, .. }))), "{found:?}");
-        }
+        let change = |bare: &mut Bare| bare.pull = pull;
+        let found = errors(&TableRk4::new(16), &change);
+        assert!(found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 0, .. }))), "{found:?}");
+        assert!(matches!(Swing::made(0.5, None, pull, 1.0, 2.0), Err(ParameterError::NotFinite { name, .. }) if name == "pull"));
     }
 }
 
@@ -227,7 +220,7 @@ fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83: at w = 40 a step of 1/8 is too long, a quarter of it is not.
     let points = Points::along(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::over(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
-    let kicked = |_: &Point<'_>, _: &Swing<'_>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
+    let kicked = |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
     assert!(matches!(rows.row(2).unwrap(), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.row(i).unwrap().unwrap());
@@ -241,8 +234,7 @@ fn a_check_counts_only_beside_its_row() {
 #[test]
 fn a_check_that_fails_is_told() {
     // On a whole step to a millionth of 16, not of 64.
-    let family =
-        |p: &Point<'_>| -> Made<'static> { Ok(Swing { edge: 0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, ..Swing::of(p["w"]) }) };
+    let family = |p: &Point<'_>| -> Made<'static> { Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"]) };
     let sweep = along(5).settle(100).check_every(2);
     let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
     let row = rows.row(2).unwrap().unwrap();
@@ -332,7 +324,7 @@ fn seal(bytes: &mut Vec<u8>) {
 #[test]
 fn bytes_are_taken_whole_or_not_at_all() {
     let sweep = along(9).check_every(2);
-    let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { Ok(Swing::of(p["w"])) };
+    let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { swing(p).map_err(|_| "no swing") };
     let rows = sweep.run_chunk(1, 2, &LaneRk4::<4>::new(16), odd, rest, &Watch::new()).unwrap();
     let bytes = rows.to_bytes();
     let back = sweep.rows_from_bytes(&bytes).unwrap();
@@ -372,18 +364,19 @@ fn bytes_are_taken_whole_or_not_at_all() {
 /// Progress is that of the chunk, its checks and the points without a model included.
 #[test]
 fn progress_ends_at_the_end() {
-    let seen = |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Swing<'static>, &'static str> + Sync)| {
-        let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
-        let progress = |done: usize, total: usize| {
-            calls.fetch_add(1, Relaxed);
-            last.fetch_max(done, Relaxed);
-            totals.lock().unwrap().insert(total);
+    let seen =
+        |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
+            let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
+            let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
+            let progress = |done: usize, total: usize| {
+                calls.fetch_add(1, Relaxed);
+                last.fetch_max(done, Relaxed);
+                totals.lock().unwrap().insert(total);
+            };
+            sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
+            (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
         };
-        sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
-        (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
-    };
-    let swing = |p: &Point<'_>| Ok(Swing::of(p["w"]));
+    let swing = |p: &Point<'_>| swing(p).map_err(|_| "no swing");
     assert_eq!(seen(&along(100), 0, 4, &swing), (25, 25, vec![25]));
     assert_eq!(seen(&along(100).check_every(1), 1, 4, &swing), (50, 50, vec![50]));
     assert_eq!(seen(&along(100).check_every(10), 0, 4, &swing), (28, 28, vec![28]));
@@ -394,7 +387,7 @@ fn progress_ends_at_the_end() {
     };
     assert_eq!(seen(&along(100), 3, 4, &never), (25, 25, vec![25]));
     assert_eq!(asked.into_inner(), 100); // once each
-    let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { Ok(Swing::of(p["w"])) };
+    let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { swing(p) };
     assert_eq!(seen(&along(100), 0, 4, &late), (25, 25, vec![25]));
     assert_eq!(seen(&along(10).carry(Carry::Up), 0, 1, &late), (10, 10, vec![10]));
 }
@@ -404,7 +397,7 @@ fn a_family_without_a_model_is_left_when_cancelled() {
     let (asked, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let never = |_: &Point<'_>| {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
-        Err::<Swing<'_>, _>("never")
+        Err::<Machine<Swing<'_>>, _>("never")
     };
     let rows = along(1000).run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Watch::new().cancel(&stop)).unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
@@ -440,9 +433,15 @@ fn two_threads_may_show_rows_at_once() {
 /// Stopping takes at most 64 rows of a table, or 64 steps of four accelerations: with 16 ns for each of 16 lanes a tenth of a millisecond.
 #[test]
 fn a_cancel_is_seen_within_64_steps() {
-    fn asked<E: for<'c> SweepEngine<Swing<'c>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
+    fn asked<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
         let count = Count::new(last);
-        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Swing { count: Some(&count), ..Swing::of(p["w"]) });
+        // What making the model asks does not count.
+        let family = |p: &Point<'_>| {
+            let made = Swing::made(0.5, Some(&count), 1.0, p["w"], 2.0);
+            count.drives.store(0, Relaxed);
+            count.accelerations.store(0, Relaxed);
+            made
+        };
         let rows = pool(1).install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop))).unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -464,7 +463,7 @@ fn tables_have_a_size() {
     for steps in [0, 500_000_000, usize::MAX] {
         assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
         let scalar = along(3).run(&TableRk4::new(steps), swing, rest);
-        assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 3 })));
+        assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 5 })));
     }
     assert_eq!(run(10_000_000, 1), Err(SweepError::Table(TableError::Size { steps: 40_000_000, drives: 1 })));
     assert_eq!(run(usize::MAX / 2, 1), Err(SweepError::Table(TableError::Size { steps: usize::MAX / 2, drives: 1 })));
@@ -473,7 +472,7 @@ fn tables_have_a_size() {
 /// A model that jumps at every step, and more often than that, still has a table.
 #[test]
 fn jumps_without_number() {
-    struct Jumps(Swing<'static>, f64);
+    struct Jumps(Machine<Swing<'static>>, f64);
     impl Model for Jumps {
         fn dof(&self) -> usize {
             1
@@ -482,7 +481,7 @@ fn jumps_without_number() {
             self.0.accel(u, q, v, a);
         }
         fn drives(&self) -> usize {
-            3
+            5
         }
         fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
             self.0.drive(t, side, u);
@@ -498,7 +497,7 @@ fn jumps_without_number() {
         }
     }
     let run = |steps: usize, every: f64| {
-        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(Swing::of(p["w"]), every));
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
         let points = Points::along(Axis::list("w", &[1.0]).unwrap());
         let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
         sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
@@ -541,6 +540,6 @@ fn a_cancelled_run_is_resumed() {
     }
     // Nothing is missing: nothing is run.
     let whole = along(5).run(&engine, swing, rest).unwrap();
-    let never = |_: &Point<'_>, _: &Swing<'_>| Err::<State, _>("never");
+    let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
     assert_eq!(along(5).resume(whole.clone(), &engine, swing, never, &Watch::new()).unwrap(), whole);
 }

@@ -111,7 +111,7 @@ fn check_periodic_cases(stride: usize) -> usize {
         close("min", orbit.q.min, &case["qmin"]);
         close("max", orbit.q.max, &case["qmax"]);
         let multiple = orbit.steady.period_multiple;
-        let series = Fourier::fit(&orbit.samples, 65 * multiple, 1.0).unwrap();
+        let series = Fourier::fit(&orbit.samples, 65 * multiple).unwrap();
         for (key, order) in [("wc", 1), ("2wc", 2), ("we", 63), ("we+wc", 64), ("we-wc", 62), ("we+2wc", 65), ("we-2wc", 61)] {
             let [cos, sin] = series.pairs()[order * multiple - 1];
             close(key, cos, &case["harmonics"][key]["cos"]);
@@ -183,7 +183,7 @@ fn the_elastic_part_is_a_channel() {
             let values = probe.read(t, Side::After, &[q], &[1e-6]);
             let half_width = match reading.half_width {
                 HalfWidth::Mean => pair.half_width(),
-                HalfWidth::Instant => pair.params().half_backlash / values[radius],
+                HalfWidth::Instant => pair.constant("half backlash").unwrap() / values[radius],
             };
             let expected = (q - half_width).max(0.0) - (-q - half_width).max(0.0);
             assert!((values[elastic] - expected).abs() < 1e-17, "{q} at {t}: {} against {expected}", values[elastic]);

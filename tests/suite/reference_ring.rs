@@ -25,9 +25,9 @@ fn ring(p: &Value) -> Ring {
     let (kg, cg, b, e, phase) = (column("k_g"), column("c_g"), column("b"), column("e"), column("phase"));
     let mesh = |i: usize| {
         let pairs: Vec<[f64; 2]> = wave.iter().map(|[a, _]| [a * kg[i], 0.0]).collect();
-        let stiffness = Fourier::new(kg[i], &pairs, omega).unwrap().with_phase(phase[i]).unwrap();
-        let error = Fourier::new(0.0, &[[0.0, e[i]]], omega).unwrap().with_phase(phase[i]).unwrap();
-        Mesh::new(Wave::new(stiffness), Wave::new(error), cg[i], Backlash::new(b[i]).unwrap()).unwrap()
+        let stiffness = Wave::new(Fourier::new(kg[i], &pairs).unwrap()).ahead(phase[i]).unwrap();
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, e[i]]]).unwrap()).ahead(phase[i]).unwrap();
+        Mesh::new(stiffness, error, Backlash::new(b[i]).unwrap())
     };
     let params = RingParams {
         motor: Motor {
@@ -37,6 +37,7 @@ fn ring(p: &Value) -> Ring {
         },
         gears: (0..j.len()).map(gear).collect(),
         meshes: (0..j.len()).map(mesh).collect(),
+        mesh_damping: cg,
         omega,
     };
     Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid)
@@ -78,7 +79,7 @@ fn every_trajectory() {
             compare(&ring, case, name);
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
-            let slots: Vec<usize> = (0..ring.gears()).map(|i| ring.damping_slot(i)).collect();
+            let slots: Vec<usize> = (1..=ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
             let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
             compare(&noisy, case, name);
         }

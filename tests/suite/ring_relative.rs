@@ -4,7 +4,7 @@ use gear_dynamics::*;
 use std::ops::ControlFlow;
 
 /// n = 3, every parameter its own.
-fn ring() -> Ring {
+fn params() -> RingParams {
     let mut params = RingSet::a(3, 1000.0).params().unwrap();
     params.motor = Motor { inertia: 0.031, torque: 44.0, shaft: Shaft { stiffness: 970.0, damping: 0.026 } };
     let numbers =
@@ -12,14 +12,18 @@ fn ring() -> Ring {
     for (gear, (inertia, base_radius, load, torque, stiffness, damping)) in params.gears.iter_mut().zip(numbers) {
         *gear = Gear { inertia, base_radius, load: Load { inertia: load, torque, shaft: Shaft { stiffness, damping } } };
     }
-    let omega = params.omega;
     for (i, mesh) in params.meshes.iter_mut().enumerate() {
         let k = 1.9e8 + 1e7 * i as f64;
-        let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]], omega).unwrap().with_phase(i as f64).unwrap());
-        let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]], omega).unwrap().with_phase(0.5 * i as f64).unwrap());
-        *mesh = Mesh::new(stiffness, error, 900.0 + 100.0 * i as f64, Backlash::new(2e-5 + 1e-6 * i as f64).unwrap()).unwrap();
+        let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]]).unwrap()).ahead(i as f64).unwrap();
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]]).unwrap()).ahead(0.5 * i as f64).unwrap();
+        *mesh = Mesh::new(stiffness, error, Backlash::new(2e-5 + 1e-6 * i as f64).unwrap());
+        params.mesh_damping[i] = 900.0 + 100.0 * i as f64;
     }
-    Ring::as_printed(&params).unwrap()
+    params
+}
+
+fn ring() -> Ring {
+    Ring::as_printed(&params()).unwrap()
 }
 
 const B_E: f64 = 2.5e-5;
@@ -33,7 +37,7 @@ fn coefficients_of_the_printed_table() {
     let mesh_k = [1.9e8, 2.0e8, 2.1e8];
     let view = ring.relative(B_E, OMEGA_N).unwrap();
     let (xi, k) = view.coefficients(&mesh_k).unwrap();
-    let p = ring.params();
+    let p = params();
     let j: Vec<f64> = p.gears.iter().map(|g| g.inertia).collect();
     let jl: Vec<f64> = p.gears.iter().map(|g| g.load.inertia).collect();
     let r: Vec<f64> = p.gears.iter().map(|g| g.base_radius).collect();
@@ -81,22 +85,23 @@ fn accelerations_agree_with_the_angle_form() {
     ring.drive(t, Side::After, &mut u);
     ring.accel(&u, &state.q, &state.v, &mut a);
     let (q, v) = view.of(&state);
-    let p = ring.params();
-    let mesh_k: Vec<f64> = p.meshes.iter().map(|m| m.stiffness().value(t, Side::After)).collect();
+    let p = params();
+    let mesh_k: Vec<f64> = p.meshes.iter().map(|m| m.stiffness().value(p.omega * t, Side::After)).collect();
     let (xi, k) = view.coefficients(&mesh_k).unwrap();
     let w2 = OMEGA_N * OMEGA_N;
+    let error = |i: usize| p.omega * p.omega * p.meshes[i].error().jet(p.omega * t, Side::After).second;
     let g: Vec<f64> = (0..7).map(|i| if (1..=3).contains(&i) { p.meshes[i - 1].law().at(q[i] * B_E) / B_E } else { q[i] }).collect();
     for i in 0..7 {
         let f = match i {
             0 => p.motor.torque / (p.motor.inertia * w2),
-            1..=3 => -p.meshes[i - 1].error().jet(t, Side::After).second / (B_E * w2),
+            1..=3 => -error(i - 1) / (B_E * w2),
             _ => p.gears[i - 4].load.torque / (p.gears[i - 4].load.inertia * w2),
         };
         let ours: f64 = f - (0..7).map(|j| 2.0 * xi[(i, j)] * v[j] + k[(i, j)] * g[j]).sum::<f64>();
         let b = ring.mesh_matrix();
         let moved: f64 = (0..7).map(|j| b[(i, j)] * a[j]).sum();
         let angle = match i {
-            1..=3 => (moved - p.meshes[i - 1].error().jet(t, Side::After).second) / (B_E * w2),
+            1..=3 => (moved - error(i - 1)) / (B_E * w2),
             _ => moved / w2,
         };
         assert!((ours - angle).abs() < 1e-11 * angle.abs().max(1e3), "q{}: {ours} against {angle}", i + 1);
@@ -126,7 +131,7 @@ fn closure_and_frames() {
     let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
     let view = ring.relative(2.65e-5, 1e3).unwrap();
     let solver = Dop853::new().rtol(1e-12).atol(1e-15);
-    let e = |t: f64| ring.params().meshes[0].error().value(t, Side::After);
+    let e = |t: f64| ring.shape().meshes()[0].error().value(ring.mesh_frequency() * t, Side::After);
     solver
         .run(&ring, &State::at_rest(7), 5e-3, &mut |step: &mut Step<'_>| {
             let (q, _) = view.of(&State::new(step.t1(), step.q1(), step.v1()));

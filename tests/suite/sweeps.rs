@@ -1,16 +1,18 @@
 //! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
 //! `cargo test --release --test suite sweeps -- --ignored`.
 
-use crate::benchmarks::Pair;
+use crate::benchmarks::{Pair, Rattling};
 use gear_dynamics::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const STEPS: usize = 63 * 16;
 
-fn pair(p: &Point<'_>) -> Result<Pair, ParameterError> {
-    Ok(Pair::at(p["we"]))
+type LanePair = Machine<Rattling>;
+
+fn pair(p: &Point<'_>) -> Result<LanePair, ParameterError> {
+    Pair::new().machine().with("wc", p["we"] / 63.0)
 }
-fn rest(_: &Point<'_>, _: &Pair) -> Result<State, ParameterError> {
+fn rest(_: &Point<'_>, _: &LanePair) -> Result<State, ParameterError> {
     Ok(Pair::start())
 }
 fn frequencies(count: usize) -> Points {
@@ -19,7 +21,7 @@ fn frequencies(count: usize) -> Points {
 fn sweep(count: usize) -> Sweep {
     Sweep::over(frequencies(count)).settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2)
 }
-fn hash(sweep: &Sweep, engine: &impl SweepEngine<Pair>) -> u64 {
+fn hash(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> u64 {
     sweep.run(engine, pair, rest).unwrap().fingerprint()
 }
 
@@ -212,18 +214,19 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
 /// lanes of any width as each one alone. Copies of one ring share lanes, since their excitations are the same ones.
 #[test]
 fn rings_in_lanes_are_each_ring_alone() {
-    let base = crate::benchmarks::ring(3, 2.0).params().clone();
-    let smooth = Wave::new(Fourier::new(1e8, &[[2e7, 0.0]], base.omega).unwrap());
-    let jumping = Wave::new(RectangularWave::new(0.8e8, 1.2e8, 0.6, std::f64::consts::TAU / base.omega).unwrap());
-    let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-5]], base.omega).unwrap());
+    let base = crate::benchmarks::ring_params(3, 1.5e-3, 2.0);
+    let smooth = Wave::new(Fourier::new(1e8, &[[2e7, 0.0]]).unwrap());
+    let jumping = Wave::new(RectangularWave::new(0.8e8, 1.2e8, 0.6).unwrap());
+    let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-5]]).unwrap());
     let mut prints = Vec::new();
     for stiffness in [smooth, jumping] {
         let family = |p: &Point<'_>| {
             let mut params = base.clone();
             params.motor.torque = p["torque"];
             for mesh in &mut params.meshes {
-                *mesh = Mesh::new(stiffness.clone(), error.clone(), p["damping"], *mesh.law())?;
+                *mesh = Mesh::new(stiffness.clone(), error.clone(), *mesh.law());
             }
+            params.mesh_damping.fill(p["damping"]);
             Ring::as_printed(&params)
         };
         let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
@@ -331,18 +334,18 @@ fn zero_steps_per_period_and_zero_periods() {
 
 #[test]
 fn a_family_that_fails_at_some_points() {
-    let odd = |p: &Point<'_>| if !p.index().is_multiple_of(2) { Err("odd") } else { Ok(Pair::at(p["we"])) };
+    let odd = |p: &Point<'_>| if !p.index().is_multiple_of(2) { Err("odd") } else { pair(p).map_err(|_| "no pair") };
     let rows = sweep(9).run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
     assert_eq!(rows.row(3).unwrap().unwrap_err(), &PointError::Model("odd".into()));
     assert!(rows.is_complete() && rows.iter().count() == 5);
-    let none = sweep(3).run(&LaneRk4::<4>::new(STEPS), |_| Err::<Pair, _>("never"), rest).unwrap();
+    let none = sweep(3).run(&LaneRk4::<4>::new(STEPS), |_| Err::<LanePair, _>("never"), rest).unwrap();
     assert_eq!((none.iter().count(), none.errors().len()), (0, 3));
 }
 
 #[test]
 fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
-    let far = |p: &Point<'_>, _: &Pair| {
+    let far = |p: &Point<'_>, _: &LanePair| {
         Ok::<_, ParameterError>(State::new(0.0, &[if p.index() == 1 { 1e308 } else { -6.4e-4 }], &[1e308 * (p.index() == 1) as u8 as f64]))
     };
     let rows = sweep(3).run(&LaneRk4::<4>::new(STEPS), pair, far).unwrap();
@@ -384,12 +387,12 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
     let base = RingSet::a(4, 1000.0);
     let wave = |p: &Point<'_>| -> Result<Ring, ParameterError> {
         let mut params = base.params()?;
-        let period = std::f64::consts::TAU / params.omega;
-        let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.5, period)?);
-        let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]], params.omega)?);
+        let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.5)?);
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]])?);
         for mesh in &mut params.meshes {
-            *mesh = Mesh::new(stiffness.clone(), error.clone(), 1000.0, Backlash::new(2.65e-5)?)?;
+            *mesh = Mesh::new(stiffness.clone(), error.clone(), Backlash::new(2.65e-5)?);
         }
+        params.mesh_damping.fill(1000.0);
         params.motor.torque = p["torque"];
         Ring::new(&params)
     };

@@ -149,7 +149,7 @@ fn determinant() {
     let start = pair.static_start().unwrap();
     let span = 0.3 * pair.period();
     let through = Variation::new().tolerance(1e-13).run(&pair, &start, start.t + span).unwrap();
-    let exact = (-2.0 * pair.params().damping_ratio * span).exp();
+    let exact = (-2.0 * pair.constant("damping ratio").unwrap() * span).exp();
     assert!((through.matrix.determinant() / exact - 1.0).abs() < 1e-10, "{}", through.matrix.determinant() / exact - 1.0);
 }
 

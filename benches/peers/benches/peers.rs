@@ -1,10 +1,11 @@
-//! Other crates' RK4 and DOP853 beside ours, on workload A, and an ensemble of runs beside all of them, workload C: `cargo bench -p peers`.
-//! The last lines are the errors and the ratios.
+//! Other crates' RK4 and DOP853 and loops by hand beside ours, on workloads A, B3 and B16, and an ensemble of runs beside all of them,
+//! workload C: `cargo bench -p peers`. The last lines are the errors and the ratios.
 
 #[path = "../../common/mod.rs"]
 mod common;
+mod ring;
 
-use common::{Pair, Rattling, ratio};
+use common::{Pair, Rattling, hand_dop853, ratio};
 use criterion::{Criterion, criterion_group};
 use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ExplicitRungeKutta;
@@ -123,19 +124,19 @@ fn ode_solvers_dop853_without_clock(pair: &Pair) -> String {
 /// Keeps no step.
 struct Nothing;
 
-impl Solout<f64, [f64; 2]> for Nothing {
+impl<const N: usize> Solout<f64, [f64; N]> for Nothing {
     #[inline(always)]
     fn solout<I>(
         &mut self,
         _: f64,
         _: f64,
-        _: &[f64; 2],
-        _: &[f64; 2],
+        _: &[f64; N],
+        _: &[f64; N],
         _: &mut I,
-        _: &mut Solution<f64, [f64; 2]>,
-    ) -> ControlFlag<f64, [f64; 2]>
+        _: &mut Solution<f64, [f64; N]>,
+    ) -> ControlFlag<f64, [f64; N]>
     where
-        I: Interpolation<f64, [f64; 2]> + ?Sized,
+        I: Interpolation<f64, [f64; N]> + ?Sized,
     {
         ControlFlag::Continue
     }
@@ -266,6 +267,27 @@ fn workload_c() {
     }
 }
 
+fn hand_written_dop853(pair: &Pair) -> End {
+    let (y, evaluations, _) = hand_dop853::run(pair, Q0, 0.0, pair.end(), RTOL, ATOL);
+    End { q: y[0], evaluations: evaluations as usize }
+}
+
+/// Ours against loops by hand and against the other crates.
+fn ratios() {
+    let pair = Pair::new();
+    let runs: [fn(&Pair) -> End; 6] =
+        [our_rk4, hand_written_rk4, ode_solvers_rk4, differential_equations_rk4, our_dop853, hand_written_dop853];
+    let entrants = runs.map(|run| {
+        let pair = &pair;
+        move || run(black_box(pair)).evaluations
+    });
+    let [ours, by_hand, peer_a, peer_b, our_dop853, hand_dop853] = &entrants;
+    let times = ring::least_times(ROUNDS, &[ours, by_hand, peer_a, peer_b, our_dop853, hand_dop853]);
+    println!("ratio A dop853 hand {:.3}", times[4] / times[5]);
+    println!("ratio A rk4 hand {:.3}", times[0] / times[1]);
+    println!("ratio A rk4 peer {:.3}", times[2].min(times[3]) / times[0]);
+}
+
 criterion_group!(benches, rk4, dop853);
 
 fn main() {
@@ -275,4 +297,8 @@ fn main() {
     errors_and_ratios("A, RK4, 64 steps per mesh period, error against DOP853 at rtol 1e-13", truth, &RK4);
     errors_and_ratios("A, DOP853, rtol 1e-8, atol 1e-12, error against DOP853 at rtol 1e-13", truth, &DOP853);
     println!("ode_solvers, time as given: {}", ode_solvers_dop853_without_clock(&Pair::new()));
+    println!();
+    ratios();
+    ring::ratios::<3, 14>();
+    ring::ratios::<16, 66>();
 }

@@ -51,6 +51,9 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<AnyLaw<N>, Stop>
 pub fn any(case: &mut Case) -> Run {
     let size = case.number(1e-4);
     let law = law(case, size)?;
+    if let Ok(stop) = Restitution::new(case.number(0.5)) {
+        finite("rebound", stop.rebound(case.signed(), case.signed()))?;
+    }
     case.note(|| format!("{law:?}"));
     for _ in 0..10 {
         let angle = case.signed();

@@ -4,7 +4,7 @@ use super::params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, 
 use crate::error::{ParameterError, check};
 use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Jet, Wave, reduced};
 use crate::machine::Machine;
-use crate::mesh::{Mesh, MeshDrives};
+use crate::mesh::{self, Mesh, MeshDrives};
 use crate::model::{Channel, Contact, Model, State};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
@@ -76,11 +76,11 @@ const FORCING: usize = 4; // d²(θ2 - ē)/dx²
 const FORCING_RATE: usize = 5; // d(θ2 - ē)/dx
 const WAVES: usize = 6;
 // Waves of a law with edges of its own, in metres.
-const LOWER: usize = 6;
-const UPPER: usize = 7;
-const LOWER_RATE: usize = 8; // over x
-const UPPER_RATE: usize = 9;
-const ALL_WAVES: usize = 10;
+const LOWER: usize = WAVES;
+const UPPER: usize = WAVES + 1;
+const LOWER_RATE: usize = WAVES + 2; // over x
+const UPPER_RATE: usize = WAVES + 3;
+const ALL_WAVES: usize = WAVES + 4;
 
 /// What the algebra needs of the drives.
 struct At<S> {
@@ -350,13 +350,11 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         u[FORCING] = rotation.rate - error_second / self.radius;
         u[FORCING_RATE] = rotation.value - error_rate / self.radius;
         if !N::HALF_WIDTH {
-            let edges = self.mesh.law().edges(self.teeth * phase, side);
-            (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
-            (u[LOWER_RATE], u[UPPER_RATE]) = (self.teeth * edges.lower_rate, self.teeth * edges.upper_rate);
+            self.mesh.edges(phase, side, &mut u[WAVES - mesh::LOWER..]);
         }
     }
     fn next_edge(&self, phase: f64) -> Option<f64> {
-        self.mesh.next_edge_of(phase, self.teeth)
+        self.mesh.next_edge(phase)
     }
 
     fn channels(&self) -> Vec<Channel> {

@@ -4,7 +4,7 @@ use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::error::{ParameterError, check};
 use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Wave, reduced};
 use crate::machine::Machine;
-use crate::mesh::{Mesh, MeshDrives};
+use crate::mesh::{LOWER, Mesh, UPPER};
 use crate::model::{Channel, Contact, Model, State};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
@@ -53,27 +53,17 @@ pub struct NfgShape2<N = Backlash> {
     radius: f64,
     beta: f64,
     ratio: f64,
-    teeth: f64,
     /// dθ2/dx.
     rotation: CentreCurve,
     mesh: Mesh<N>,
 }
 
-// Waves.
-const STIFFNESS: usize = 0; // k_m [N/m]
-const ERROR: usize = 1; // e [m]
-const ERROR_RATE: usize = 2; // de/dx [m]
-const RADIUS: usize = 3; // r_b2 [m]
-const RADIUS_RATE: usize = 4; // dr_b2/dx [m]
-const ROTATION: usize = 5; // dθ2/dx
-const CENTRE: usize = 6; // d²θ2/dx²
-const WAVES: usize = 7;
-// Waves of a law with edges of its own [m].
-const LOWER: usize = 7;
-const UPPER: usize = 8;
-const LOWER_RATE: usize = 9; // over x
-const UPPER_RATE: usize = 10;
-const ALL_WAVES: usize = 11;
+// Waves: those of the mesh, then the gear.
+const RADIUS: usize = 7; // r_b2 [m]
+const RADIUS_RATE: usize = 8; // dr_b2/dx [m]
+const ROTATION: usize = 9; // dθ2/dx
+const CENTRE: usize = 10; // d²θ2/dx²
+const WAVES: usize = 11;
 
 impl NfgPair2 {
     /// The exact reading, the pinion of inertia I1 [kg m²].
@@ -110,7 +100,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
             Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),
             Radius::Pitch => (params.mean_pitch_radius(), params.pinion_pitch_radius()),
         };
-        let (centre, teeth) = (InstantCentre::new(params.eccentric_ratio)?, params.face_gear_teeth().round());
+        let centre = InstantCentre::new(params.eccentric_ratio)?;
         let mean_square = 1.0 + 0.5 * params.beta() * params.beta();
         let natural = params.check_derived(radius, reading)?;
         let damping = 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square);
@@ -122,12 +112,11 @@ impl<N: Nonlinearity> NfgPair2<N> {
             radius,
             beta: params.beta(),
             ratio: params.ratio,
-            teeth,
             rotation: match reading.centre_forcing {
                 CentreForcing::Exact => centre.rotation(),
                 CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
             },
-            mesh: mesh.per_turn(teeth as u32)?,
+            mesh: mesh.per_turn(params.face_gear_teeth().round() as u32)?,
         };
         shape.machine(&[
             ("speed", params.speed),
@@ -162,8 +151,9 @@ impl<N: Nonlinearity> NfgPair2<N> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(self.size().waves, &u);
-        let ([stiffness, error, error_rate, radius, radius_rate], [load]) = (u.waves(), u.constants());
-        let deflection = self.shape().edges(u)[1] + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
+        let ([stiffness, error, error_rate, _, upper, _, _], [load]) = (self.shape().mesh_waves(u), u.constants());
+        let (radius, radius_rate) = (u.all_waves()[RADIUS], u.all_waves()[RADIUS_RATE]);
+        let deflection = upper + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
         // q = q2 + e/r_b2 is at rest, so q2' takes up the rate of the error, as in the model of one degree of freedom.
         let stretch = radius_rate / radius;
         let q2 = -(deflection + error) / radius;
@@ -180,31 +170,21 @@ impl<N: Nonlinearity> NfgShape2<N> {
         self.pinion_radius
     }
 
-    /// x and x'.
+    /// The waves of the mesh, the edges those of the constant half backlash if the law has it from there.
     #[inline(always)]
-    fn deflection<S: Scalar>(&self, u: Drives<'_, S>, q: &[S], v: &[S]) -> (S, S) {
-        let (w, omega) = (u.all_waves(), u.speed());
-        let x = q[0] * self.pinion_radius - w[RADIUS] * q[1] - w[ERROR];
-        let rate = v[0] * self.pinion_radius - w[RADIUS] * v[1] - omega * (w[RADIUS_RATE] * q[1] + w[ERROR_RATE]);
-        (x, rate)
-    }
-
-    /// Lower and upper edge, and their rates.
-    #[inline(always)]
-    fn edges<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 4] {
+    fn mesh_waves<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 7] {
+        let (mut waves, [_, _, width]) = (u.waves(), u.constants());
         if N::HALF_WIDTH {
-            let ([_, _, width], zero) = (u.constants(), S::from(0.0));
-            return [-width, width, zero, zero];
+            (waves[LOWER], waves[UPPER]) = (-width, width);
         }
-        let (w, omega) = (u.all_waves(), u.speed());
-        [w[LOWER], w[UPPER], w[LOWER_RATE] * omega, w[UPPER_RATE] * omega]
+        waves
     }
 }
 
 impl<N: Nonlinearity> Shape for NfgShape2<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 2, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: 4 }
+        Size { dof: 2, waves: WAVES, contacts: 1, constants: 4 }
     }
     fn constants(&self) -> Vec<Channel> {
         let constants = [("speed", "rad/s"), ("load torque", "N m"), ("mesh damping", "N s/m"), ("half backlash", "m")];
@@ -240,37 +220,29 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
 
     #[inline(always)]
     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
-        let (deflection, rate) = self.deflection(u, q, v);
-        let ([_, damping], [lower, upper, lower_rate, upper_rate]) = (u.constants(), self.edges(u));
-        let at = MeshDrives { stiffness: u.all_waves()[STIFFNESS], damping, lower, upper };
-        let force = self.mesh.force(law, i, deflection, rate, rate, at);
-        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
+        let (w, omega, [_, damping]) = (u.all_waves(), u.speed(), u.constants());
+        let x = q[0] * self.pinion_radius - w[RADIUS] * q[1];
+        let rate = v[0] * self.pinion_radius - w[RADIUS] * v[1] - omega * (w[RADIUS_RATE] * q[1]);
+        self.mesh.contact(law, i, &self.mesh_waves(u), omega, damping, x, rate)
     }
 
     fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {
-        let (s, c) = libm::sincos(phase);
-        let (error, rotation) = (self.mesh.error().jet(phase, side), self.rotation.jet(reduced(phase)));
-        u[STIFFNESS] = self.mesh.stiffness().value(phase, side);
-        (u[ERROR], u[ERROR_RATE]) = (error.value, error.rate);
+        let ((s, c), rotation) = (libm::sincos(phase), self.rotation.jet(reduced(phase)));
+        self.mesh.waves(phase, side, u);
         u[RADIUS] = self.radius * (1.0 + self.beta * c);
         u[RADIUS_RATE] = -self.radius * self.beta * s;
         (u[ROTATION], u[CENTRE]) = (rotation.value, rotation.rate);
-        if !N::HALF_WIDTH {
-            let edges = self.mesh.law().edges(self.teeth * phase, side);
-            (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
-            (u[LOWER_RATE], u[UPPER_RATE]) = (self.teeth * edges.lower_rate, self.teeth * edges.upper_rate);
-        }
     }
     fn next_edge(&self, phase: f64) -> Option<f64> {
-        self.mesh.next_edge_of(phase, self.teeth)
+        self.mesh.next_edge(phase)
     }
 
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]
     }
-    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
-        let ((x, rate), [lower, upper, ..]) = (self.deflection(u, q, v), self.edges(u));
+    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        let contact = contacts[0];
         out[0] = u.all_waves()[RADIUS];
-        out[1] = AsIs.force(0, self.mesh.law(), x, rate, lower, upper);
+        out[1] = AsIs.force(0, self.mesh.law(), contact.deflection, contact.rate, contact.lower, contact.upper);
     }
 }

@@ -2,46 +2,37 @@
 
 use super::params::Gear;
 use super::shape::{Frame, RingShape};
-use crate::mesh::{Mesh, MeshDrives};
+use crate::mesh::Mesh;
 use crate::model::Contact;
 use crate::nonlinearity::Nonlinearity;
 use crate::scalar::{Scalar, one_by_one};
 use crate::shape::{Drives, Law};
 
-// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
+/// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
 pub(super) const STRIDE: usize = 7;
-pub(super) const STIFFNESS: usize = 0; // K [N/m]
-pub(super) const ERROR: usize = 1; // e [m]
-pub(super) const ERROR_RATE: usize = 2; // de/dφ [m]
-pub(super) const LOWER: usize = 3;
-pub(super) const UPPER: usize = 4;
-pub(super) const LOWER_RATE: usize = 5;
-pub(super) const UPPER_RATE: usize = 6;
 
 /// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
 /// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Columns {
-    /// R_i.
-    radius: Vec<f64>,
-    /// K_si and C_si.
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    /// 1/J_i and 1/J_Li.
-    per_gear: Vec<f64>,
-    per_load: Vec<f64>,
-}
+pub(super) struct Columns(Vec<f64>);
 
 impl Columns {
     pub(super) fn of(gears: &[Gear]) -> Self {
-        let column = |of: fn(&Gear) -> f64| gears.iter().map(of).collect();
-        Columns {
-            radius: column(|gear| gear.base_radius),
-            stiffness: column(|gear| gear.load.shaft.stiffness),
-            damping: column(|gear| gear.load.shaft.damping),
-            per_gear: column(|gear| 1.0 / gear.inertia),
-            per_load: column(|gear| 1.0 / gear.load.inertia),
-        }
+        let of: [fn(&Gear) -> f64; 5] = [
+            |gear| gear.base_radius,
+            |gear| gear.load.shaft.stiffness,
+            |gear| gear.load.shaft.damping,
+            |gear| 1.0 / gear.inertia,
+            |gear| 1.0 / gear.load.inertia,
+        ];
+        Columns(of.iter().flat_map(|of| gears.iter().map(of)).collect())
+    }
+
+    /// R_i, K_si, C_si, 1/J_i and 1/J_Li.
+    #[inline(always)]
+    fn cut(&self, n: usize) -> [&[f64]; 5] {
+        let all = &self.0[..5 * n];
+        [&all[..n], &all[n..2 * n], &all[2 * n..3 * n], &all[3 * n..4 * n], &all[4 * n..5 * n]]
     }
 }
 
@@ -75,13 +66,16 @@ struct Instant<'a, S> {
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
     fn of(n: usize, columns: &'a Columns, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
-        let (meshes, rest) = (&u.all_waves()[..STRIDE * n], u.all_constants());
+        // One look at each length; what follows is cut from it.
+        let (meshes, rest) = (&u.all_waves()[..STRIDE * n], &u.all_constants()[..2 * n + 1]);
+        let (q, v) = (&q[..2 * n + 1], &v[..2 * n + 1]);
+        let [radius, stiffness, shaft_damping, per_gear, per_load] = columns.cut(n);
         Instant {
-            radius: &columns.radius[..n],
-            stiffness: &columns.stiffness[..n],
-            shaft_damping: &columns.damping[..n],
-            per_gear: &columns.per_gear[..n],
-            per_load: &columns.per_load[..n],
+            radius,
+            stiffness,
+            shaft_damping,
+            per_gear,
+            per_load,
             meshes: &meshes.as_chunks().0[..n],
             omega: u.speed(),
             motor_torque: &rest[0],
@@ -98,19 +92,11 @@ impl<'a, S: Scalar> Instant<'a, S> {
         Turning { radius, q, v, path: q * radius, speed: v * radius }
     }
 
-    /// d_i and d_i', from gear i and the next one.
+    /// Mesh i, from gear i and the next one.
     #[inline(always)]
-    fn deflection(&self, i: usize, omega: S, gear: &Turning<S>, next: &Turning<S>) -> (S, S) {
-        let mesh = &self.meshes[i];
-        (gear.path - next.path - mesh[ERROR], gear.speed - next.speed - omega * mesh[ERROR_RATE])
-    }
-
-    /// W_i.
-    #[inline(always)]
-    fn force<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, (d, rate): (S, S)) -> S {
-        let mesh = &self.meshes[i];
-        let at = MeshDrives { stiffness: mesh[STIFFNESS], damping: self.damping[i], lower: mesh[LOWER], upper: mesh[UPPER] };
-        meshes[i].force(law, i, d, rate, rate, at)
+    fn mesh<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, gear: &Turning<S>, next: &Turning<S>) -> Contact<S> {
+        let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
+        meshes[i].contact(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
     }
 
     /// θ_i'' and θ_Li'', from what else turns the gear.
@@ -129,26 +115,36 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// The equations of [`Ring`](super::shape::Ring).
+    /// The equations of [`Ring`](super::shape::Ring); on plain numbers three gears are compiled for their number.
     #[inline(always)]
     pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let n = self.meshes.len();
+        if size_of::<S>() == size_of::<f64>() && n == 3 {
+            self.accelerate_gears(3, law, u, q, v, a);
+        } else {
+            self.accelerate_gears(n, law, u, q, v, a);
+        }
+    }
+
+    /// The same for n gears.
+    #[inline(always)]
+    fn accelerate_gears<S: Scalar, L: Law<S>>(&self, n: usize, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let at = Instant::of(n, &self.columns, u, q, v);
+        let a = &mut a[..2 * n + 1];
         let meshes = &self.meshes[..n];
         let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
         a[0] = (*at.motor_torque - shaft) * (1.0 / self.motor_inertia);
         // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
-        let omega = at.omega;
         let driver = at.gear(0);
         let mut next = at.gear(after(0, n));
-        let first = at.force(law, meshes, 0, at.deflection(0, omega, &driver, &next));
+        let first = at.mesh(law, meshes, 0, &driver, &next).force;
         let mut w = first;
         for i in 1..n {
             let i = one_by_one(i);
             let (gear, before) = (next, w);
             next = at.gear(after(i, n));
-            w = at.force(law, meshes, i, at.deflection(i, omega, &gear, &next));
+            w = at.mesh(law, meshes, i, &gear, &next).force;
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
         // Read again, not held all the way round.
@@ -173,16 +169,6 @@ impl<N: Nonlinearity> RingShape<N> {
     pub(super) fn touch<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
         let n = self.meshes.len();
         let at = Instant::of(n, &self.columns, u, q, v);
-        let (d, rate) = at.deflection(i, at.omega, &at.gear(i), &at.gear(after(i, n)));
-        let mesh = &at.meshes[i];
-        Contact {
-            deflection: d,
-            rate,
-            lower: mesh[LOWER],
-            upper: mesh[UPPER],
-            lower_rate: at.omega * mesh[LOWER_RATE],
-            upper_rate: at.omega * mesh[UPPER_RATE],
-            force: at.force(law, &self.meshes[..n], i, (d, rate)),
-        }
+        at.mesh(law, &self.meshes[..n], i, &at.gear(i), &at.gear(after(i, n)))
     }
 }

@@ -1,11 +1,11 @@
 //! The ring as a shape, in angles.
 
-use super::algebra::{Columns, ERROR, ERROR_RATE, LOWER, LOWER_RATE, STIFFNESS, STRIDE, UPPER, UPPER_RATE};
+use super::algebra::{Columns, STRIDE};
 use super::params::{Gear, RingParams, Shaft};
 use crate::error::{ParameterError, check};
 use crate::excitation::earlier;
 use crate::machine::Machine;
-use crate::mesh::Mesh;
+use crate::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
 use crate::model::{Channel, Contact};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
@@ -64,6 +64,8 @@ pub struct RingShape<N = Backlash> {
     pub(super) rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
+    /// Whether an edge of a mesh moves.
+    edges_move: bool,
     /// 1/Σ r_j² J_j.
     pub(super) per_inertia: f64,
     pub(super) columns: Columns,
@@ -168,13 +170,31 @@ impl<N: Nonlinearity> RingShape<N> {
         let same = (0..meshes.len())
             .map(|i| [first(i, &|a, b| a.stiffness().is(b.stiffness())), first(i, &|a, b| a.error().is(b.error()))])
             .collect();
+        let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants, not shape.
         let mut gears = params.gears.clone();
         gears.iter_mut().for_each(|gear| gear.load.torque = 0.0);
         let (motor_inertia, motor_shaft, columns) = (params.motor.inertia, params.motor.shaft, Columns::of(&gears));
-        let mut shape = RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, per_inertia: 0.0, columns };
+        let mut shape = RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, edges_move, per_inertia: 0.0, columns };
         shape.per_inertia = 1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         shape
+    }
+
+    /// Stiffness and error of each mesh.
+    #[inline]
+    fn moving_waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+        let waves = u.as_chunks_mut::<STRIDE>().0;
+        for (i, (mesh, &[k, e])) in self.meshes.iter().zip(&self.same).enumerate() {
+            let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness().value(angle, side) };
+            let [error, rate] = if e < i {
+                [waves[e][ERROR], waves[e][ERROR_RATE]]
+            } else {
+                let error = mesh.error().jet(angle, side);
+                [error.value, error.rate]
+            };
+            let wave = &mut waves[i];
+            (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
+        }
     }
 
     /// The meshes in order.
@@ -215,22 +235,14 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     }
 
     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
-        for (i, mesh) in self.meshes.iter().enumerate() {
-            let [k, e] = self.same[i];
-            u[STRIDE * i + STIFFNESS] = if k < i { u[STRIDE * k + STIFFNESS] } else { mesh.stiffness().value(angle, side) };
-            if e < i {
-                u.copy_within(STRIDE * e + ERROR..=STRIDE * e + ERROR_RATE, STRIDE * i + ERROR);
-            } else {
-                let error = mesh.error().jet(angle, side);
-                u[STRIDE * i + ERROR] = error.value;
-                u[STRIDE * i + ERROR_RATE] = error.rate;
-            }
-            let edges = mesh.law().edges(angle, side);
-            u[STRIDE * i + LOWER] = edges.lower;
-            u[STRIDE * i + UPPER] = edges.upper;
-            u[STRIDE * i + LOWER_RATE] = edges.lower_rate;
-            u[STRIDE * i + UPPER_RATE] = edges.upper_rate;
+        self.moving_waves(angle, side, u);
+        for (mesh, u) in self.meshes.iter().zip(u.chunks_exact_mut(STRIDE)) {
+            mesh.edges(angle, side, u);
         }
+    }
+    /// Edges that stand still are left out.
+    fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
+        if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         self.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(angle)))

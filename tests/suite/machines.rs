@@ -1,0 +1,369 @@
+//! Shapes with named constants: names, derivatives, lanes, angles that turn unevenly, composition of models with laws and waves of one's own.
+
+use gear_dynamics::*;
+use std::f64::consts::TAU;
+
+fn pair() -> NfgPair {
+    NfgPair::new(&NfgParams { error: 2e-5, ..NfgParams::table1() }).unwrap()
+}
+
+fn ring() -> Ring {
+    Ring::new(&RingSet { phases: vec![0.0, 0.4, 1.1, 2.0], ..RingSet::a(4, 2000.0) }.params().unwrap()).unwrap()
+}
+
+#[test]
+fn names_that_do_not_exist_are_refused() {
+    let error = pair().with("lod torque", 20.0).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "no constant \"lod torque\"; there are: speed, load torque, inertia, stiffness, damping ratio, half backlash"
+    );
+    assert!(matches!(pair().constant("b").unwrap_err(), ParameterError::NoSuchConstant { .. }));
+    assert!(matches!(ring().slot("mesh damping 0").unwrap_err(), ParameterError::NoSuchConstant { .. }));
+    assert!(matches!(ring().slope("load", &[], &[], &[]).unwrap_err(), ParameterError::NoSuchConstant { .. }));
+    // A constant that is read in another form has no drive.
+    assert_eq!(pair().slot("half backlash").unwrap_err(), ParameterError::NotADrive { name: "half backlash".into() });
+    assert_eq!(pair().slot("inertia").unwrap_err(), ParameterError::NotADrive { name: "inertia".into() });
+    let ring = ring();
+    let mut u = vec![0.0; ring.drives()];
+    ring.drive(0.0, Side::After, &mut u);
+    for (i, channel) in ring.names().iter().enumerate() {
+        assert_eq!(u[ring.slot(&channel.name).unwrap()], ring.constants()[i], "{channel}");
+    }
+}
+
+#[test]
+fn values_out_of_range_are_refused_by_name() {
+    for (name, bad) in [("speed", 0.0), ("speed", -1.0), ("inertia", 0.0), ("load torque", -1.0), ("half backlash", -1e-5)] {
+        let error = pair().with(name, bad).unwrap_err();
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+    for bad in [f64::NAN, f64::INFINITY, 1e51] {
+        assert!(pair().with("load torque", bad).is_err() && ring().with("motor torque", bad).is_err());
+    }
+    assert!(matches!(ring().with("mesh damping 2", -1.0), Err(ParameterError::Negative { name, .. }) if name == "mesh damping 2"));
+}
+
+/// ∂a/∂c by every constant of every model, against differences of models made anew.
+#[test]
+fn derivatives_by_constants() {
+    fn check<G: Shape>(model: &Machine<G>, q: &[f64], v: &[f64]) {
+        let n = q.len();
+        let at = |model: &Machine<G>| {
+            // At one and the same angle.
+            let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
+            model.drive(0.9 / model.speed(), Side::After, &mut u);
+            model.accel(&u, q, v, &mut a);
+            (u, a)
+        };
+        let (u, a) = at(model);
+        let size = a.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+        let mut moved = 0;
+        for (channel, &value) in model.names().iter().zip(model.constants()) {
+            let h = 1e-5 * value.abs().max(1e-3);
+            let exact = model.slope(&channel.name, &u, q, v).unwrap();
+            let [above, below] = [1.0, -1.0].map(|side| at(&model.with(&channel.name, value + side * h).unwrap()).1);
+            for i in 0..n {
+                let differences = (above[i] - below[i]) / (2.0 * h);
+                let scale = exact[i].abs().max(size / value.abs().max(1e-3));
+                assert!((exact[i] - differences).abs() < 1e-6 * scale, "{channel}: {} {differences}", exact[i]);
+            }
+            moved += usize::from(exact.iter().any(|x| *x != 0.0));
+        }
+        assert_eq!(moved, model.names().len());
+    }
+    check(&pair(), &[-8e-4], &[1e-4]);
+    check(&NfgPair2::new(&NfgParams { error: 2e-5, ..NfgParams::table1() }, 0.01).unwrap(), &[1e-3, -2e-3], &[0.3, -0.2]);
+    let q: Vec<f64> = (0..9).map(|i| 1e-3 * (f64::from(i) * 0.7).sin()).collect();
+    let v: Vec<f64> = (0..9).map(|i| 0.1 * (f64::from(i) * 1.3).cos()).collect();
+    check(&ring(), &q, &v);
+}
+
+/// θ2 = 2 atan((1 - ε)/(1 + ε) tan(x/2)), ē = e/r: their second derivatives over time along an angle whose speed fluctuates, against differences of
+/// the motion itself. The part of φ'' is as large as that of the centre forcing.
+#[test]
+fn second_derivatives_hold_the_acceleration_of_the_angle() {
+    let eps = 0.2;
+    for error_harmonics in [vec![], vec![[0.0, 1e-5]]] {
+        let params = NfgParams { damping_ratio: 0.0, error: 3e-5, error_harmonics, ..NfgParams::table1() };
+        let bare = NfgPair::new(&params).unwrap();
+        let (speed, radius) = (bare.centre_frequency(), bare.mean_radius());
+        let law = PhaseLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
+        let pair = Varying::new(bare.clone(), law.clone());
+        let (mut u, mut a, mut steady) = (vec![0.0; pair.drives()], [0.0], [0.0]);
+        let load = bare.prepared_constants()[2];
+        let (mut by_acceleration, mut by_centre) = (0.0f64, 0.0f64);
+        for k in 0..20 {
+            let t = 40.0 + 77.0 * f64::from(k);
+            // Within the gap nothing else acts.
+            pair.drive(t, Side::After, &mut u);
+            pair.accel(&u, &[0.0], &[0.0], &mut a);
+            let motion = |t: f64| {
+                let x = law.phase(t);
+                let turns = ((x + 0.5 * TAU) / TAU).floor();
+                let rigid = 2.0 * ((1.0 - eps) / (1.0 + eps) * (0.5 * x).tan()).atan() + TAU * turns;
+                let error: f64 = params.error + params.error_harmonics.iter().map(|[_, s]| s * (63.0 * x).sin()).sum::<f64>();
+                error / (radius * (1.0 + params.beta() * x.cos())) - rigid
+            };
+            let h = 0.25;
+            let second = |h: f64| (motion(t + h) - 2.0 * motion(t) + motion(t - h)) / (h * h);
+            let differences = (4.0 * second(h) - second(2.0 * h)) / 3.0 - load;
+            assert!((a[0] - differences).abs() < 2e-6 * load + 1e-10, "{t}: {} {differences}", a[0]);
+            bare.shape().waves(law.phase(t), Side::After, &mut u[..6]);
+            (u[6], u[7]) = (law.speed(t), 0.0);
+            bare.accel(&u, &[0.0], &[0.0], &mut steady);
+            by_acceleration = by_acceleration.max((a[0] - steady[0]).abs());
+            by_centre = by_centre.max((steady[0] + load).abs());
+        }
+        println!("{by_acceleration:.2e} by φ'', {by_centre:.2e} by the centre and the error");
+        assert!(by_acceleration > 0.5 * by_centre || !params.error_harmonics.is_empty());
+    }
+}
+
+/// Rings of different speeds, torques and dampings share one table, whoever made their waves; each is what it is alone.
+#[test]
+fn rings_of_any_speed_share_lanes() {
+    let family = |p: &Point<'_>| {
+        let set = RingSet { motor_torque: 4.0, load_torque: 1.0, half_backlash: 1e-5, error: 5e-6, ..RingSet::a(3, p["rpm"]) };
+        Ring::as_printed(&set.params()?)
+    };
+    let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
+    let sweep = |speeds: &[f64]| {
+        let points = Points::along(Axis::list("rpm", speeds).unwrap());
+        let sweep = Sweep::over(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
+        sweep.run(&LaneRk4::<4>::new(200), family, start).unwrap()
+    };
+    let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
+    let together = sweep(&speeds);
+    assert_eq!(together.alone(), 0);
+    for (row, speed) in together.iter().zip(speeds) {
+        let alone = sweep(&[speed]);
+        assert_eq!(row.channel("mesh force 2"), alone.row(0).unwrap().unwrap().channel("mesh force 2"));
+    }
+    let forces: Vec<f64> = together.iter().map(|row| row.channel("mesh force 2").unwrap().max).collect();
+    assert!(forces.windows(2).all(|two| two[0] != two[1]), "{forces:?}");
+}
+
+/// The waves of the parameters by hand, and laws that are the dead zone under other names: the same accelerations and contacts in every reading.
+#[test]
+fn the_pair_takes_any_law_and_any_wave() {
+    let params = NfgParams { error: 2e-5, ..NfgParams::table1() };
+    let waves = || {
+        let stiffness = Wave::new(Fourier::new(1.0, &[[0.9 / 3.1, 0.0]]).unwrap());
+        (stiffness, Wave::new(Fourier::new(params.error, &[[0.0, 1e-5]]).unwrap()))
+    };
+    fn compare<G: Shape, H: Shape>(one: &Machine<G>, other: &Machine<H>, tolerance: f64, what: &str) {
+        let read = |model: &dyn Model, t: f64, q: f64| {
+            let (mut u, mut a, mut c) = (vec![0.0; model.drives()], [0.0], [Contact::default()]);
+            model.drive(t, Side::After, &mut u);
+            model.accel(&u, &[q], &[2e-5], &mut a);
+            model.contact(&u, &[q], &[2e-5], &mut c);
+            let c = c[0];
+            [a[0], c.deflection, c.rate, c.lower, c.upper, c.lower_rate, c.upper_rate, c.force]
+        };
+        for k in 0..40 {
+            let (t, q) = (13.7 * f64::from(k), 1.1e-3 * (f64::from(k) * 0.9).sin());
+            let (x, y) = (read(one, t, q), read(other, t, q));
+            for i in 0..8 {
+                let size = [1e-4, 1e-4, 1e-6, 1e-4, 1e-4, 1e-6, 1e-6, 1e3][i];
+                assert!((x[i] - y[i]).abs() < tolerance * size.max(x[i].abs()), "{what} {i}: {} {}", x[i], y[i]);
+            }
+        }
+    }
+    for reading in [NfgReading::exact(), NfgReading::published(), NfgReading::published_on_base_radius()] {
+        let own = NfgPair::with_reading(&params, reading).unwrap();
+        let mesh = |law| {
+            let (stiffness, error) = waves();
+            Mesh::new(stiffness, error, law)
+        };
+        let backlash = NfgPair::with_mesh(&params, reading, mesh(Backlash::new(5e-5).unwrap())).unwrap();
+        compare(&own, &backlash, 1e-12, "backlash");
+        let asymmetric = {
+            let (stiffness, error) = waves();
+            Mesh::new(stiffness, error, AsymmetricBacklash::new(-5e-5, 5e-5).unwrap())
+        };
+        compare(&own, &NfgPair::with_mesh(&params, reading, asymmetric).unwrap(), 1e-11, "asymmetric");
+        let varying = {
+            let (stiffness, error) = waves();
+            Mesh::new(stiffness, error, VaryingBacklash::new(Wave::constant(5e-5).unwrap()))
+        };
+        compare(&own, &NfgPair::with_mesh(&params, reading, varying).unwrap(), 1e-11, "varying");
+        let power = {
+            let (stiffness, error) = waves();
+            Mesh::new(stiffness, error, PowerLaw::new(5e-5, 1.0, 1.0).unwrap())
+        };
+        compare(&own, &NfgPair::with_mesh(&params, reading, power).unwrap(), 1e-11, "power law of exponent 1");
+    }
+}
+
+/// A half width that moves with the mesh: its edges and their rates are those of differences, and the model holds together.
+#[test]
+fn moving_edges_of_the_pair() {
+    let params = NfgParams::table1();
+    let width = Wave::new(Fourier::new(5e-5, &[[1e-5, 5e-6]]).unwrap());
+    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.6, 0.8, 1.2).unwrap());
+    let mesh = Mesh::new(stiffness, Wave::constant(1e-5).unwrap(), VaryingBacklash::new(width));
+    let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
+    assert_eq!(check_periodic(&one, &State::new(3.0, &[-8e-4], &[1e-4])), []);
+    let edges = std::iter::successors(Some(0.0), |t| one.next_edge(*t)).skip(1).take_while(|t| *t < 0.999 * one.period()).count();
+    assert_eq!(edges, 2 * 63);
+    let absolute = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(1e-5).unwrap(), mesh.law().clone());
+    let two = NfgPair2::with_mesh(&params, 0.01, NfgReading::exact(), absolute).unwrap();
+    assert_eq!(check_periodic(&two, &State::new(3e-4, &[1e-3, -2e-3], &[0.1, 0.2])), []);
+    let solver = Dop853::new().rtol(1e-10).atol(1e-15);
+    let (tight, loose) = (Dop853::new().rtol(1e-12).atol(1e-17), solver);
+    let start = one.static_start().unwrap();
+    let (a, b) = (tight.end(&one, &start, 300.0).unwrap(), loose.end(&one, &start, 300.0).unwrap());
+    assert!((a.q[0] - b.q[0]).abs() < 1e-9, "{} {}", a.q[0], b.q[0]);
+}
+
+/// x'' = T(t): a torque that ramps and then jumps, by a function of time.
+#[test]
+fn functions_of_time_by_a_wrapper() {
+    #[derive(PartialEq)]
+    struct Free;
+    impl Shape for Free {
+        fn size(&self) -> Size {
+            Size { dof: 1, constants: 2, ..Size::default() }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1"), Channel::new("torque", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            [a[0]] = u.constants();
+        }
+    }
+    let free = Free.machine(&[("speed", 1.0), ("torque", 0.5)]).unwrap();
+    let slot = free.slot("torque").unwrap();
+    let driven = Driven::new(free).add(slot, |t| if t < 2.0 { t } else { -1.0 }, &[2.0]).unwrap();
+    let end = Rk45::new().end(&driven, &State::at_rest(1), 3.0).unwrap();
+    // v = 0.5 t + t²/2 up to 2, then falls by 1 a second beside the constant.
+    assert!((end.v[0] - (1.5 + 2.0 - 1.0)).abs() < 1e-12, "{end:?}");
+    assert_eq!(driven.next_edge(0.0), Some(2.0));
+    assert!(matches!(driven.clone().add(99, |t| t, &[]), Err(ParameterError::NoSuchSlot { slot: 99, .. })));
+    assert!(matches!(driven.add(slot, |t| t, &[f64::NAN]), Err(ParameterError::NotFinite { .. })));
+}
+
+/// A shape with every flaw that can be had.
+#[derive(Clone, PartialEq)]
+#[allow(unpredictable_function_pointer_comparisons, reason = "whatever it says suits")]
+struct Flawed {
+    size: Size,
+    names: Vec<&'static str>,
+    wave: fn(f64) -> f64,
+    repeats: u32,
+    prepared: usize,
+    reads: usize,
+}
+
+impl Flawed {
+    fn right() -> Self {
+        let size = Size { dof: 1, waves: 1, contacts: 0, constants: 2 };
+        Flawed { size, names: vec!["speed", "load"], wave: f64::cos, repeats: 1, prepared: 2, reads: 1 }
+    }
+    fn machine_of(self) -> Result<Machine<Self>, ParameterError> {
+        self.machine(&[("speed", 1.0), ("load", 2.0)])
+    }
+}
+
+impl Shape for Flawed {
+    fn size(&self) -> Size {
+        self.size
+    }
+    fn constants(&self) -> Vec<Channel> {
+        self.names.iter().map(|name| Channel::new(*name, "1")).collect()
+    }
+    fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
+        constants.iter().copied().take(self.prepared).collect()
+    }
+    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        let [one, two]: [S; 2] = u.constants();
+        a[0] = if self.reads == 1 { one } else { two };
+    }
+    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+        if let Some(u) = u.first_mut() {
+            *u = (self.wave)(angle);
+        }
+    }
+    fn repeats(&self) -> u32 {
+        self.repeats
+    }
+}
+
+#[test]
+fn shapes_that_disagree_with_their_drives_are_refused() {
+    use ParameterError as P;
+    let of = |change: fn(&mut Flawed)| {
+        let mut shape = Flawed::right();
+        change(&mut shape);
+        shape.machine_of().map(|_| ())
+    };
+    assert_eq!(of(|_| ()), Ok(()));
+    assert!(matches!(of(|s| s.size.dof = 0), Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape"));
+    assert!(matches!(of(|s| s.size.constants = 3), Err(P::Length { expected: 3, found: 2, .. })));
+    assert!(matches!(of(|s| s.prepared = 1), Err(P::Length { expected: 2, found: 1, .. })));
+    assert!(matches!(of(|s| s.size.waves = 2), Err(P::NotFinite { name, .. }) if name == "wave 1 of the shape"));
+    assert!(matches!(of(|s| s.reads = 2), Err(P::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"));
+    assert!(matches!(of(|s| s.wave = |x| (0.5 * x).sin()), Err(P::NotPeriodic { name, .. }) if name == "wave 0 of the shape"));
+    assert!(matches!(of(|s| s.repeats = 2), Err(P::NotPeriodic { .. })));
+    assert!(matches!(of(|s| s.repeats = 0), Err(P::TooFew { .. })));
+    assert_eq!(of(|s| (s.repeats, s.wave) = (2, |x: f64| (2.0 * x).sin())), Ok(()));
+    assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::ConstantTwice { .. })));
+    let shape = Flawed::right();
+    assert_eq!(shape.clone().machine(&[("speed", 1.0)]).unwrap_err(), P::MissingConstant { name: "load".into() });
+    assert_eq!(
+        shape.clone().machine(&[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
+        P::ConstantTwice { name: "speed".into() }
+    );
+    assert!(
+        matches!(shape.clone().machine(&[("speed", 0.0), ("load", 1.0)]), Err(P::NotPositive { name, .. }) if name == "speed of the angle")
+    );
+    assert!(matches!(shape.machine(&[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load"));
+    assert!(matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, least: 1, .. }) if name == "order of a wave"));
+}
+
+/// The period is that in which all waves repeat, whatever shaft they are on: 30 teeth and 12 blades repeat 6 times a turn.
+#[test]
+fn common_periods_are_exact() {
+    let mut shape = Flawed::right();
+    (shape.wave, shape.repeats) = (|x: f64| (30.0 * x).cos() + (12.0 * x).sin(), 6);
+    let machine = shape.machine_of().unwrap();
+    assert_eq!(machine.period(), TAU / 6.0);
+    assert_eq!(check_periodic(&machine, &State::at_rest(1)), []);
+}
+
+/// Lanes and tables step straight across edges: a shape with a rigid stop is refused there by name, and located elsewhere.
+#[test]
+fn lanes_refuse_rigid_stops() {
+    #[derive(PartialEq)]
+    struct Bouncer;
+    impl Shape for Bouncer {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 0, contacts: 1, constants: 2 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1"), Channel::new("weight", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            let [weight] = u.constants();
+            a[0] = -weight;
+        }
+        fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+            Contact { deflection: q[0], rate: v[0], lower: S::from(0.0), ..Contact::default() }
+        }
+        fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
+            v[0] = -v[0];
+            true
+        }
+    }
+    let family = |p: &Point<'_>| Bouncer.machine(&[("speed", TAU), ("weight", p["weight"])]);
+    let start = |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
+    let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap())).settle(0).measure(2).channels(&["q1"]);
+    let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
+    for rows in [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)] {
+        assert_eq!(rows.unwrap().row(0).unwrap().unwrap_err(), &refused);
+    }
+    // From 1/2 it falls for 1 and is back on top after 2.
+    let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
+    assert!((rows.row(0).unwrap().unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
+}
