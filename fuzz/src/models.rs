@@ -41,6 +41,12 @@ impl Model for Erased {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
     }
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.redrive(t, side, u);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
+    }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.model.accel_on_pieces(pieces, u, q, v, a)
     }

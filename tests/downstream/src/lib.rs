@@ -13,7 +13,7 @@ pub struct SpurPair<N>(pub Mesh<N>);
 impl<N: Nonlinearity> Shape for SpurPair<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 7, contacts: 1, constants: 4 }
+        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1, constants: 4 }
     }
     fn constants(&self) -> Vec<Channel> {
         [("mesh frequency", "rad/s"), ("load", "N"), ("damping", "N s/m"), ("mass", "kg")]
@@ -21,21 +21,15 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
             .into()
     }
     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
-        let mesh = &self.0;
-        let (k, e, gap) = (mesh.stiffness().value(angle, side), mesh.error().jet(angle, side), mesh.law().edges(angle, side));
-        u.copy_from_slice(&[k, e.value, e.rate, gap.lower, gap.upper, gap.lower_rate, gap.upper_rate]);
+        self.0.waves(angle, side, u);
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        let mesh = &self.0;
-        let edges = [mesh.stiffness().next_edge(angle), mesh.error().next_edge(angle), mesh.law().next_edge(angle)];
-        edges.into_iter().flatten().reduce(f64::min)
+        self.0.next_edge(angle)
     }
     #[inline(always)]
     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
-        let ([k, e, e_rate, lower, upper, lower_rate, upper_rate], [_, damping], omega) = (u.waves(), u.constants(), u.speed());
-        let (deflection, rate) = (q[0] - e, v[0] - e_rate * omega);
-        let force = damping * rate + k * law.force(i, self.0.law(), deflection, rate, lower, upper);
-        Contact { deflection, rate, lower, upper, lower_rate: lower_rate * omega, upper_rate: upper_rate * omega, force }
+        let [_, damping] = u.constants();
+        self.0.contact(law, i, &u.waves(), u.speed(), damping, q[0], v[0])
     }
     #[inline(always)]
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
