@@ -17,7 +17,7 @@ impl Nonlinearity for Hertz {
 struct Ripple;
 impl Excitation for Ripple {
     fn jet(&self, angle: f64) -> Jet {
-        let wave = Jet::time(angle).sin();
+        let wave = Jet::variable(angle).sin();
         wave + wave * wave * wave * 0.5
     }
 }

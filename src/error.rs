@@ -158,11 +158,27 @@ pub enum ParameterError {
         /// Which constant.
         name: String,
     },
-    /// A constant that the algebra reads in another form, so that no drive holds it.
-    #[error("constant \"{name}\" is no drive of the model: the algebra reads what is derived from it")]
+    /// A constant that the algebra reads in another form, so that no drive holds it, or the speed.
+    #[error(
+        "constant \"{name}\" is no drive that may be added to: the algebra reads what is derived from it, or it is the speed of the angle (see Varying)"
+    )]
     NotADrive {
         /// Which constant.
         name: String,
+    },
+    /// A contact that the algebra of a shape asks for and its size does not count.
+    #[error("the algebra asks the law for contact {contact}, but the size of the shape says {contacts} contacts")]
+    NoSuchContact {
+        /// The contact asked for; the first one is 0.
+        contact: usize,
+        /// How many there are.
+        contacts: usize,
+    },
+    /// A contact whose law has edges where the contact itself has none.
+    #[error("the algebra gives edges to the law of contact {contact}, but contact({contact}) has none: solvers would never see it touch")]
+    NoEdges {
+        /// Which contact; the first one is 0.
+        contact: usize,
     },
     /// An output channel that the model does not have.
     #[error("there is no channel \"{name}\"; the model has: {known}")]

@@ -68,8 +68,12 @@ impl Restitution {
     /// assert_eq!(v, [-1.0, 2.0]);
     /// # Ok::<(), gear_dynamics::ParameterError>(())
     /// ```
+    /// # Panics
+    /// If b, m and v differ in length, or no velocity is moved by the impulse: bᵀm = 0.
     pub fn impulse(&self, s: f64, b: &[f64], m: &[f64], v: &mut [f64]) {
+        assert!(b.len() == m.len() && m.len() == v.len(), "lists of {}, {} and {} numbers", b.len(), m.len(), v.len());
         let along: f64 = b.iter().zip(m).map(|(b, m)| b * m).sum();
+        assert!(along > 0.0, "bᵀm is {along}: it must be positive");
         let share = (1.0 + self.coefficient) * s / along;
         v.iter_mut().zip(m).for_each(|(v, m)| *v -= share * m);
     }

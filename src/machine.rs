@@ -4,8 +4,10 @@ use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::jacobian::dual_jacobian;
 use crate::model::{Channel, Contact, Jacobian, Model, Periodic};
+use crate::nonlinearity::Nonlinearity;
 use crate::piece::{Piece, Side};
-use crate::shape::{AsIs, Drives, OnPieces, Shape, Size};
+use crate::shape::{AsIs, Drives, Law, OnPieces, Shape, Size};
+use std::cell::RefCell;
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -31,6 +33,23 @@ pub struct Machine<G> {
     constants: Vec<f64>,
     /// What the algebra reads; the first one is φ'.
     prepared: Vec<f64>,
+}
+
+/// The contact laws as they are, noting which contacts are asked for and with which edges.
+#[derive(Default)]
+struct Witness {
+    asked: RefCell<Vec<(usize, [f64; 2])>>,
+}
+
+impl Law<f64> for Witness {
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: f64, rate: f64, lower: f64, upper: f64) -> f64 {
+        self.asked.borrow_mut().push((i, [lower, upper]));
+        AsIs.force(i, nonlinearity, x, rate, lower, upper)
+    }
+    fn touch(&self, i: usize, x: f64, lower: f64, upper: f64) -> f64 {
+        self.asked.borrow_mut().push((i, [lower, upper]));
+        AsIs.touch(i, x, lower, upper)
+    }
 }
 
 /// What all machines of a family share.
@@ -60,6 +79,9 @@ impl<G: Shape> PartialEq for Machine<G> {
         self.constants == other.constants && self.shares_lanes_with(other)
     }
 }
+
+/// How far beside an edge the next one is sought, as a share of the angle.
+const BESIDE: f64 = 1e-12;
 
 impl<G: Shape> Machine<G> {
     pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
@@ -117,40 +139,52 @@ impl<G: Shape> Machine<G> {
         Ok(Machine { prepared, ..self })
     }
 
-    /// Whether waves and accelerations are what the size says, and waves repeat.
+    /// Whether waves, accelerations and contacts are what the size says, and waves repeat.
     fn check_shape(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, .. } = self.size();
         if dof == 0 {
             return Err(ParameterError::TooFew { name: "degrees of freedom of the shape".into(), value: 0, least: 1 });
         }
-        let repeats = self.repeats()?;
-        let (mut here, mut later) = (vec![f64::NAN; waves], vec![f64::NAN; waves]);
-        for k in 0..3 {
-            // Angles without a ratio to any order.
-            let angle = 0.377 + 1.713 * f64::from(k);
-            self.shape().waves(angle, Side::After, &mut here);
-            self.shape().waves(angle + TAU / f64::from(repeats), Side::After, &mut later);
-            if let Some(wave) = here.iter().position(|x| x.is_nan()) {
-                return Err(ParameterError::NotFinite { name: format!("wave {wave} of the shape"), value: here[wave] });
+        let turn = TAU / f64::from(self.repeats()?);
+        // Angles without a ratio to any order, each seen twice.
+        let angles = [0.377, 0.377 + turn, 2.090, 2.090 + turn, 3.803, 3.803 + turn];
+        let mut seen = [(); 6].map(|()| vec![f64::NAN; waves]);
+        for (angle, u) in angles.into_iter().zip(&mut seen) {
+            self.shape().waves(angle, Side::After, u);
+        }
+        for wave in 0..waves {
+            let values = [0, 1, 2, 3, 4, 5].map(|k: usize| seen[k][wave]);
+            if let Some(value) = values.into_iter().find(|value| value.is_nan()) {
+                return Err(ParameterError::NotFinite { name: format!("wave {wave} of the shape"), value });
             }
-            let close = |(x, y): (&f64, &f64)| x == y || (x - y).abs() <= 1e-6 * x.abs().max(y.abs()) + 1e-300;
-            if let Some(wave) = here.iter().zip(&later).position(|pair| !close(pair)) {
-                let rest = here.iter().fold(0.0, |m: f64, x| if x.is_finite() { m.max(x.abs()) } else { m });
-                if (here[wave] - later[wave]).abs() > 1e-6 * rest {
-                    return Err(ParameterError::NotPeriodic {
-                        name: format!("wave {wave} of the shape"),
-                        period: TAU / f64::from(repeats),
-                    });
-                }
+            let size = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            if values.chunks(2).any(|two| two[0] != two[1] && (two[0] - two[1]).abs() > 1e-6 * size) {
+                return Err(ParameterError::NotPeriodic { name: format!("wave {wave} of the shape"), period: turn });
             }
         }
+        self.check_contacts()
+    }
+
+    /// Whether the algebra is a number at rest, and asks the law for contacts that there are, with edges where they have edges.
+    fn check_contacts(&self) -> Result<(), ParameterError> {
+        let Size { dof, waves, contacts, .. } = self.size();
         let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);
         self.drive(0.0, Side::After, &mut u);
-        self.accel(&u, &rest, &rest, &mut a);
-        match a.iter().position(|a| a.is_nan()) {
-            Some(i) => Err(ParameterError::NotFinite { name: format!("acceleration {i} of the shape at rest"), value: a[i] }),
-            None => Ok(()),
+        let (u, witness) = (Drives::new(waves, &u), Witness::default());
+        self.shape().accel(&witness, u, &rest, &rest, &mut a);
+        if let Some(i) = a.iter().position(|a| a.is_nan()) {
+            return Err(ParameterError::NotFinite { name: format!("acceleration {i} of the shape at rest"), value: a[i] });
         }
+        for (i, edges) in witness.asked.into_inner() {
+            if i >= contacts {
+                return Err(ParameterError::NoSuchContact { contact: i, contacts });
+            }
+            let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
+            if edges.iter().any(|x| x.is_finite()) && contact.lower.is_infinite() && contact.upper.is_infinite() {
+                return Err(ParameterError::NoEdges { contact: i });
+            }
+        }
+        Ok(())
     }
 
     fn repeats(&self) -> Result<u32, ParameterError> {
@@ -202,14 +236,15 @@ impl<G: Shape> Machine<G> {
     /// The drive in which a constant stands, for [`Held`](crate::Held) and [`Driven`](crate::Driven).
     ///
     /// # Errors
-    /// No such name; a constant that the algebra reads in another form.
+    /// No such name; a constant that the algebra reads in another form; the speed of the angle, which [`Varying`](crate::Varying) changes.
     pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
         let place = self.fixed.place(name)?;
         let changed = |by: &Dual| by.slope[0] != 0.0;
         let prepared = self.shape().prepare(&self.along(place));
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
         match reached[..] {
-            [i] if prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => Ok(self.slot_of(i)),
+            // Another speed would not move the angle of the waves.
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => Ok(self.slot_of(i)),
             _ => Err(ParameterError::NotADrive { name: name.into() }),
         }
     }
@@ -292,7 +327,12 @@ impl<G: Shape> Model for Machine<G> {
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
-        self.shape().next_edge(speed * t).map(|edge| edge / speed).filter(|edge| *edge > t)
+        let edge = self.shape().next_edge(speed * t)? / speed;
+        if edge > t {
+            return Some(edge);
+        }
+        // The very edge at t, which rounding has put ahead of it.
+        self.shape().next_edge(speed * t + BESIDE * (speed * t).abs().max(1.0)).map(|edge| edge / speed)
     }
     #[inline(always)]
     fn contacts(&self) -> usize {

@@ -1,9 +1,9 @@
 //! A gear mesh: what rings and trains are made of.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::{Wave, earlier};
+use crate::excitation::{Scaled, Wave, divisor, earlier};
 use crate::model::Contact;
-use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::nonlinearity::{Backlash, Edges, Nonlinearity};
 use crate::piece::Side;
 use crate::scalar::Scalar;
 use crate::shape::Law;
@@ -55,6 +55,8 @@ pub struct Mesh<N = Backlash> {
     law: N,
     /// Turns of the mesh angle, that of the law, in one turn of the shaft.
     teeth: u32,
+    /// Whether the law has no edges: it always touches.
+    edgeless: bool,
     contact_damping: ContactDamping,
 }
 
@@ -64,7 +66,8 @@ impl<N: Nonlinearity> Mesh<N> {
 
     /// Stiffness K(φ) [N/m], transmission error e(φ) `[m]`, contact law. Its damping C is a constant of the model that it stands in.
     pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
-        Mesh { stiffness, error, law, teeth: 1, contact_damping: ContactDamping::Always }
+        let edgeless = law.edges(0.0, Side::After) == Edges::NONE && !law.moves();
+        Mesh { stiffness, error, law, teeth: 1, edgeless, contact_damping: ContactDamping::Always }
     }
 
     /// The same mesh with damping that acts always or only in contact.
@@ -79,6 +82,18 @@ impl<N: Nonlinearity> Mesh<N> {
         let (stiffness, error) = (self.stiffness.per_turn(teeth)?, self.error.per_turn(teeth)?);
         let teeth = check::count("teeth of a mesh", &[self.teeth as usize, teeth as usize], check::TEETH)? as u32;
         Ok(Mesh { stiffness, error, teeth, ..self })
+    }
+
+    /// The same mesh with its stiffness times a factor.
+    pub(crate) fn scaled(self, factor: f64) -> Result<Self, ParameterError> {
+        Ok(Mesh { stiffness: Wave::new(Scaled::new(factor, self.stiffness)?), ..self })
+    }
+
+    /// How often the mesh repeats in a turn of the shaft: the greatest common divisor of the orders of its waves and, if its edges move, its
+    /// teeth. 0 if nothing varies.
+    pub fn repeats(&self) -> u32 {
+        let of_law = if self.law.moves() { self.teeth } else { 0 };
+        divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), of_law)
     }
 
     /// K(φ).
@@ -137,6 +152,7 @@ impl<N: Nonlinearity> Mesh<N> {
         let viscous = at.damping * slip;
         match self.contact_damping {
             ContactDamping::Always => elastic + viscous,
+            ContactDamping::InContact if self.edgeless => elastic + viscous,
             ContactDamping::InContact => elastic + viscous * law.touch(i, d, at.lower, at.upper),
         }
     }

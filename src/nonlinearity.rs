@@ -67,8 +67,8 @@ impl Edges {
 /// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see
 /// [`NoPullBacklash`].
 pub trait Nonlinearity: PartialEq {
-    /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and f(c x; ∓c b) = c f(x; ∓b) for c > 0. Default:
-    /// no.
+    /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and it is the same in any unit: f(c x; ∓c b) = c f(x; ∓b) for
+    /// c > 0, whatever the rate. Default: no.
     const HALF_WIDTH: bool = false;
 
     /// f(x, x') between the edges `lower` and `upper`, which may move. Mark it `#[inline(always)]`: it runs inside lanes.
@@ -207,6 +207,10 @@ impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
     #[inline(always)]
     fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
         each_law!(self, law => law.switch_rate(switch, x, rate, second))
+    }
+    #[inline(always)]
+    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
+        each_law!(self, law => law.switch_contact(switch, mesh, second))
     }
     fn edges(&self, angle: f64, side: Side) -> Edges {
         each_law!(self, law => law.edges(angle, side))

@@ -188,7 +188,7 @@ impl<G: Shape> Varying<G> {
     }
 }
 
-/// How far from an edge its sides are looked at `[rad]`: 1e-9, or what rounding leaves of a large phase.
+/// How near to an edge counts as on it, and how far from it its sides are looked at `[rad]`: 1e-9, or what rounding leaves of a large phase.
 fn aside(phase: f64) -> f64 {
     (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
 }
@@ -196,10 +196,12 @@ fn aside(phase: f64) -> f64 {
 impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
         let phase = self.phase(t);
-        let phase = match side {
-            _ if model.shape().next_edge(0.0).is_none() => phase,
-            Side::Before => phase - aside(phase),
-            Side::After => phase + aside(phase),
+        // Where an edge is, by rounding, its side is looked at.
+        let near = aside(phase);
+        let phase = match model.shape().next_edge(phase - near).filter(|edge| *edge <= phase + near) {
+            Some(edge) if side == Side::Before => edge - near,
+            Some(edge) => edge + near,
+            None => phase,
         };
         model.drive_at(phase, side, self.speed(t), self.acceleration(t, side), u);
     }

@@ -100,7 +100,7 @@ enum Kind {
 impl Excitation for CentreCurve {
     fn jet(&self, angle: f64) -> Jet {
         let eps = self.centre.eccentric;
-        let (sin, cos) = Jet::time(angle).sin_cos();
+        let (sin, cos) = Jet::variable(angle).sin_cos();
         let swing = || cos * (2.0 * eps) + (1.0 + eps * eps);
         match self.kind {
             Kind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,

@@ -148,7 +148,7 @@ impl<F> fmt::Debug for Function<F> {
 
 impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Excitation for Function<F> {
     fn jet(&self, angle: f64) -> Jet {
-        (self.function)(Jet::time(angle))
+        (self.function)(Jet::variable(angle))
     }
     fn edges(&self) -> Vec<f64> {
         self.edges.clone()

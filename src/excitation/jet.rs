@@ -1,12 +1,12 @@
-//! A value with its first two time derivatives.
+//! A value with its first two derivatives.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// f(t), f'(t), f''(t), carried through arithmetic by the product and chain rules.
+/// f(x), f'(x), f''(x), carried through arithmetic by the product and chain rules.
 ///
 /// ```
 /// use gear_dynamics::Jet;
-/// let f = (Jet::time(0.0) * 2.0).sin() * 3.0; // 3 sin 2t
+/// let f = (Jet::variable(0.0) * 2.0).sin() * 3.0; // 3 sin 2x
 /// assert_eq!((f.value, f.rate, f.second), (0.0, 6.0, 0.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +25,10 @@ impl Jet {
     pub fn new(value: f64, rate: f64, second: f64) -> Self {
         Jet { value, rate, second }
     }
-    /// t itself.
+    /// x itself.
     #[inline]
-    pub fn time(t: f64) -> Self {
-        Jet::new(t, 1.0, 0.0)
+    pub fn variable(x: f64) -> Self {
+        Jet::new(x, 1.0, 0.0)
     }
     /// A constant.
     #[inline]

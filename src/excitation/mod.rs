@@ -15,7 +15,7 @@ pub use jet::Jet;
 pub use rectangle::RectangularWave;
 pub use table::Table;
 pub use wave::Wave;
-pub(crate) use wave::reduced;
+pub(crate) use wave::{divisor, reduced};
 
 use crate::error::{ParameterError, check};
 use std::any::Any;

@@ -94,6 +94,10 @@ impl Wave {
     pub fn order(&self) -> u32 {
         self.order
     }
+    /// How many edges it has in a turn of the shaft.
+    pub fn edges_per_turn(&self) -> usize {
+        self.order as usize * self.edges.len()
+    }
     /// ψ in [0, 2π).
     pub fn phase(&self) -> f64 {
         self.ahead
@@ -169,14 +173,12 @@ impl Wave {
     /// # Ok::<(), gear_dynamics::ParameterError>(())
     /// ```
     pub fn common_order<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        let divisor = |mut a: u32, mut b: u32| {
-            while b > 0 {
-                (a, b) = (b, a % b);
-            }
-            a
-        };
+        Wave::divisor_of_orders(waves).max(1)
+    }
+    /// The same, 0 if all are constants.
+    pub(crate) fn divisor_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
         let varies = |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<super::Constant>();
-        waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order)).max(1)
+        waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order))
     }
 
     /// All edges in [0, 2π) of the shaft.
@@ -193,6 +195,11 @@ impl Wave {
     pub(crate) fn is(&self, other: &Wave) -> bool {
         Arc::ptr_eq(&self.excitation, &other.excitation) && self.order == other.order && self.ahead == other.ahead
     }
+}
+
+/// The greatest common divisor; that of a number and 0 is the number.
+pub(crate) fn divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { divisor(b, a % b) }
 }
 
 /// An angle within [0, 2π).

@@ -95,13 +95,15 @@ impl Table {
     pub(crate) fn of_waves<G: Shape>(model: &Machine<G>, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
         let (shape, waves) = (model.shape(), model.size().waves);
         let turn = TAU / f64::from(shape.repeats());
-        Table::new(model, waves, steps, go_on, |share, side, out: &mut [f64]| shape.waves(turn * share, side, out))
+        let next = |share: f64| shape.next_edge(turn * share).map(|edge| edge / turn);
+        Table::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| shape.waves(turn * share, side, out))
     }
 
     /// All drives of one model. `None`: not to go on.
     pub(crate) fn of_drives<M: Periodic + ?Sized>(model: &M, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
         let period = model.period();
-        Table::new(model, model.drives(), steps, go_on, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
+        let next = |share: f64| model.next_edge(share * period).map(|edge| edge / period);
+        Table::new(model, model.drives(), steps, go_on, next, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
     }
 
     fn new<M: Periodic + ?Sized>(
@@ -109,10 +111,11 @@ impl Table {
         columns: usize,
         steps: usize,
         go_on: impl Fn() -> bool,
+        next_edge: impl Fn(f64) -> Option<f64>,
         mut read: impl FnMut(f64, Side, &mut [f64]),
     ) -> Result<Option<Self>, TableError> {
         Table::check_size(steps, columns)?;
-        let jumps = edges(model, steps)?;
+        let jumps = edges(next_edge, steps)?;
         let n = steps as f64;
         let mut values = vec![0.0; 2 * steps * columns];
         for (row, out) in values.chunks_exact_mut(columns.max(1)).enumerate() {
@@ -172,24 +175,23 @@ impl Table {
     }
 }
 
-/// The grid points at which drives jump, in order.
-fn edges<M: Periodic + ?Sized>(model: &M, steps: usize) -> Result<Vec<usize>, TableError> {
-    let (period, n) = (model.period(), steps as f64);
+/// The grid points at which drives jump, in order; edges are shares of the period.
+fn edges(next_edge: impl Fn(f64) -> Option<f64>, steps: usize) -> Result<Vec<usize>, TableError> {
+    let n = steps as f64;
     let mut found = Vec::new();
     // Begun half a step early, so that a jump at the very start is met.
-    let mut t = -0.5 * period / n;
-    while let Some(edge) = model.next_edge(t).filter(|edge| *edge > t) {
-        let share = edge / period;
-        let at = share * n;
+    let mut share = -0.5 / n;
+    while let Some(edge) = next_edge(share).filter(|edge| *edge > share) {
+        let at = edge * n;
         if at > n - 0.5 {
             break;
         }
         if (at - at.round()).abs() > ON_GRID {
-            return Err(TableError::EdgeOffGrid { edge: share, at, steps });
+            return Err(TableError::EdgeOffGrid { edge, at, steps });
         }
         found.push(at.round().max(0.0) as usize);
         // Past this grid point, so that there is an end to it however many edges crowd there.
-        t = edge.max((at.round() + ON_GRID) / n * period);
+        share = edge.max((at.round() + ON_GRID) / n);
     }
     found.dedup();
     Ok(found)

@@ -1,4 +1,4 @@
-//! Coordinates and velocities of models with more than two degrees of freedom, in blocks of eight, and the sums over them on the widest
+//! Coordinates and velocities of models with more than two degrees of freedom, in blocks of sixteen, and the sums over them on the widest
 //! instructions of the processor. Nothing here depends on the model: it is compiled once.
 
 use super::engine::SLOTS;
@@ -8,8 +8,10 @@ use pulp::{Arch, Simd, WithSimd};
 const WIDTH: usize = 16;
 type Block = [f64; WIDTH];
 
-/// A vector in whole blocks; what is past its length has no meaning. A derivative has the coordinates at which it was taken in front of it:
-/// velocities, where the stage ends, are where the derivative begins, and are never copied.
+/// A vector in whole blocks; numbers past its length have no meaning.
+///
+/// The layout of a derivative is [q | v | a]: the stage (q, v) at which it is taken stands in front of its accelerations. The derivative
+/// (v, a) begins where the velocities of the stage begin, so that velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
     blocks: Vec<Block>,

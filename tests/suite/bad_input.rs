@@ -345,7 +345,7 @@ fn mesh_stiffness_that_is_not_positive() {
 #[test]
 fn a_slot_of_a_mesh_that_does_not_exist() {
     let ring = Ring::new(&set().params().unwrap()).unwrap();
-    assert_eq!(ring.clearance_slots(4).unwrap_err(), P::NoSuchSlot { slot: 4, drives: 4 });
+    assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, most: 3 });
     assert!(matches!(ring.slot("mesh damping 5").unwrap_err(), P::NoSuchConstant { name, .. } if name == "mesh damping 5"));
 }
 

@@ -27,7 +27,9 @@ fn names_that_do_not_exist_are_refused() {
     let ring = ring();
     let mut u = vec![0.0; ring.drives()];
     ring.drive(0.0, Side::After, &mut u);
-    for (i, channel) in ring.names().iter().enumerate() {
+    // The speed is a drive, but adding to it would not move the angle.
+    assert!(matches!(ring.slot("mesh frequency").unwrap_err(), ParameterError::NotADrive { .. }));
+    for (i, channel) in ring.names().iter().enumerate().skip(1) {
         assert_eq!(u[ring.slot(&channel.name).unwrap()], ring.constants()[i], "{channel}");
     }
 }
@@ -91,7 +93,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
         let law = PhaseLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
         let pair = Varying::new(bare.clone(), law.clone());
         let (mut u, mut a, mut steady) = (vec![0.0; pair.drives()], [0.0], [0.0]);
-        let load = bare.prepared_constants()[2];
+        let load = bare.prepared_constants()[2]; // B0
         let (mut by_acceleration, mut by_centre) = (0.0f64, 0.0f64);
         for k in 0..20 {
             let t = 40.0 + 77.0 * f64::from(k);
@@ -149,7 +151,7 @@ fn rings_of_any_speed_share_lanes() {
 fn the_pair_takes_any_law_and_any_wave() {
     let params = NfgParams { error: 2e-5, ..NfgParams::table1() };
     let waves = || {
-        let stiffness = Wave::new(Fourier::new(1.0, &[[0.9 / 3.1, 0.0]]).unwrap());
+        let stiffness = Wave::new(Fourier::new(3.1e8, &[[0.9e8, 0.0]]).unwrap());
         (stiffness, Wave::new(Fourier::new(params.error, &[[0.0, 1e-5]]).unwrap()))
     };
     fn compare<G: Shape, H: Shape>(one: &Machine<G>, other: &Machine<H>, tolerance: f64, what: &str) {
@@ -201,7 +203,7 @@ fn the_pair_takes_any_law_and_any_wave() {
 fn moving_edges_of_the_pair() {
     let params = NfgParams::table1();
     let width = Wave::new(Fourier::new(5e-5, &[[1e-5, 5e-6]]).unwrap());
-    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.6, 0.8, 1.2).unwrap());
+    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.6, 2.4e8, 3.6e8).unwrap());
     let mesh = Mesh::new(stiffness, Wave::constant(1e-5).unwrap(), VaryingBacklash::new(width));
     let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
     assert_eq!(check_periodic(&one, &State::new(3.0, &[-8e-4], &[1e-4])), []);
@@ -366,4 +368,187 @@ fn lanes_refuse_rigid_stops() {
     // From 1/2 it falls for 1 and is back on top after 2.
     let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
     assert!((rows.row(0).unwrap().unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
+}
+
+/// Contacts that the algebra asks for and the size does not count, or that have no edges although the law is given some, would never touch.
+#[test]
+fn contacts_that_are_forgotten_are_refused() {
+    #[derive(PartialEq)]
+    struct Forgets {
+        contacts: usize,
+        told: bool,
+        law: Backlash,
+    }
+    impl Shape for Forgets {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 0, contacts: self.contacts, constants: 1 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, law: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+            let b = S::from(1.0);
+            a[0] = S::from(0.2) - law.force(0, &self.law, q[0], v[0], -b, b);
+        }
+        fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+            let b = S::from(1.0);
+            let none = Contact { deflection: q[0], rate: v[0], ..Contact::default() };
+            if self.told { Contact { lower: -b, upper: b, ..none } } else { none }
+        }
+    }
+    let of = |contacts: usize, told: bool| {
+        let shape = Forgets { contacts, told, law: Backlash::new(1.0).unwrap() };
+        shape.machine(&[("speed", 1.0)]).map(|_| ())
+    };
+    assert_eq!(of(1, true), Ok(()));
+    assert_eq!(of(0, true), Err(ParameterError::NoSuchContact { contact: 0, contacts: 0 }));
+    assert_eq!(of(1, false), Err(ParameterError::NoEdges { contact: 0 }));
+}
+
+/// A small wave that does not repeat is seen beside a large one that does.
+#[test]
+fn every_wave_has_its_own_size() {
+    #[derive(PartialEq)]
+    struct Two;
+    impl Shape for Two {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 2, contacts: 0, constants: 1 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            a[0] = u.all_waves()[1];
+        }
+        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+            u.copy_from_slice(&[2e8 * (1.0 + 0.2 * (30.0 * angle).cos()), 1e-6 * angle.sin()]);
+        }
+        fn repeats(&self) -> u32 {
+            30
+        }
+    }
+    let refused = Two.machine(&[("speed", 1.0)]);
+    assert!(matches!(refused, Err(ParameterError::NotPeriodic { name, .. }) if name == "wave 1 of the shape"));
+}
+
+/// Edges of hand-written waves, met to rounding at any speed: none is lost.
+#[test]
+fn no_edge_is_lost_by_rounding() {
+    #[derive(PartialEq)]
+    struct Saw;
+    impl Shape for Saw {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 1, contacts: 0, constants: 1 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            a[0] = u.all_waves()[0];
+        }
+        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+            u[0] = angle.rem_euclid(TAU);
+        }
+        fn next_edge(&self, angle: f64) -> Option<f64> {
+            Some(TAU * (angle / TAU).floor() + TAU)
+        }
+    }
+    for speed in [0.7, 0.9, 1.0, 3.3, 100.0] {
+        let saw = Saw.machine(&[("speed", speed)]).unwrap();
+        let edges = std::iter::successors(Some(0.0), |t| saw.next_edge(*t)).skip(1).take_while(|t| *t < 1000.5 * saw.period());
+        assert_eq!(edges.count(), 1000, "{speed}");
+    }
+}
+
+/// The mean stiffness of a mesh does not depend on how often it repeats, and its period does.
+#[test]
+fn rings_on_shafts() {
+    let params = RingSet { error: 5e-6, ..RingSet::a(4, 2000.0) }.params().unwrap();
+    for teeth in [1, 64, 192, 256] {
+        let mut on_shaft = params.clone();
+        for mesh in &mut on_shaft.meshes {
+            *mesh = mesh.clone().per_turn(teeth).unwrap();
+        }
+        on_shaft.omega = params.omega / f64::from(teeth);
+        let (ring, shaft) = (Ring::new(&params).unwrap(), Ring::new(&on_shaft).unwrap());
+        for (a, b) in ring.mean_mesh_stiffness().iter().zip(shaft.mean_mesh_stiffness()) {
+            assert!((a / b - 1.0).abs() < 1e-13, "{teeth}: {a} {b}");
+        }
+        assert!((ring.period() / shaft.period() - 1.0).abs() < 1e-15);
+        let (mut u, mut w) = (vec![0.0; ring.drives()], vec![0.0; ring.drives()]);
+        let (mut a, mut b) = (vec![0.0; 9], vec![0.0; 9]);
+        let rest = State::at_rest(9);
+        ring.drive(1.7e-4, Side::After, &mut u);
+        shaft.drive(1.7e-4, Side::After, &mut w);
+        ring.accel(&u, &rest.q, &rest.v, &mut a);
+        shaft.accel(&w, &rest.q, &rest.v, &mut b);
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * a.abs().max(1.0)), "{a:?} {b:?}");
+    }
+}
+
+/// A law reads metres and metres per second in every pair: the damping of `Damped::by_stiffness` is that of the pair of two degrees of freedom
+/// as its pinion grows heavy.
+#[test]
+fn laws_read_the_same_units_in_both_pairs() {
+    let params = NfgParams { eccentric_ratio: 0.0, damping_ratio: 0.0, ..NfgParams::table1() };
+    let law = || Damped::by_stiffness(Backlash::new(5e-5).unwrap(), 2e-6).unwrap();
+    let mesh = |error: f64| Mesh::new(Wave::constant(3.1e8).unwrap(), Wave::constant(error).unwrap(), law());
+    let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh(0.0)).unwrap();
+    let two = NfgPair2::with_mesh(&params, 1e6, NfgReading::exact(), mesh(0.0)).unwrap();
+    let (natural, radius) = (one.natural_frequency(), one.mean_radius());
+    let (q, speed) = (-8e-4, 0.3);
+    let (mut u, mut a, mut c) = (vec![0.0; one.drives()], [0.0], [Contact::default()]);
+    one.drive(0.0, Side::After, &mut u);
+    one.accel(&u, &[q], &[speed / natural], &mut a);
+    one.contact(&u, &[q], &[speed / natural], &mut c);
+    let (mut w, mut b, mut d) = (vec![0.0; two.drives()], [0.0; 2], [Contact::default()]);
+    two.drive(0.0, Side::After, &mut w);
+    two.accel(&w, &[0.0, q], &[0.0, speed], &mut b);
+    two.contact(&w, &[0.0, q], &[0.0, speed], &mut d);
+    assert!((a[0] * natural * natural / b[1] - 1.0).abs() < 1e-9, "{} {}", a[0] * natural * natural, b[1]);
+    assert!((c[0].force + d[0].force).abs() < 1e-9 * c[0].force.abs(), "{c:?} {d:?}");
+    // K (g + τ d') by hand.
+    let force = 3.1e8 * ((radius * q + 5e-5) + 2e-6 * radius * speed);
+    assert!((c[0].force / force - 1.0).abs() < 1e-12, "{} {force}", c[0].force);
+}
+
+/// One-sided stops and laws without edges in the pair: no figure is NaN.
+#[test]
+fn laws_with_missing_edges_in_the_pair() {
+    fn check<N: Nonlinearity + Clone>(law: N, what: &str) {
+        for reading in [NfgReading::exact(), NfgReading::published()] {
+            let mesh = Mesh::new(Wave::constant(3.1e8).unwrap(), Wave::constant(0.0).unwrap(), law.clone());
+            let pair = NfgPair::with_mesh(&NfgParams::table1(), reading, mesh).unwrap();
+            let (mut u, mut c) = (vec![0.0; pair.drives()], [Contact::default()]);
+            for k in 0..5 {
+                pair.drive(211.0 * f64::from(k), Side::After, &mut u);
+                pair.contact(&u, &[-8e-4], &[1e-4], &mut c);
+                assert!(c[0].lower_rate.is_finite() && c[0].upper_rate.is_finite() && c[0].force.is_finite(), "{what}: {c:?}");
+            }
+            assert!(pair.static_start().unwrap().q[0] < 0.0);
+        }
+    }
+    check(AsymmetricBacklash::stop_below(-5e-5).unwrap(), "stop below");
+    check(AsymmetricBacklash::stop_above(5e-5).unwrap(), "stop above");
+    check(Linear, "linear");
+}
+
+/// Far from its edges a model under a law of constant speed reads the very drives of the bare one.
+#[test]
+fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
+    let wave = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4).unwrap()).per_turn(63).unwrap();
+    let mut params = RingSet { error: 5e-6, ..RingSet::a(4, 2000.0) }.params().unwrap();
+    for mesh in &mut params.meshes {
+        *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
+    }
+    let ring = Ring::new(&params).unwrap();
+    let varying = Varying::new(ring.clone(), PhaseLaw::constant(ring.mesh_frequency()).unwrap());
+    let (mut u, mut w) = (vec![0.0; ring.drives()], vec![0.0; ring.drives()]);
+    for k in 0..50 {
+        let t = 1.3e-4 * f64::from(k) + 1e-6;
+        ring.drive(t, Side::Before, &mut u);
+        varying.drive(t, Side::Before, &mut w);
+        assert_eq!(u, w, "{t}");
+    }
+    assert_eq!(check_model(&varying, &State::new(1.3e-4, &[1e-4; 9], &[0.01; 9])), []);
 }

@@ -76,7 +76,7 @@ struct Own {
 
 impl Excitation for Own {
     fn jet(&self, angle: f64) -> Jet {
-        (Jet::time(angle) * 0.5).cos()
+        (Jet::variable(angle) * 0.5).cos()
     }
     fn edges(&self) -> Vec<f64> {
         self.edges.clone()
@@ -161,6 +161,6 @@ pub fn jets(case: &mut Case) -> Run {
         };
         all_finite("jet", &[jet.value, jet.rate, jet.second])?;
     }
-    let zero = (Jet::time(0.0) * Jet::time(0.0)).sqrt();
+    let zero = (Jet::variable(0.0) * Jet::variable(0.0)).sqrt();
     finite("sqrt of t² at 0", zero.value)
 }

@@ -63,6 +63,8 @@ pub struct NfgShape<N = Backlash> {
     rotation: CentreCurve,
     /// k_m/k0 and e over the phase of the face gear, and the contact law.
     mesh: Mesh<N>,
+    /// Whether the lower and the upper edge of the law lie at infinity.
+    missing: [bool; 2],
     /// Fourier pairs of k_m/k0 and of e, if that is what they are: both then need one sine and cosine of the mesh phase.
     series: Option<[Fourier; 2]>,
 }
@@ -116,28 +118,44 @@ impl NfgPair {
         let over_mean: Vec<_> = params.stiffness_harmonics.iter().map(|[c, s]| [c / params.stiffness, s / params.stiffness]).collect();
         let series = [Fourier::new(1.0, &over_mean)?, Fourier::new(params.error, &params.error_harmonics)?];
         let [stiffness, error] = series.clone().map(Wave::new);
-        let mesh = Mesh::new(stiffness, error, Backlash::new(params.half_backlash)?);
-        NfgPair::made(params, reading, mesh, Some(series))
+        // The half width is a constant: the shape is the same for all.
+        let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
+        NfgPair::made(params, reading, mesh, params.half_backlash, Some(series))
+    }
+}
+
+impl NfgPair {
+    /// b/L `[rad]`.
+    pub fn half_width(&self) -> f64 {
+        self.prepared_constants()[5]
     }
 }
 
 impl<N: Nonlinearity> NfgPair<N> {
-    /// Stiffness, transmission error and contact law of one's own, in place of those of the parameters. The waves of the mesh are k_m/k0 `[1]` and
-    /// e `[m]` over the mesh phase, one turn for a tooth; the edges of the law are in metres. Backlash has the half width of the parameters.
+    /// Stiffness k_m [N/m], transmission error e `[m]` and contact law of one's own, in place of those of the parameters: waves of the mesh phase, one
+    /// turn for a tooth. The law reads metres and metres per second. k0 of the parameters stays the unit of the stiffness.
     ///
     /// # Errors
     /// As [`new`](NfgPair::new).
     pub fn with_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
-        NfgPair::made(params, reading, mesh, None)
+        let half_backlash = if N::HALF_WIDTH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
+        NfgPair::made(params, reading, mesh.scaled(1.0 / params.stiffness)?, half_backlash, None)
     }
 
-    fn made(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>, series: Option<[Fourier; 2]>) -> Result<Self, ParameterError> {
+    fn made(
+        params: &NfgParams,
+        reading: NfgReading,
+        mesh: Mesh<N>,
+        half_backlash: f64,
+        series: Option<[Fourier; 2]>,
+    ) -> Result<Self, ParameterError> {
         let radius = match reading.radius {
             Radius::Base => params.mean_base_radius(),
             Radius::Pitch => params.mean_pitch_radius(),
         };
         params.check_derived(radius, reading)?;
+        let edges = mesh.law().edges(0.0, Side::After);
         let (centre, teeth) = (InstantCentre::new(params.eccentric_ratio)?, params.face_gear_teeth().round());
         let shape = NfgShape {
             reading,
@@ -149,18 +167,20 @@ impl<N: Nonlinearity> NfgPair<N> {
                 CentreForcing::Exact => centre.rotation(),
                 CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
             },
+            missing: [edges.lower == f64::NEG_INFINITY, edges.upper == f64::INFINITY],
             mesh: mesh.per_turn(teeth as u32)?,
             series,
         };
-        let NfgParams { speed, load_torque, inertia, stiffness, damping_ratio, half_backlash, .. } = *params;
-        shape.machine(&[
+        let NfgParams { speed, load_torque, inertia, stiffness, damping_ratio, .. } = *params;
+        let constants = [
             ("speed", speed),
             ("load torque", load_torque),
             ("inertia", inertia),
             ("stiffness", stiffness),
             ("damping ratio", damping_ratio),
             ("half backlash", half_backlash),
-        ])
+        ];
+        shape.machine(if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// The reading.
@@ -176,10 +196,6 @@ impl<N: Nonlinearity> NfgPair<N> {
         let constants = self.constants();
         self.shape().natural(constants[2], constants[3])
     }
-    /// b/L `[rad]`.
-    pub fn half_width(&self) -> f64 {
-        self.prepared_constants()[3]
-    }
     /// ω_c/ω_n `[1]`.
     pub fn centre_frequency(&self) -> f64 {
         self.speed()
@@ -188,7 +204,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0, for a law of slope 1 on its flanks.
     ///
     /// # Errors
-    /// A mesh stiffness that is not positive at the start.
+    /// A mesh stiffness that is not positive at the start. Where the law has no drive flank, its zero is taken for one.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
@@ -196,7 +212,7 @@ impl<N: Nonlinearity> NfgPair<N> {
         let at = self.shape().at(u);
         let [_, load] = u.constants();
         let load = load / check::positive("mesh stiffness at the start", u.all_waves()[STIFFNESS])?;
-        let start = State::new(0.0, &[at.lower * at.per_unit - load], &[0.0]);
+        let start = State::new(0.0, &[if self.shape().missing[0] { 0.0 } else { at.lower * at.per_unit } - load], &[0.0]);
         start.check(1)?;
         Ok(start)
     }
@@ -211,7 +227,7 @@ impl<N: Nonlinearity> NfgShape<N> {
     #[inline(always)]
     fn at<S: Scalar>(&self, u: Drives<'_, S>) -> At<S> {
         let (waves, omega, zero, one) = (u.all_waves(), u.speed(), S::from(0.0), S::from(1.0));
-        let [damping, _, width, _] = u.constants();
+        let [damping, _, _, _, width] = u.constants();
         let (inverse, rho_stretch) = (waves[INVERSE], waves[STRETCH] * omega);
         let mean = matches!(self.reading.half_width, HalfWidth::Mean);
         let (damping, stretch) = match self.reading.damping {
@@ -236,16 +252,17 @@ impl<N: Nonlinearity> NfgShape<N> {
         At { unit, per_unit, unit_stretch, lower, upper, lower_rate, upper_rate, damping, stretch }
     }
 
-    /// Deflection and rate in the unit of the law.
+    /// Deflection and rate in the units of the law: `[m]` and [m/s], or those of q for a law that is the same in any.
     #[inline(always)]
-    fn deflection<S: Scalar>(&self, at: &At<S>, q: S, v: S) -> (S, S) {
-        if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q)) }
+    fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> (S, S) {
+        if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) }
     }
 
     /// 2 ζ D (q' + (r'/r) q) + F f(q).
     #[inline(always)]
-    fn tooth<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, at: &At<S>, stiffness: S, q: S, v: S) -> S {
-        let (x, rate) = self.deflection(at, q, v);
+    fn tooth<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, at: &At<S>, u: Drives<'_, S>, q: S, v: S) -> S {
+        let (stiffness, [_, _, _, natural]) = (u.all_waves()[STIFFNESS], u.constants());
+        let (x, rate) = self.deflection(at, natural, q, v);
         let stiffness = if N::HALF_WIDTH { stiffness } else { stiffness * at.per_unit };
         let drives = MeshDrives { stiffness, damping: at.damping, lower: at.lower, upper: at.upper };
         self.mesh.force(law, i, x, rate, v + at.stretch * q, drives)
@@ -267,7 +284,7 @@ impl<N: Nonlinearity> NfgShape<N> {
 impl<N: Nonlinearity> Shape for NfgShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: 5 }
+        Size { dof: 1, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: if N::HALF_WIDTH { 6 } else { 5 } }
     }
     fn constants(&self) -> Vec<Channel> {
         let constants = [
@@ -278,7 +295,8 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             ("damping ratio", "1"),
             ("half backlash", "m"),
         ];
-        constants.map(|(name, unit)| Channel::new(name, unit)).into()
+        let count = if N::HALF_WIDTH { 6 } else { 5 };
+        constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
@@ -286,47 +304,52 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         check::scale("inertia", constants[2])?;
         check::scale("stiffness", constants[3])?;
         check::not_negative("damping ratio", constants[4])?;
-        check::not_negative("half backlash", constants[5])?;
-        Ok(())
+        constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
     }
-    /// ω_c/ω_n, 2 ζ, B0, b/L and I2 ω_n²/L.
+    /// ω_c/ω_n, 2 ζ, B0, I2 ω_n²/L, ω_n and b/L.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
-        let &[speed, load, inertia, stiffness, damping, half_backlash] = constants else {
+        let &[speed, load, inertia, stiffness, damping, ref half_backlash @ ..] = constants else {
             return Vec::new();
         };
         let natural = self.natural(inertia, stiffness);
         let radius = S::from(self.radius);
-        vec![
+        let mut prepared = vec![
             speed / S::from(self.ratio) / natural,
             S::from(2.0) * damping,
             load / (inertia * natural * natural),
-            half_backlash / radius,
             inertia * natural * natural / radius,
-        ]
+            natural,
+        ];
+        prepared.extend(half_backlash.iter().map(|b| *b / radius));
+        prepared
     }
 
     #[inline(always)]
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let (at, waves, omega) = (self.at(u), u.all_waves(), u.speed());
-        let [_, load, _, _] = u.constants();
+        let [_, load] = u.constants();
         let forcing = -load - omega * omega * waves[FORCING] - u.acceleration() * waves[FORCING_RATE];
-        a[0] = forcing - self.tooth(law, 0, &at, waves[STIFFNESS], q[0], v[0]);
+        a[0] = forcing - self.tooth(law, 0, &at, u, q[0], v[0]);
     }
 
     #[inline(always)]
     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
         let (at, waves) = (self.at(u), u.all_waves());
-        let [_, _, _, mesh_force] = u.constants();
+        let [_, _, mesh_force] = u.constants();
         // In metres: r_b2 times what is in radians, with the rates of the products.
         let r = waves[RADIUS] * self.radius;
         let r_rate = r * waves[STRETCH] * u.speed();
         let per_unit_rate = -(at.per_unit * at.unit_stretch);
-        let edge = |x: S, rate: S| {
+        let edge = |x: S, rate: S, missing: bool| {
+            if missing {
+                return (x, S::from(0.0));
+            }
             let (x, rate) = if N::HALF_WIDTH { (x, rate) } else { (x * at.per_unit, rate * at.per_unit + x * per_unit_rate) };
             (r * x, r_rate * x + r * rate)
         };
-        let ((lower, lower_rate), (upper, upper_rate)) = (edge(at.lower, at.lower_rate), edge(at.upper, at.upper_rate));
-        let force = self.tooth(law, i, &at, waves[STIFFNESS], q[0], v[0]) * mesh_force * waves[INVERSE];
+        let (lower, lower_rate) = edge(at.lower, at.lower_rate, self.missing[0]);
+        let (upper, upper_rate) = edge(at.upper, at.upper_rate, self.missing[1]);
+        let force = self.tooth(law, i, &at, u, q[0], v[0]) * mesh_force * waves[INVERSE];
         Contact { deflection: r * q[0], rate: r * v[0] + r_rate * q[0], lower, upper, lower_rate, upper_rate, force }
     }
 
@@ -362,7 +385,8 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     }
     fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         let at = self.at(u);
-        let (x, rate) = self.deflection(&at, q[0], v[0]);
+        let [_, _, _, natural] = u.constants();
+        let (x, rate) = self.deflection(&at, natural, q[0], v[0]);
         out[0] = self.radius * u.all_waves()[RADIUS];
         out[1] = at.per_unit * AsIs.force(0, self.mesh.law(), x, rate, at.lower, at.upper);
     }

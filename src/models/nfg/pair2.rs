@@ -19,7 +19,8 @@ use crate::shape::{AsIs, Drives, Law, Shape, Size};
 /// f is the dead zone of half width b `[m]`. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
 /// [`NfgPair`](crate::NfgPair) as 1/I1. Of the readings, radius and centre forcing apply; the rest has no counterpart here.
 ///
-/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `mesh damping` c_m [N s/m], `half backlash` b `[m]`, if the law is [`Backlash`].
+/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `mesh damping` c_m [N s/m], `inertia` I2 and `pinion inertia` I1 [kg m²],
+/// `half backlash` b `[m]`, if the law is [`Backlash`].
 ///
 /// Channels of its own: `base radius` r_b2 and `elastic part` f(x), both `[m]`.
 ///
@@ -43,8 +44,6 @@ pub type NfgPair2<N = Backlash> = Machine<NfgShape2<N>>;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgShape2<N = Backlash> {
-    pinion_inertia: f64,
-    inertia: f64,
     /// T1, if it does not balance the rigid motion.
     torque: Option<f64>,
     /// r_b1 `[m]`.
@@ -82,19 +81,31 @@ impl NfgPair2 {
         params.check()?;
         let stiffness = Wave::new(Fourier::new(params.stiffness, &params.stiffness_harmonics)?);
         let error = Wave::new(Fourier::new(params.error, &params.error_harmonics)?);
-        let mesh = Mesh::new(stiffness, error, Backlash::new(params.half_backlash)?);
-        NfgPair2::with_mesh(params, pinion_inertia, reading, mesh)
+        // The half width is a constant: the shape is the same for all.
+        let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
+        NfgPair2::made(params, pinion_inertia, reading, mesh, params.half_backlash)
     }
 }
 
 impl<N: Nonlinearity> NfgPair2<N> {
     /// Stiffness [N/m], transmission error `[m]` and contact law of one's own, in place of those of the parameters: waves of the mesh phase, one
-    /// turn for a tooth. Backlash has the half width of the parameters.
+    /// turn for a tooth.
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
     pub fn with_mesh(params: &NfgParams, pinion_inertia: f64, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
+        let half_backlash = mesh.law().edges(0.0, Side::After).upper;
+        NfgPair2::made(params, pinion_inertia, reading, mesh, half_backlash)
+    }
+
+    fn made(
+        params: &NfgParams,
+        pinion_inertia: f64,
+        reading: NfgReading,
+        mesh: Mesh<N>,
+        half_backlash: f64,
+    ) -> Result<Self, ParameterError> {
         let cos = libm::cos(params.pressure_angle);
         let (radius, pinion_radius) = match reading.radius {
             Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),
@@ -105,8 +116,6 @@ impl<N: Nonlinearity> NfgPair2<N> {
         let natural = params.check_derived(radius, reading)?;
         let damping = 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square);
         let shape = NfgShape2 {
-            pinion_inertia: check::scale("pinion inertia", pinion_inertia)?,
-            inertia: params.inertia,
             torque: None,
             pinion_radius,
             radius,
@@ -118,12 +127,15 @@ impl<N: Nonlinearity> NfgPair2<N> {
             },
             mesh: mesh.per_turn(params.face_gear_teeth().round() as u32)?,
         };
-        shape.machine(&[
+        let constants = [
             ("speed", params.speed),
             ("load torque", params.load_torque),
             ("mesh damping", damping),
-            ("half backlash", params.half_backlash),
-        ])
+            ("inertia", params.inertia),
+            ("pinion inertia", pinion_inertia),
+            ("half backlash", half_backlash),
+        ];
+        shape.machine(if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.
@@ -173,7 +185,7 @@ impl<N: Nonlinearity> NfgShape2<N> {
     /// The waves of the mesh, the edges those of the constant half backlash if the law has it from there.
     #[inline(always)]
     fn mesh_waves<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 7] {
-        let (mut waves, [_, _, width]) = (u.waves(), u.constants());
+        let (mut waves, [_, _, _, _, _, width]) = (u.waves(), u.constants());
         if N::HALF_WIDTH {
             (waves[LOWER], waves[UPPER]) = (-width, width);
         }
@@ -184,38 +196,50 @@ impl<N: Nonlinearity> NfgShape2<N> {
 impl<N: Nonlinearity> Shape for NfgShape2<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 2, waves: WAVES, contacts: 1, constants: 4 }
+        Size { dof: 2, waves: WAVES, contacts: 1, constants: if N::HALF_WIDTH { 7 } else { 6 } }
     }
     fn constants(&self) -> Vec<Channel> {
-        let constants = [("speed", "rad/s"), ("load torque", "N m"), ("mesh damping", "N s/m"), ("half backlash", "m")];
-        constants.map(|(name, unit)| Channel::new(name, unit)).into()
+        let constants = [
+            ("speed", "rad/s"),
+            ("load torque", "N m"),
+            ("mesh damping", "N s/m"),
+            ("inertia", "kg m²"),
+            ("pinion inertia", "kg m²"),
+            ("half backlash", "m"),
+        ];
+        let count = if N::HALF_WIDTH { 6 } else { 5 };
+        constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
         check::not_negative("load torque", constants[1])?;
         check::not_negative("mesh damping", constants[2])?;
-        check::not_negative("half backlash", constants[3])?;
-        Ok(())
+        check::scale("inertia", constants[3])?;
+        check::scale("pinion inertia", constants[4])?;
+        constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
     }
-    /// ω_c = ω1/i_j [rad/s], and the others as they are.
+    /// ω_c = ω1/i_j [rad/s], T2, c_m, I2, 1/I2, 1/I1, b.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
-        let mut prepared = constants.to_vec();
-        prepared[0] = prepared[0] / S::from(self.ratio);
+        let &[speed, load, damping, inertia, pinion_inertia, ref half_backlash @ ..] = constants else {
+            return Vec::new();
+        };
+        let one = S::from(1.0);
+        let mut prepared = vec![speed / S::from(self.ratio), load, damping, inertia, one / inertia, one / pinion_inertia];
+        prepared.extend(half_backlash);
         prepared
     }
 
     #[inline(always)]
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let (waves, omega, [load]) = (u.all_waves(), u.speed(), u.constants());
+        let (waves, omega, [load, _, inertia, per_inertia, per_pinion]) = (u.all_waves(), u.speed(), u.constants());
         let w = self.contact(law, 0, u, q, v).force;
-        let inertia = S::from(self.inertia);
         let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
         let torque = match self.torque {
             Some(torque) => S::from(torque),
             None => turning * self.pinion_radius / waves[RADIUS],
         };
-        a[0] = (torque - w * self.pinion_radius) * (1.0 / self.pinion_inertia);
-        a[1] = (waves[RADIUS] * w - turning) * (1.0 / self.inertia);
+        a[0] = (torque - w * self.pinion_radius) * per_pinion;
+        a[1] = (waves[RADIUS] * w - turning) * per_inertia;
     }
 
     #[inline(always)]

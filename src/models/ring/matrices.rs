@@ -105,7 +105,7 @@ impl<N: Nonlinearity> Ring<N> {
 
     /// The mean of each K_i(φ) over a mesh period [N/m].
     pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
-        self.shape().meshes.iter().map(|mesh| mean(mesh.stiffness()).unwrap_or(f64::NAN)).collect()
+        self.shape().meshes.iter().map(|mesh| mean(mesh.stiffness())).collect()
     }
 
     /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
@@ -148,16 +148,13 @@ impl<N: Nonlinearity> Ring<N> {
 /// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
 pub(super) const MOST_JUMPS: usize = 10_000;
 
-/// The mean of a wave over a turn, between its edges by Gauss panels. `None`: it has too many edges.
-pub(super) fn mean(wave: &Wave) -> Option<f64> {
+/// The mean of a wave over its own period, between its edges by Gauss panels.
+pub(super) fn mean(wave: &Wave) -> f64 {
     const PANELS: usize = 64;
-    let (mut sum, mut angle, mut jumps) = (0.0, 0.0, 0);
-    while angle < TAU {
-        jumps += 1;
-        if jumps > MOST_JUMPS + 1 {
-            return None;
-        }
-        let end = wave.next_edge(angle).map_or(TAU, |edge| edge.min(TAU));
+    let period = TAU / f64::from(wave.order());
+    let (mut sum, mut angle) = (0.0, 0.0);
+    while angle < period {
+        let end = wave.next_edge(angle).map_or(period, |edge| edge.min(period));
         for i in 0..PANELS {
             let h = (end - angle) / PANELS as f64;
             let middle = angle + (i as f64 + 0.5) * h;
@@ -165,5 +162,5 @@ pub(super) fn mean(wave: &Wave) -> Option<f64> {
         }
         angle = end;
     }
-    Some(sum / TAU)
+    sum / period
 }

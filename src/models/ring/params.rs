@@ -129,12 +129,9 @@ impl<N: Nonlinearity> RingParams<N> {
         }
         check::scale("omega", self.omega)?;
         for (i, mesh) in self.meshes.iter().enumerate() {
-            let stiffness = mean(mesh.stiffness()).ok_or_else(|| ParameterError::TooMany {
-                name: format!("jumps of meshes[{i}].stiffness in a mesh period"),
-                value: MOST_JUMPS + 1,
-                most: MOST_JUMPS,
-            })?;
-            check::positive(format!("meshes[{i}]: mean stiffness"), stiffness)?;
+            let jumps = format!("jumps of meshes[{i}].stiffness in a mesh period");
+            check::count(jumps, &[mesh.stiffness().edges_per_turn()], MOST_JUMPS)?;
+            check::positive(format!("meshes[{i}]: mean stiffness"), mean(mesh.stiffness()))?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::algebra::{Columns, STRIDE};
 use super::params::{Gear, RingParams, Shaft};
 use crate::error::{ParameterError, check};
-use crate::excitation::earlier;
+use crate::excitation::{divisor, earlier};
 use crate::machine::Machine;
 use crate::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
 use crate::model::{Channel, Contact};
@@ -149,10 +149,7 @@ impl<N: Nonlinearity> Ring<N> {
     /// # Errors
     /// A mesh that the ring does not have; the first one is 0.
     pub fn clearance_slots(&self, mesh: usize) -> Result<[usize; 2], ParameterError> {
-        let drives = self.size().waves / STRIDE;
-        if mesh >= drives {
-            return Err(ParameterError::NoSuchSlot { slot: mesh, drives });
-        }
+        check::count("mesh", &[mesh], self.gears() - 1)?;
         Ok([STRIDE * mesh + LOWER, STRIDE * mesh + UPPER])
     }
 }
@@ -168,7 +165,7 @@ impl<N: Nonlinearity> RingShape<N> {
         let meshes = params.meshes.clone();
         let first = |i: usize, is: &dyn Fn(&Mesh<N>, &Mesh<N>) -> bool| (0..=i).find(|&j| is(&meshes[i], &meshes[j])).unwrap_or(i);
         let same = (0..meshes.len())
-            .map(|i| [first(i, &|a, b| a.stiffness().is(b.stiffness())), first(i, &|a, b| a.error().is(b.error()))])
+            .map(|i| [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())])
             .collect();
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants, not shape.
@@ -243,6 +240,9 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     /// Edges that stand still are left out.
     fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
         if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
+    }
+    fn repeats(&self) -> u32 {
+        self.meshes.iter().fold(0, |common, mesh| divisor(common, mesh.repeats())).max(1)
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         self.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(angle)))

@@ -78,7 +78,7 @@ pub struct Kick;
 
 impl Excitation for Kick {
     fn jet(&self, angle: f64) -> Jet {
-        (Jet::time(angle) * 0.5).cos()
+        (Jet::variable(angle) * 0.5).cos()
     }
     fn edges(&self) -> Vec<f64> {
         vec![0.0]

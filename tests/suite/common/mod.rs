@@ -11,7 +11,7 @@ pub struct Forced;
 
 impl Forced {
     fn jet(t: f64) -> Jet {
-        let t = Jet::time(t);
+        let t = Jet::variable(t);
         (t * -0.2).exp() * (t * t * 0.5 + t).cos()
     }
     pub fn q(t: f64) -> f64 {
