@@ -29,6 +29,7 @@ mod roots;
 mod shooting;
 mod slips;
 mod solvers;
+mod storage;
 mod sweeps;
 mod torture;
 mod variation;
