@@ -135,7 +135,7 @@ impl WithSimd for Combine<'_> {
         for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
             let (mut sum, y): (Block, Block) = (sum(self.k, first + b, self.h, self.row), *y);
             for i in 0..WIDTH {
-                sum[i] = y[i] + sum[i];
+                sum[i] += y[i];
             }
             *out = sum;
         }

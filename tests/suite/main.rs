@@ -33,6 +33,7 @@ mod scalar_functions;
 mod shooting;
 mod slips;
 mod solvers;
+mod storage;
 mod sweeps;
 mod torture;
 mod variation;
