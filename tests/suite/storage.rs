@@ -53,15 +53,10 @@ fn dense_output_of_many_coordinates_is_that_of_few() {
 fn what_further_drives_leave_out_stands_there_already() {
     let set = RingSet { phases: vec![0.0, 0.5, 0.0, 1.0], ..RingSet::a(4, 1000.0) };
     let params = set.params().unwrap();
-    let law = || VaryingBacklash::new(shared(Fourier::new(2e-5, &[[1e-6, 0.0]], params.omega).unwrap()));
-    let mesh =
-        |mesh: &Mesh| Mesh::new(shared(Constant::new(2e8).unwrap()), shared(Constant::new(0.0).unwrap()), mesh.damping(), law()).unwrap();
-    let moving = RingParams {
-        motor: params.motor,
-        gears: params.gears.clone(),
-        meshes: params.meshes.iter().map(mesh).collect(),
-        omega: params.omega,
-    };
+    let law = VaryingBacklash::new(Wave::new(Fourier::new(2e-5, &[[1e-6, 0.0]]).unwrap()));
+    let mesh = Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), law);
+    let RingParams { motor, gears, mesh_damping, omega, .. } = params.clone();
+    let moving = RingParams { motor, gears, meshes: vec![mesh; 4], mesh_damping, omega };
     let same = |model: &dyn Model| {
         let (mut again, mut fresh) = (vec![f64::NAN; model.drives()], vec![f64::NAN; model.drives()]);
         model.drive(0.0, Side::After, &mut again);
