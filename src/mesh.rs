@@ -137,12 +137,19 @@ impl<N: Nonlinearity> Mesh<N> {
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
     pub fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, waves: &[S; 7], speed: S, damping: S, x: S, rate: S) -> Contact<S> {
+        let force = self.pull(law, i, waves, speed, damping, x, rate);
         let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
-        let (lower, upper) = (waves[LOWER], waves[UPPER]);
-        let at = MeshDrives { stiffness: waves[STIFFNESS], damping, lower, upper };
-        let force = self.force(law, i, deflection, rate, rate, at);
         let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
-        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
+        Contact { deflection, rate, lower: waves[LOWER], upper: waves[UPPER], lower_rate, upper_rate, force }
+    }
+
+    /// The force of [`contact`](Mesh::contact) alone: what an algebra over many meshes reads.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
+    pub(crate) fn pull<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, waves: &[S; 7], speed: S, damping: S, x: S, rate: S) -> S {
+        let rate = rate - speed * waves[ERROR_RATE];
+        let at = MeshDrives { stiffness: waves[STIFFNESS], damping, lower: waves[LOWER], upper: waves[UPPER] };
+        self.force(law, i, x - waves[ERROR], rate, rate, at)
     }
 
     /// W from the deflection d, its rate, the rate `slip` that is damped and what the drives say.

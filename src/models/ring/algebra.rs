@@ -92,11 +92,11 @@ impl<'a, S: Scalar> Instant<'a, S> {
         Turning { radius, q, v, path: q * radius, speed: v * radius }
     }
 
-    /// Mesh i, from gear i and the next one.
+    /// W_i, from gear i and the next one.
     #[inline(always)]
-    fn mesh<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, gear: &Turning<S>, next: &Turning<S>) -> Contact<S> {
+    fn force<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, gear: &Turning<S>, next: &Turning<S>) -> S {
         let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
-        meshes[i].contact(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
+        meshes[i].pull(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
     }
 
     /// θ_i'' and θ_Li'', from what else turns the gear.
@@ -139,13 +139,13 @@ impl<N: Nonlinearity> RingShape<N> {
         let turns = &mut a[1..].as_chunks_mut().0[..n];
         let driver = at.gear(0);
         let mut next = at.gear(after(0, n));
-        let first = at.mesh(law, meshes, 0, &driver, &next).force;
+        let first = at.force(law, meshes, 0, &driver, &next);
         let mut w = first;
         for i in 1..n {
             let i = one_by_one(i);
             let (gear, before) = (next, w);
             next = at.gear(after(i, n));
-            w = at.mesh(law, meshes, i, &gear, &next).force;
+            w = at.force(law, meshes, i, &gear, &next);
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
         // Read again, not held all the way round.
@@ -170,6 +170,8 @@ impl<N: Nonlinearity> RingShape<N> {
     pub(super) fn touch<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
         let n = self.meshes.len();
         let at = Instant::of(n, &self.columns, u, q, v);
-        at.mesh(law, &self.meshes[..n], i, &at.gear(i), &at.gear(after(i, n)))
+        let (gear, next) = (at.gear(i), at.gear(after(i, n)));
+        let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
+        self.meshes[i].contact(law, i, &at.meshes[i], at.omega, at.damping[i], x, rate)
     }
 }
