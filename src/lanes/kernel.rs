@@ -41,11 +41,14 @@ impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
     fn contacts(&self) -> usize {
         self.0.size().contacts
     }
-    #[inline(always)]
+    // Without optimisation it is compiled once for each shape and width, not for each place and instruction set.
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
         self.0.accel(&AsIs, Drives::new(self.0.size().waves, u), q, v, a);
     }
-    #[inline(always)]
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
         let (u, out) = (Drives::new(self.0.size().waves, u), &mut out[..self.0.size().contacts]);
         for i in which {
