@@ -8,7 +8,7 @@ use gear_dynamics::*;
 use support::{Csv, Map, Outcome, gallery, maps};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance
-/// a motion in contact and a rattling one live side by side.
+/// a small motion and a large one, which meets both flanks, live side by side.
 #[derive(PartialEq)]
 struct SpurPair {
     law: Backlash,
@@ -74,20 +74,23 @@ fn main() -> Outcome<()> {
 
     // The amplitude is a constant: one table serves all starts at all amplitudes.
     const COARSE: usize = 50;
-    let amplitudes = Axis::linear("amplitude", 0.16, 0.34, 10)?;
+    let amplitudes = Axis::linear("amplitude", 0.08, 0.32, 13)?;
     let axes = vec![amplitudes.clone(), Axis::linear("q", -4.0, 4.0, COARSE)?, Axis::linear("v", -4.0, 4.0, COARSE)?];
     let rows = Sweep::over(Points::grid(axes)?).settle(100).measure(20).rattle().run(
         &LaneRk4::<16>::new(256),
         |p| pair.with("amplitude", p["amplitude"]),
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
     )?;
-    println!("Ω = 0.69, {} runs, {} of them alone: starts that end in rattle", rows.iter().count(), rows.alone());
-    let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,share")?;
+    println!("Ω = 0.69, {} runs, {} of them alone: how the teeth move in the end", rows.iter().count(), rows.alone());
+    let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
     for amplitude in amplitudes.values() {
-        let rattles = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.state(0) != RattleState::None;
-        let share = rows.iter().filter(rattles).count() as f64 / (COARSE * COARSE) as f64;
-        println!("  amplitude {amplitude:.2}: {:5.1}%", 100.0 * share);
-        csv.row(&[amplitude, &share])?;
+        let share = |state: RattleState| {
+            let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.state(0) == state;
+            100.0 * rows.iter().filter(ends).count() as f64 / (COARSE * COARSE) as f64
+        };
+        let [none, one, both] = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral].map(share);
+        println!("  amplitude {amplitude:.2}: no rattle {none:5.1}%, unilateral {one:5.1}%, bilateral {both:5.1}%");
+        csv.row(&[amplitude, &none, &one, &both])?;
     }
     println!("pictures and tables: {}", folder.display());
     Ok(())
