@@ -285,6 +285,12 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
     IntegrateError::NotFinite { t: e.t, component }
 }
 
+/// A step made again. Such steps are few: their stages are compiled once, not at each place.
+#[inline(never)]
+fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    e.attempt::<T, true>();
+}
+
 /// Re-steps to an edge at θ of the step. With pieces held the trajectory is smooth past the edge and once is enough, unless the
 /// force jumps there; without, the dense output was bent by the edge and the step is corrected until it meets it.
 fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &Locator, theta: f64, exit: Exit) -> bool {
@@ -294,7 +300,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
         return false;
     }
     e.aim(t1);
-    e.attempt::<T, true>();
+    attempt_again::<T, M, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.contacts_at_end();
     if e.frozen && locator.jumps[exit.contact] == Some(false) {
@@ -331,7 +337,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
             return true;
         }
         e.aim(if last { closest } else { t1 });
-        e.attempt::<T, true>();
+        attempt_again::<T, M, V>(e);
         e.evaluations += T::EVALUATIONS;
         e.contacts_at_end();
         if last {

@@ -193,7 +193,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     }
 
     /// One step's stages, not counted here.
-    #[inline(always)]
+    // Without optimisation it is compiled once, not in each loop.
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
         if LOCATE && self.frozen { T::attempt::<M, V, true>(self) } else { T::attempt::<M, V, false>(self) }
     }

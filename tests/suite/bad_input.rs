@@ -126,7 +126,7 @@ fn empty_and_mismatched_lists() {
     assert_eq!(Fourier::fit(&[1.0; 4], 2).unwrap_err(), P::TooFew { name: "samples".into(), value: 4, least: 5 });
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 12 });
+    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
     let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
     assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
 }
