@@ -24,9 +24,9 @@ impl Shape for Spur {
         vec![Channel::new("omega", "1"), Channel::new("amplitude", "1")]
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
-        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - law.force(0, &self.law, q[0], v[0], -b, b);
+        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.law.force(q[0], v[0], -b, b);
     }
     fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
         u[0] = libm::cos(angle);
