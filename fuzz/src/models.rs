@@ -298,7 +298,7 @@ fn mesh(case: &mut Case, stiffness: f64, error: f64) -> Result<Mesh<laws::Any>, 
 
 /// The face gear pair with a mesh of its own.
 pub fn own_pair(case: &mut Case) -> Result<NfgPair<laws::Any>, Stop> {
-    let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 1.0, 1e-5)?);
+    let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
     Ok(NfgPair::with_mesh(&params, reading, mesh)?)
 }
 
