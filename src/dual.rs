@@ -133,7 +133,7 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn powf(self, p: f64) -> Self {
-        let below = if self.value == 0.0 && p < 1.0 { f64::MIN_POSITIVE } else { self.value };
+        let below = if self.value == 0.0 && p < 1.0 { LEAST_ROOT } else { self.value };
         self.chain(libm::pow(self.value, p), if p == 0.0 { 0.0 } else { p * libm::pow(below, p - 1.0) })
     }
     #[inline(always)]
@@ -143,7 +143,7 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        let below = if self.value == 0.0 { f64::MIN_POSITIVE } else { self.value };
+        let below = if self.value == 0.0 { LEAST_ROOT } else { self.value };
         self.chain(libm::log(self.value), 1.0 / below)
     }
     #[inline(always)]

@@ -95,7 +95,9 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
     pub(super) fn finite(&mut self, findings: &mut Vec<Finding>) {
         let a = self.accel(&self.state.q, &self.state.v);
         for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
-            let bad = values.iter().enumerate().filter(|(_, x)| !x.is_finite());
+            // A missing edge is a drive at infinity.
+            let wrong = |x: f64| if what == "drive" { x.is_nan() } else { !x.is_finite() };
+            let bad = values.iter().enumerate().filter(|(_, x)| wrong(**x));
             findings.extend(bad.map(|(index, _)| Finding::NotFinite { what, index, t: self.state.t }));
         }
         let mut probe = Probe::new(self.model);
