@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
 ///
 /// At 0 the slope of √x, which has no bound, is that of the smallest normal number, 3.4e153: what vanishes there has slope 0 under the root
-/// too, and x √x has the slope 0 that it should have. Powers below 1 and logarithms do the same.
+/// too, and x √x has the slope 0 that it should have. Powers below 1 and logarithms have their slope at 1.5e-154.
 ///
 /// ```
 /// use gear_dynamics::{Dual, Scalar};
