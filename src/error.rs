@@ -174,6 +174,12 @@ pub enum ParameterError {
         /// How many there are.
         contacts: usize,
     },
+    /// A law without the flank on which the load rests.
+    #[error("the law has no {flank} flank: a positive load presses on that one, and nothing holds it")]
+    NoFlank {
+        /// Lower or upper.
+        flank: &'static str,
+    },
     /// A contact whose law has edges where the contact itself has none.
     #[error("the algebra gives edges to the law of contact {contact}, but contact({contact}) has none: solvers would never see it touch")]
     NoEdges {

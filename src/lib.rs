@@ -76,7 +76,8 @@ pub use driven::{Driven, TimeDrives};
 pub use dual::Dual;
 pub use error::ParameterError;
 pub use excitation::{
-    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Sum, Table, Wave, same,
+    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Sum, Table, Wave, earliest,
+    same,
 };
 pub use held::{CounterRng, Held, HeldDrives, HeldProcess};
 pub use impact::Restitution;

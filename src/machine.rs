@@ -103,6 +103,7 @@ impl<G: Shape> Machine<G> {
         }
         let machine = Machine { fixed, constants, prepared: Vec::new() }.prepared()?;
         machine.check_shape()?;
+        machine.check_at_rest()?;
         Ok(machine)
     }
 
@@ -113,7 +114,9 @@ impl<G: Shape> Machine<G> {
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
         constants[self.fixed.place(name)?] = check::quantity(name, value)?;
-        Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()
+        let machine = Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()?;
+        machine.check_at_rest()?;
+        Ok(machine)
     }
 
     /// The same constants, prepared as they are, on another shape.
@@ -129,7 +132,11 @@ impl<G: Shape> Machine<G> {
         let prepared = shape.prepare(&self.constants);
         let expected = shape.size().constants;
         if prepared.len() != expected {
-            return Err(ParameterError::Length { name: "constants that the shape reads".into(), expected, found: prepared.len() });
+            return Err(ParameterError::Length {
+                name: "constants from Shape::prepare, which size().constants counts,".into(),
+                expected,
+                found: prepared.len(),
+            });
         }
         let Some(&speed) = prepared.first() else {
             return Err(ParameterError::Empty { name: "constants of a shape".into(), least: 1 });
@@ -165,16 +172,13 @@ impl<G: Shape> Machine<G> {
         self.check_contacts()
     }
 
-    /// Whether the algebra is a number at rest, and asks the law for contacts that there are, with edges where they have edges.
+    /// Whether the algebra asks the law for contacts that there are, with edges where they have edges.
     fn check_contacts(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, contacts, .. } = self.size();
-        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);
+        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![0.0; dof]);
         self.drive(0.0, Side::After, &mut u);
         let (u, witness) = (Drives::new(waves, &u), Witness::default());
         self.shape().accel(&witness, u, &rest, &rest, &mut a);
-        if let Some(i) = a.iter().position(|a| a.is_nan()) {
-            return Err(ParameterError::NotFinite { name: format!("acceleration {i} of the shape at rest"), value: a[i] });
-        }
         for (i, edges) in witness.asked.into_inner() {
             if i >= contacts {
                 return Err(ParameterError::NoSuchContact { contact: i, contacts });
@@ -183,6 +187,32 @@ impl<G: Shape> Machine<G> {
             if edges.iter().any(|x| x.is_finite()) && contact.lower.is_infinite() && contact.upper.is_infinite() {
                 return Err(ParameterError::NoEdges { contact: i });
             }
+        }
+        Ok(())
+    }
+
+    /// Whether accelerations at rest are numbers: on the laws as they are, and with every contact held on each flank that it has.
+    fn check_at_rest(&self) -> Result<(), ParameterError> {
+        let Size { dof, waves, contacts, .. } = self.size();
+        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);
+        self.drive(0.0, Side::After, &mut u);
+        let u = Drives::new(waves, &u);
+        let number = |a: &[f64], how: &str| match a.iter().position(|a| !a.is_finite()) {
+            Some(i) => Err(ParameterError::NotFinite { name: format!("acceleration {i} of the shape at rest{how}"), value: a[i] }),
+            None => Ok(()),
+        };
+        self.shape().accel(&AsIs, u, &rest, &rest, &mut a);
+        number(&a, "")?;
+        for (flank, how) in [(Piece::Lower, ", contacts on their lower flanks"), (Piece::Upper, ", contacts on their upper flanks")] {
+            let piece = |i: usize| {
+                let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
+                let edge = if flank == Piece::Lower { contact.lower } else { contact.upper };
+                if edge.is_finite() { flank } else { Piece::Gap }
+            };
+            let pieces: Vec<Piece> = (0..contacts).map(piece).collect();
+            a.fill(f64::NAN);
+            self.shape().accel(&OnPieces(&pieces), u, &rest, &rest, &mut a);
+            number(&a, how)?;
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ use crate::shape::Law;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactDamping {
-    /// Also in the gap, as both papers have it: an oil film.
+    /// Also in the gap, as Liu 2021 and Yao 2020 have it: an oil film.
     #[default]
     Always,
     /// Only while teeth touch; the force then jumps at the edge.
@@ -89,9 +89,16 @@ impl<N: Nonlinearity> Mesh<N> {
         Ok(Mesh { stiffness: Wave::new(Scaled::new(factor, self.stiffness)?), ..self })
     }
 
+    /// How often all of several meshes repeat in a turn of the shaft: what [`Shape::repeats`](crate::Shape::repeats) asks for.
+    pub fn common_order<'m>(meshes: impl IntoIterator<Item = &'m Self>) -> u32
+    where
+        N: 'm,
+    {
+        meshes.into_iter().fold(0, |common, mesh| divisor(common, mesh.repeats())).max(1)
+    }
     /// How often the mesh repeats in a turn of the shaft: the greatest common divisor of the orders of its waves and, if its edges move, its
     /// teeth. 0 if nothing varies.
-    pub fn repeats(&self) -> u32 {
+    fn repeats(&self) -> u32 {
         let of_law = if self.law.moves() { self.teeth } else { 0 };
         divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), of_law)
     }

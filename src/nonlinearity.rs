@@ -49,19 +49,28 @@ impl Edges {
 /// A contact law: force per unit stiffness over the deflection, with the edges of its pieces.
 ///
 /// Only [`force`](Nonlinearity::force) is needed; a law with kinks also says where its [`edges`](Nonlinearity::edges) are and how each
-/// piece continues past them, and gains located edges from every solver. Two laws are equal if they are the very same: models with equal
-/// laws may share lanes.
+/// piece continues past them, and gains located edges from every solver. Models with equal laws may share lanes: derive `PartialEq`.
 ///
 /// ```
-/// use gear_dynamics::{Nonlinearity, Scalar};
+/// use gear_dynamics::{Edges, Nonlinearity, Piece, Scalar, Side};
 /// #[derive(PartialEq)]
-/// struct Hertz; // force ~ x^1.5 on one flank
+/// struct Hertz { gap: f64 } // force ~ y^1.5 past one edge, y = x - gap
 /// impl Nonlinearity for Hertz {
-///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
-///         x.max(S::from(0.0)).powf(1.5)
+///     #[inline(always)]
+///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, upper: S) -> S {
+///         (x - upper).max(S::from(0.0)).powf(1.5)
+///     }
+///     #[inline(always)]
+///     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _rate: S, _lower: S, upper: S) -> S {
+///         let y = x - upper;
+///         // A piece goes on smoothly past its edge: y √|y|, where y^1.5 would be no number.
+///         if piece == Piece::Upper { y * y.abs().sqrt() } else { S::from(0.0) }
+///     }
+///     fn edges(&self, _angle: f64, _side: Side) -> Edges {
+///         Edges { upper: self.gap, ..Edges::NONE }
 ///     }
 /// }
-/// assert_eq!(Hertz.at(4.0), 8.0);
+/// assert_eq!(Hertz { gap: 1.0 }.at(5.0), 8.0);
 /// ```
 ///
 /// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see

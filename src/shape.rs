@@ -65,6 +65,15 @@ impl<'u, S: Scalar> Drives<'u, S> {
     pub fn waves<const N: usize>(&self) -> [S; N] {
         std::array::from_fn(|i| self.waves.get(i).copied().unwrap_or(S::from(f64::NAN)))
     }
+    /// N waves from place `first` on: those of one mesh among several.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline(always)]
+    pub fn waves_from<const N: usize>(&self, first: usize) -> [S; N] {
+        let waves = &self.waves[first..first + N];
+        std::array::from_fn(|i| waves[i])
+    }
     /// All waves.
     #[inline(always)]
     pub fn all_waves(&self) -> &'u [S] {

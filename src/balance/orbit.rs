@@ -358,7 +358,7 @@ impl Orbit {
 
     /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
     /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
-    /// Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
+    /// Rigid motions count. Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
     pub fn distance(&self, other: &Orbit) -> f64 {
         let n = self.dof();
         if other.dof() != n {

@@ -216,15 +216,15 @@ impl<M: Model + ?Sized> Point<'_, M> {
 
     /// The force told changes at the edges in one proportion to the acceleration: that of a mass.
     fn force(&self, contact: usize, edges: &[Seen]) -> Option<Finding> {
-        // The component that bends the most, against its own noise.
-        let strongest = |seen: &Seen| {
-            let strength = |row: usize| (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE);
-            (0..seen.acceleration.len()).max_by(|a, b| strength(*a).total_cmp(&strength(*b))).unwrap_or(0)
+        // The component that bends the most at all edges, against its own noise: one mass for all of them.
+        let strength = |row: usize| {
+            let of = |seen: &Seen| (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE);
+            edges.iter().map(of).sum::<f64>()
         };
+        let row = (0..self.model.dof()).max_by(|a, b| strength(*a).total_cmp(&strength(*b))).unwrap_or(0);
         let clear = |change: Change, h: f64, terms: f64| change.bend.abs() * h > 1e4 * f64::EPSILON * terms;
         let mut per_force: Option<f64> = None;
         for seen in edges {
-            let row = strongest(seen);
             let (a, w, h) = (seen.acceleration[row][1], seen.force[1], seen.h);
             if !clear(a, h, self.terms[row]) {
                 continue;

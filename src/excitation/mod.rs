@@ -63,6 +63,15 @@ pub fn same<E: Excitation + PartialEq>(one: &E, other: &dyn Excitation) -> bool 
     other.downcast_ref::<E>() == Some(one)
 }
 
+/// The first of several angles or instants, any of which may be missing: the next edge of a model with several waves.
+///
+/// ```
+/// assert_eq!(gear_dynamics::earliest([None, Some(2.0), Some(1.5)]), Some(1.5));
+/// ```
+pub fn earliest(edges: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    edges.into_iter().fold(None, earlier)
+}
+
 /// The earlier of two instants, either of which may be missing.
 pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {

@@ -194,3 +194,54 @@ fn wrong_rates_are_named() {
         assert!(matches!(findings(Wrong::EdgeRate, unit)[0], Finding::EdgeRate { contact: 0, .. }));
     }
 }
+
+/// One contact between two masses: its force is held against one of the two accelerations, at both edges the same.
+#[test]
+fn two_masses_on_one_contact_are_consistent() {
+    struct Two([f64; 2]);
+    impl Two {
+        fn force(q: &[f64], piece: Option<Piece>) -> f64 {
+            let (x, b) = (q[0] - q[1], 2e-5);
+            let piece = piece.unwrap_or(if x > b {
+                Piece::Upper
+            } else if x < -b {
+                Piece::Lower
+            } else {
+                Piece::Gap
+            });
+            3e8 * match piece {
+                Piece::Lower => x + b,
+                Piece::Gap => 0.0,
+                Piece::Upper => x - b,
+            }
+        }
+        fn turn(&self, w: f64, a: &mut [f64]) {
+            (a[0], a[1]) = ((1200.0 - w) / self.0[0], (w - 1200.0) / self.0[1]);
+        }
+    }
+    impl Model for Two {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            self.turn(Two::force(q, None), a);
+        }
+        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+            self.turn(Two::force(q, Some(pieces[0])), a);
+            true
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            let (lower, upper, force) = (-2e-5, 2e-5, Two::force(q, None));
+            out[0] = Contact { deflection: q[0] - q[1], rate: v[0] - v[1], lower, upper, force, ..Contact::default() };
+        }
+    }
+    for masses in [[0.6, 1.24444], [0.6, 0.9], [1.3, 0.7], [0.5, 2.0], [1.0, 1.0]] {
+        for k in 0..40 {
+            let start = State::new(0.0, &[2.3e-5 + 1e-7 * f64::from(k), 0.0], &[0.0, 0.0]);
+            assert_eq!(check_model(&Two(masses), &start), [], "{masses:?} {k}");
+        }
+    }
+}

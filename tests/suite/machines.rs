@@ -525,7 +525,11 @@ fn laws_with_missing_edges_in_the_pair() {
                 pair.contact(&u, &[-8e-4], &[1e-4], &mut c);
                 assert!(c[0].lower_rate.is_finite() && c[0].upper_rate.is_finite() && c[0].force.is_finite(), "{what}: {c:?}");
             }
-            assert!(pair.static_start().unwrap().q[0] < 0.0);
+            match pair.static_start() {
+                Ok(start) => assert!(start.q[0] < 0.0 && what != "stop above"),
+                Err(error) => assert!(error == ParameterError::NoFlank { flank: "lower" } && what == "stop above", "{error}"),
+            }
+            assert_eq!(check_periodic(&pair, &State::new(3.0, &[-8e-4], &[1e-4])), [], "{what}");
         }
     }
     check(AsymmetricBacklash::stop_below(-5e-5).unwrap(), "stop below");
@@ -551,4 +555,43 @@ fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
         assert_eq!(u, w, "{t}");
     }
     assert_eq!(check_model(&varying, &State::new(1.3e-4, &[1e-4; 9], &[0.01; 9])), []);
+}
+
+/// A piece that is no number past its edge is refused before a run meets it, and so is a value that makes one.
+#[test]
+fn pieces_and_values_that_give_no_numbers_are_refused() {
+    #[derive(PartialEq)]
+    struct Hertz;
+    impl Nonlinearity for Hertz {
+        fn force<S: Scalar>(&self, x: S, _: S, _: S, upper: S) -> S {
+            (x - upper).max(S::from(0.0)).powf(1.5)
+        }
+        fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, _: S, upper: S) -> S {
+            if piece == Piece::Upper { (x - upper).powf(1.5) } else { S::from(0.0) }
+        }
+        fn edges(&self, _: f64, _: Side) -> Edges {
+            Edges { upper: 1e-5, ..Edges::NONE }
+        }
+    }
+    let mesh = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(0.0).unwrap(), Hertz);
+    let refused = NfgPair2::with_mesh(&NfgParams::table1(), 0.01, NfgReading::exact(), mesh).unwrap_err();
+    assert!(refused.to_string().contains("contacts on their upper flanks"), "{refused}");
+    #[derive(PartialEq)]
+    struct Mass;
+    impl Shape for Mass {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 0, contacts: 0, constants: 2 }
+        }
+        fn constants(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1"), Channel::new("mass", "kg")]
+        }
+        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+            let [mass] = u.constants();
+            a[0] = S::from(1.0) / mass;
+        }
+    }
+    let model = Mass.machine(&[("speed", 1.0), ("mass", 2.0)]).unwrap();
+    assert!(
+        matches!(model.with("mass", 0.0), Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest")
+    );
 }

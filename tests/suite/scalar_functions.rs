@@ -116,7 +116,7 @@ fn slopes_at_zero_are_numbers() {
         assert_eq!(Dual::<1>::from(0.0).powf(p).slope, [0.0]);
     }
     assert_eq!((at_zero(0.0).value, at_zero(0.5).value), (1.0, 0.0));
-    assert!(at_zero(0.5).slope[0] > 1e100 && at_zero(0.5).slope[0].is_finite());
+    assert!(at_zero(0.5).slope[0] > 1e70 && at_zero(0.5).slope[0].is_finite());
     assert_eq!((Dual::variable(0.0) * Dual::variable(0.0).powf(0.5)).slope, [0.0]);
     assert!(Dual::variable(0.0).ln().slope[0].is_finite());
     assert_eq!(Dual::<1>::from(0.0).ln().slope, [0.0]);

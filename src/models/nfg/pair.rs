@@ -204,8 +204,12 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0, for a law of slope 1 on its flanks.
     ///
     /// # Errors
-    /// A mesh stiffness that is not positive at the start. Where the law has no drive flank, its zero is taken for one.
+    /// A mesh stiffness that is not positive at the start; a law with an upper flank alone, since the load rests on the lower one. A law without edges
+    /// carries at 0.
     pub fn static_start(&self) -> Result<State, ParameterError> {
+        if self.shape().missing == [true, false] {
+            return Err(ParameterError::NoFlank { flank: "lower" });
+        }
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(self.size().waves, &u);

@@ -158,14 +158,19 @@ impl<N: Nonlinearity> NfgPair2<N> {
     /// At t = 0: the pinion at q1 = 0, the face gear at rest on the drive flank, for a law of slope 1 on its flanks.
     ///
     /// # Errors
-    /// A mesh stiffness that is not positive at the start.
+    /// A mesh stiffness that is not positive at the start; a law with a lower flank alone, since the load rests on the upper one. A law without edges
+    /// carries at 0.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(self.size().waves, &u);
-        let ([stiffness, error, error_rate, _, upper, _, _], [load]) = (self.shape().mesh_waves(u), u.constants());
+        let ([stiffness, error, error_rate, lower, upper, _, _], [load]) = (self.shape().mesh_waves(u), u.constants());
         let (radius, radius_rate) = (u.all_waves()[RADIUS], u.all_waves()[RADIUS_RATE]);
-        let deflection = upper + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
+        if upper == f64::INFINITY && lower.is_finite() {
+            return Err(ParameterError::NoFlank { flank: "upper" });
+        }
+        let edge = if upper == f64::INFINITY { 0.0 } else { upper };
+        let deflection = edge + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
         // q = q2 + e/r_b2 is at rest, so q2' takes up the rate of the error, as in the model of one degree of freedom.
         let stretch = radius_rate / radius;
         let q2 = -(deflection + error) / radius;

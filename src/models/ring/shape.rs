@@ -3,7 +3,7 @@
 use super::algebra::{Columns, STRIDE};
 use super::params::{Gear, RingParams, Shaft};
 use crate::error::{ParameterError, check};
-use crate::excitation::{divisor, earlier};
+use crate::excitation::earliest;
 use crate::machine::Machine;
 use crate::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
 use crate::model::{Channel, Contact};
@@ -242,10 +242,10 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
     }
     fn repeats(&self) -> u32 {
-        self.meshes.iter().fold(0, |common, mesh| divisor(common, mesh.repeats())).max(1)
+        Mesh::common_order(&self.meshes)
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        self.meshes.iter().fold(None, |first, mesh| earlier(first, mesh.next_edge(angle)))
+        earliest(self.meshes.iter().map(|mesh| mesh.next_edge(angle)))
     }
 
     /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
