@@ -160,7 +160,7 @@ impl<G: Shape> Machine<G> {
             self.shape().waves(angle, Side::After, u);
         }
         for wave in 0..waves {
-            let values = [0, 1, 2, 3, 4, 5].map(|k: usize| seen[k][wave]);
+            let values = seen.each_ref().map(|u| u[wave]);
             if let Some(value) = values.into_iter().find(|value| value.is_nan()) {
                 return Err(ParameterError::NotFinite { name: format!("wave {wave} of the shape"), value });
             }

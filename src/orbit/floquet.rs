@@ -50,7 +50,7 @@ pub struct Multipliers {
 }
 
 /// 2^511: squares of entries up to it, and sums of a few of them, do not overflow.
-const LARGE: f64 = 6.703_903_964_971_298_5e153;
+const LARGE: f64 = 6.703_903_964_971_299e153;
 
 impl Multipliers {
     /// From the multipliers themselves, however they were found, and their error.

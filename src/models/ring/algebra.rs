@@ -119,10 +119,8 @@ impl<N: Nonlinearity> RingShape<N> {
     #[inline(always)]
     pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let n = self.meshes.len();
-        if const { size_of::<S>() == size_of::<f64>() } {
-            if n == 3 {
-                return self.accelerate_gears(3, law, u, q, v, a);
-            }
+        if const { size_of::<S>() == size_of::<f64>() } && n == 3 {
+            return self.accelerate_gears(3, law, u, q, v, a);
         }
         self.accelerate_gears(n, law, u, q, v, a);
     }
