@@ -148,7 +148,8 @@ pub struct Steady {
 pub enum Unsettled {
     /// Nothing repeated.
     #[error(
-        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is {closest:.1e} of the range of motion"
+        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is {closest:.1e} of the range of motion, \
+         more than the tolerance asks; the tolerance of the solver bounds it from below"
     )]
     Aperiodic {
         /// The last state, from which statistics can be taken.

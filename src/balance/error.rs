@@ -96,7 +96,11 @@ pub enum BalanceError {
         history: Vec<f64>,
     },
     /// No convergence.
-    #[error("the balance did not converge in {} iterations: the largest residual is {}", last.iterations(), last.residual())]
+    #[error(
+        "the balance did not converge in {} iterations: the largest residual is {}; a guess projected from a settled motion may lead further, \
+         over several periods if that repeats so",
+        last.iterations(), last.residual()
+    )]
     NotConverged {
         /// The last iterate, which is no orbit.
         last: Box<Orbit>,

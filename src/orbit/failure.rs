@@ -75,7 +75,7 @@ pub enum ShootingError {
     /// Corrections do not become small.
     #[error(
         "no orbit was met: after {} corrections the last moves component {component} of (coordinates, velocities), whose range is {range:e}, \
-         by {correction:e}",
+         by {correction:e}; an orbit that closes after several periods asks for Shooting::multiple",
         last.corrections.len()
     )]
     NotConverged {
