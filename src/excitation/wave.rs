@@ -116,6 +116,17 @@ impl Wave {
         self.excitation.value(self.own(angle, side))
     }
 
+    /// The value of this wave and the jet of another one: one reduction of the angle where both are of one order and phase, and smooth.
+    #[inline]
+    pub(crate) fn value_beside(&self, other: &Wave, angle: f64, side: Side) -> (f64, Jet) {
+        if self.order != other.order || self.ahead != other.ahead || !self.edges.is_empty() || !other.edges.is_empty() {
+            return (self.value(angle, side), other.jet(angle, side));
+        }
+        let (own, n) = (self.own(angle, side), f64::from(self.order));
+        let (value, Jet { value: other, rate, second }) = (self.excitation.value(own), other.excitation.jet(own));
+        (value, Jet { value: other, rate: n * rate, second: n * n * second })
+    }
+
     /// n φ + ψ in [0, 2π), aside where an edge is.
     #[inline]
     fn own(&self, angle: f64, side: Side) -> f64 {
@@ -208,7 +219,10 @@ pub(crate) fn reduced(angle: f64) -> f64 {
     if (0.0..TAU).contains(&angle) {
         return angle;
     }
-    let own = angle - TAU * (angle / TAU).floor();
+    // Whole turns by a conversion: a call of `floor` costs more than all the rest.
+    let turns = (angle / TAU) as i64 as f64;
+    let own = angle - TAU * turns;
+    let own = if own < 0.0 { own + TAU } else { own };
     if (0.0..TAU).contains(&own) { own } else { 0.0 }
 }
 

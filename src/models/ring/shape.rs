@@ -64,6 +64,8 @@ pub struct RingShape<N = Backlash> {
     pub(super) rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
+    /// Whether all meshes have one stiffness and one error.
+    alike: bool,
     /// Whether an edge of a mesh moves.
     edges_move: bool,
     /// 1/Σ r_j² J_j.
@@ -164,15 +166,17 @@ impl<N: Nonlinearity> RingShape<N> {
         rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
         let meshes = params.meshes.clone();
         let first = |i: usize, is: &dyn Fn(&Mesh<N>, &Mesh<N>) -> bool| (0..=i).find(|&j| is(&meshes[i], &meshes[j])).unwrap_or(i);
-        let same = (0..meshes.len())
+        let same: Vec<[usize; 2]> = (0..meshes.len())
             .map(|i| [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())])
             .collect();
+        let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants, not shape.
         let mut gears = params.gears.clone();
         gears.iter_mut().for_each(|gear| gear.load.torque = 0.0);
         let (motor_inertia, motor_shaft, columns) = (params.motor.inertia, params.motor.shaft, Columns::of(&gears));
-        let mut shape = RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, edges_move, per_inertia: 0.0, columns };
+        let mut shape =
+            RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, alike, edges_move, per_inertia: 0.0, columns };
         shape.per_inertia = 1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         shape
     }
@@ -181,7 +185,17 @@ impl<N: Nonlinearity> RingShape<N> {
     #[inline]
     fn moving_waves(&self, angle: f64, side: Side, u: &mut [f64]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
-        for (i, (mesh, &[k, e])) in self.meshes.iter().zip(&self.same).enumerate() {
+        let (first, rest) = (&self.meshes[0], &self.meshes[1..]);
+        let (stiffness, error) = first.stiffness().value_beside(first.error(), angle, side);
+        let write = |wave: &mut [f64; STRIDE], stiffness: f64, error: f64, rate: f64| {
+            (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
+        };
+        if self.alike {
+            waves[..self.meshes.len()].iter_mut().for_each(|wave| write(wave, stiffness, error.value, error.rate));
+            return;
+        }
+        write(&mut waves[0], stiffness, error.value, error.rate);
+        for (i, (mesh, &[k, e])) in (1..).zip(rest.iter().zip(&self.same[1..])) {
             let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness().value(angle, side) };
             let [error, rate] = if e < i {
                 [waves[e][ERROR], waves[e][ERROR_RATE]]
@@ -189,8 +203,7 @@ impl<N: Nonlinearity> RingShape<N> {
                 let error = mesh.error().jet(angle, side);
                 [error.value, error.rate]
             };
-            let wave = &mut waves[i];
-            (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
+            write(&mut waves[i], stiffness, error, rate);
         }
     }
 
