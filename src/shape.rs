@@ -63,7 +63,7 @@ impl<'u, S: Scalar> Drives<'u, S> {
     /// The waves, as many as are asked for: `let [stiffness, error] = u.waves();`. Those that the shape does not have are not numbers.
     #[inline(always)]
     pub fn waves<const N: usize>(&self) -> [S; N] {
-        std::array::from_fn(|i| self.waves.get(i).copied().unwrap_or(S::from(f64::NAN)))
+        leading(self.waves)
     }
     /// N waves from place `first` on: those of one mesh among several.
     ///
@@ -93,13 +93,21 @@ impl<'u, S: Scalar> Drives<'u, S> {
     /// are not numbers.
     #[inline(always)]
     pub fn constants<const N: usize>(&self) -> [S; N] {
-        let constants = self.all_constants();
-        std::array::from_fn(|i| constants.get(i).copied().unwrap_or(S::from(f64::NAN)))
+        leading(self.all_constants())
     }
     /// All constants without the speed.
     #[inline(always)]
     pub fn all_constants(&self) -> &'u [S] {
         &self.rest[2..]
+    }
+}
+
+/// The first N numbers; those that are not there are not numbers.
+#[inline(always)]
+fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
+    match numbers.first_chunk() {
+        Some(first) => *first,
+        None => std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(S::from(f64::NAN))),
     }
 }
 
