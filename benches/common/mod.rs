@@ -98,15 +98,6 @@ pub struct Rattling {
     law: Backlash,
 }
 
-impl Rattling {
-    /// The force alone, so that 32 lanes of a contact need not be kept.
-    #[inline(always)]
-    fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> S {
-        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
-        stiffness * law.force(i, &self.law, q[0], v[0], -b, b)
-    }
-}
-
 impl Shape for Rattling {
     #[inline(always)]
     fn size(&self) -> Size {
@@ -120,13 +111,14 @@ impl Shape for Rattling {
     }
     #[inline(always)]
     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
-        let (force, b) = (self.force(law, i, u, q, v), S::from(Pair::HALF_WIDTH));
+        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
+        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [_, forcing] = u.waves();
-        a[0] = forcing - v[0] * 0.02 - self.force(law, 0, u, q, v);
+        a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
     }
 }
 
