@@ -39,6 +39,8 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     }
 }
 
+/// Runs end within this time: beyond it steps times rates overflow.
+const LAST_TIME: f64 = 1e50;
 /// Re-steps to one edge before it counts as a stall.
 const RESTEPS: usize = 40;
 /// Steps without numbers in a row before the model is blamed.
@@ -53,7 +55,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
     start.check(model.dof())?;
-    if !(t_end.is_finite() && t_end > start.t) {
+    if !(t_end.abs() <= LAST_TIME && t_end > start.t) {
         return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
     }
     let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;

@@ -175,8 +175,8 @@ pub struct Stats {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum IntegrateError {
-    /// The end does not lie after the start.
-    #[error("the time span from {start} to {end} is not positive and finite")]
+    /// The end does not lie after the start, or beyond 1e50.
+    #[error("the time span from {start} to {end} is not positive, or ends beyond 1e50")]
     TimeSpan {
         /// Start time.
         start: f64,

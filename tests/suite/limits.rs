@@ -336,3 +336,22 @@ fn quantities_have_a_range() {
     }
     assert!(Constant::new(1e50).is_ok());
 }
+
+/// A run beyond all times is refused: its steps times its rates would overflow.
+#[test]
+fn runs_end_within_a_bounded_time() {
+    struct Idle;
+    impl Model for Idle {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = -q[0] - v[0];
+        }
+    }
+    let solver = Dop853::new().rtol(f64::MAX).atol(1e50);
+    for end in [1e51, 1e308, f64::INFINITY, f64::NAN] {
+        assert!(matches!(solver.end(&Idle, &State::at_rest(1), end), Err(IntegrateError::TimeSpan { .. })), "{end}");
+    }
+    assert!(solver.end(&Idle, &State::at_rest(1), 1e50).is_ok());
+}
