@@ -241,7 +241,9 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         self.bundle.contacts = contacts;
     }
 
-    #[inline(always)]
+    // Without optimisation it is compiled once, not for each instruction set.
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
         let w = &mut Work {
             q: &mut w.q[..n],

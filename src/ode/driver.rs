@@ -3,7 +3,8 @@
 use super::blocks::Blocks;
 use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
 use super::engine::{Engine, LARGEST, Tableau};
-use super::locate::{Exit, Found, Locator};
+use super::exit::Exit;
+use super::locate::{Found, Locator};
 use super::step::{Crossing, Observer, Step, StepView};
 use super::stops::Stops;
 use super::vector::Vector;
@@ -29,13 +30,16 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     {
         return Err(IntegrateError::StopNotLocated { contact });
     }
+    // Without optimisation the loop is compiled once for all models.
+    #[cfg(debug_assertions)]
+    let model: &dyn Model = &model;
     match (model.dof(), limits.locate && model.contacts() > 0) {
-        (1, false) => integrate::<T, M, [f64; 2], false>(rule, limits, model, start, t_end, observer),
-        (1, true) => integrate::<T, M, [f64; 2], true>(rule, limits, model, start, t_end, observer),
-        (2, false) => integrate::<T, M, [f64; 4], false>(rule, limits, model, start, t_end, observer),
-        (2, true) => integrate::<T, M, [f64; 4], true>(rule, limits, model, start, t_end, observer),
-        (_, false) => integrate::<T, M, Blocks, false>(rule, limits, model, start, t_end, observer),
-        (_, true) => integrate::<T, M, Blocks, true>(rule, limits, model, start, t_end, observer),
+        (1, false) => integrate::<T, _, [f64; 2], false>(rule, limits, model, start, t_end, observer),
+        (1, true) => integrate::<T, _, [f64; 2], true>(rule, limits, model, start, t_end, observer),
+        (2, false) => integrate::<T, _, [f64; 4], false>(rule, limits, model, start, t_end, observer),
+        (2, true) => integrate::<T, _, [f64; 4], true>(rule, limits, model, start, t_end, observer),
+        (_, false) => integrate::<T, _, Blocks, false>(rule, limits, model, start, t_end, observer),
+        (_, true) => integrate::<T, _, Blocks, true>(rule, limits, model, start, t_end, observer),
     }
 }
 

@@ -279,6 +279,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             bend.slice_mut()[j] = h * k0 - dy;
             twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
         }
+        // Only with a tolerance above the motion itself a step passes whose coefficients overflow. Without them its ends are met still.
+        for coefficient in self.dense.iter_mut().flat_map(|column| column.slice_mut()).filter(|x| x.is_nan() || x.abs() > LARGEST) {
+            *coefficient = 0.0;
+        }
         self.ready.dense = true;
     }
 

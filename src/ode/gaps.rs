@@ -6,8 +6,8 @@
 //! difference.
 
 use super::engine::{Engine, Tableau};
+use super::exit::{Exit, scale};
 use super::hermite::Hermite;
-use super::locate::{Exit, scale};
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;

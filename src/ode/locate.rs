@@ -1,16 +1,15 @@
 //! Tooth edges: which contact leaves its piece first, and when.
 
 use super::engine::{Engine, Tableau};
+use super::exit::{Exit, SLACK, scale};
+use super::first_root::{DOUBT, first_root};
 use super::gaps::{Gaps, Resolved};
-use super::hermite::{Distance, Hermite};
+use super::hermite::Hermite;
 use super::stops::Stops;
 use super::vector::Vector;
 use crate::model::{Contact, Model};
 use crate::piece::Piece;
 
-/// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
-/// the stiffness times it, far below the tolerance of any step.
-const SLACK: f64 = 1e-10;
 /// The same of a rigid stop, where velocities jump.
 const STOP: f64 = 1e-14;
 /// How closely an edge is met: this share of the gap.
@@ -23,54 +22,6 @@ const LOOKS: u8 = 31;
 const WITH: f64 = 1e-6;
 /// An edge within the slack at the end of a step is met there when the distance falls by this many slacks in a step as long.
 const PLAIN: f64 = 1e3;
-/// A distance may miss its cubic by this many times what it was seen to miss it by.
-const DOUBT: f64 = 4.0;
-/// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
-const RESOLVED: f64 = 0.05;
-/// Halvings of a step in search of a first root, and the stretch that is left.
-const HALVINGS: usize = 10;
-const SHORTEST: f64 = 1.0 / 1024.0;
-/// Where a stretch is divided: a multiple of the golden ratio modulo 1, so that no wave has a whole number of periods on both sides.
-const MIDDLE: f64 = 0.472_135_954_999_579;
-/// Refinements of one root; bisection alone would need about 50.
-const MOST: usize = 60;
-
-/// One way for a contact to leave its piece.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Exit {
-    pub(crate) contact: usize,
-    pub(crate) to: Piece,
-}
-
-impl Exit {
-    /// The ways out of a piece.
-    #[inline]
-    pub(super) fn of(contact: usize, piece: Piece) -> [Option<Exit>; 2] {
-        let exit = |to| Some(Exit { contact, to });
-        match piece {
-            Piece::Lower | Piece::Upper => [exit(Piece::Gap), None],
-            Piece::Gap => [exit(Piece::Lower), exit(Piece::Upper)],
-        }
-    }
-
-    /// Its distance, when standing on `from`.
-    #[inline(always)]
-    pub(super) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        // Outwards from a flank and inwards from the gap: the side of the edge, and the sign that makes the distance positive inside.
-        let lower = if from == Piece::Gap { self.to == Piece::Lower } else { from == Piece::Lower };
-        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-        let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
-        Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
-    }
-}
-
-/// The length that slack is measured by: the gap, or the deflection where there is none.
-#[inline]
-pub(super) fn scale(c: &Contact) -> f64 {
-    let gap = c.upper - c.lower;
-    if gap > 0.0 && gap.is_finite() { gap } else { c.deflection.abs().max(f64::MIN_POSITIVE / SLACK) }
-}
-
 /// The contacts of one run: where they stood at the start of the step, and on which piece.
 pub(crate) struct Locator {
     pub(super) start: Vec<Contact>,
@@ -250,144 +201,4 @@ impl Locator {
         let d = exit.distance(pieces[exit.contact], c, 1.0);
         (d.value, d.rate, self.slack(exit.contact, c))
     }
-}
-
-/// The first θ in (0, limit] at which the distance changes sign, on the dense output. 0.0: it was past its edge from the start.
-fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
-    exit: Exit,
-    [d0, d1]: [Distance; 2],
-    hermite: &Hermite,
-    limit: f64,
-    [slack, close]: [f64; 2],
-) -> Option<f64> {
-    e.prepare_dense::<T>();
-    let from = e.pieces[exit.contact];
-    let h = e.h();
-    let mut look = |theta: f64| {
-        e.contacts_inside::<T>(theta);
-        exit.distance(from, &e.contacts[exit.contact], h)
-    };
-    let (mut a, mut da) = (0.0, d0);
-    // Just past the edge, or on it: it may have come in from there, or be on its way out.
-    let on_edge = d0.value <= slack;
-    if on_edge && d0.rate <= 0.0 && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack) {
-        return Some(0.0);
-    }
-    // If locating left the contact outside its edge by δ, δ is tolerated for this step.
-    let slack = if on_edge { slack.max(-d0.value) } else { slack };
-    // Divide the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
-    let right = if limit == 1.0 { d1 } else { look(limit) };
-    let mut ends = [(limit, right); HALVINGS + 1];
-    let mut open = 1;
-    while open > 0 {
-        let (b, db) = ends[open - 1];
-        let cubic = Hermite::over(b - a, da, db);
-        let m = a + MIDDLE * (b - a);
-        let dm = look(m);
-        // A slope that is off tells of a wave that the middle meets by chance.
-        let off = (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
-        let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
-        let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
-        if dm.value < -slack && db.value >= -slack && m > a {
-            ends[open - 1] = (m, dm); // the first root lies before
-            continue;
-        }
-        if !clear && off > slack.max(RESOLVED * (most - least)) && b - a > SHORTEST && open < ends.len() {
-            ends[open] = (m, dm);
-            open += 1;
-            continue;
-        }
-        if !clear && let Some(theta) = walk(&mut look, (a, da), (b, db), &cubic, (a == 0.0 && on_edge).then_some(d0.value), slack, close) {
-            return Some(theta);
-        }
-        (a, da) = (b, db);
-        open -= 1;
-    }
-    None
-}
-
-/// The first root on a stretch that follows its cubic: walks over the extrema that the cubic suggests. `entered`: the distance at the
-/// start, when the contact came in over this edge there.
-fn walk(
-    look: &mut impl FnMut(f64) -> Distance,
-    (mut a, mut da): (f64, Distance),
-    (end, d_end): (f64, Distance),
-    cubic: &Hermite,
-    entered: Option<f64>,
-    slack: f64,
-    close: f64,
-) -> Option<f64> {
-    let (start, width) = (a, end - a);
-    let [first, second] = cubic.extrema().map(|sigma| sigma.map(|sigma| start + sigma * width));
-    for b in [first, second, Some(end)].into_iter().flatten() {
-        if b <= a {
-            continue;
-        }
-        let db = if b == end { d_end } else { look(b) };
-        if let Some(d0) = entered.filter(|_| a == start && db.value < -slack) {
-            // Came in over this edge: divide its root at zero out.
-            let f = |theta: f64, d: Distance| (d.value - d0) / theta;
-            let (mut lo, mut hi) = (0.0, b);
-            for _ in 0..MOST {
-                let mid = 0.5 * (lo + hi);
-                if f(mid, look(mid)) > 0.0 {
-                    lo = mid
-                } else {
-                    hi = mid
-                }
-                if hi - lo < 1e-14 {
-                    break;
-                }
-            }
-            return Some(if lo == 0.0 { 0.0 } else { hi });
-        }
-        if db.value < -slack {
-            return Some(root(look, (a, da), (b, db), close));
-        }
-        // A dip between two safe ends: find its bottom.
-        if da.rate < 0.0 && db.rate > 0.0 {
-            let (mut lo, mut hi) = ((a, da), (b, db));
-            for _ in 0..MOST {
-                let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
-                let dm = look(m);
-                if dm.value < -slack {
-                    return Some(root(look, (a, da), (m, dm), close));
-                }
-                if dm.rate < 0.0 {
-                    lo = (m, dm)
-                } else {
-                    hi = (m, dm)
-                }
-                if (hi.0 - lo.0) * (dm.rate.abs()) < slack {
-                    break;
-                }
-            }
-        }
-        (a, da) = (b, db);
-    }
-    None
-}
-
-/// A sign change between `a` (inside) and `b` (outside): Newton, kept inside its bracket.
-fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
-    let (mut lo, mut hi) = (a, b);
-    let mut theta = lo.0 + (hi.0 - lo.0) * lo.1.value / (lo.1.value - hi.1.value);
-    for _ in 0..MOST {
-        let d = look(theta);
-        if d.value.abs() <= close {
-            break;
-        }
-        if d.value > 0.0 {
-            lo = (theta, d)
-        } else {
-            hi = (theta, d)
-        }
-        if hi.0 - lo.0 <= 1e-15 {
-            break;
-        }
-        let newton = theta - d.value / d.rate;
-        theta = if newton > lo.0 && newton < hi.0 { newton } else { 0.5 * (lo.0 + hi.0) };
-    }
-    theta
 }

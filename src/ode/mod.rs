@@ -6,6 +6,8 @@ mod control;
 mod dop853;
 mod driver;
 mod engine;
+mod exit;
+mod first_root;
 mod gaps;
 mod hermite;
 mod inside;

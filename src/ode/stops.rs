@@ -3,7 +3,8 @@
 use super::IntegrateError;
 use super::control::RESOLUTION;
 use super::engine::{Engine, halves};
-use super::locate::{Exit, Locator};
+use super::exit::Exit;
+use super::locate::Locator;
 use super::step::Crossing;
 use super::vector::Vector;
 use crate::impact::rigid_edges;

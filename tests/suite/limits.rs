@@ -355,3 +355,33 @@ fn runs_end_within_a_bounded_time() {
     }
     assert!(solver.end(&Idle, &State::at_rest(1), 1e50).is_ok());
 }
+
+/// x'' + .5 x⁹ = cos t, run away from by a tolerance that takes any step.
+struct Stiffening;
+
+impl Model for Stiffening {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = u[0].cos() - 0.5 * q[0].powi(9);
+    }
+}
+
+#[test]
+fn steps_that_overflow_inside_show_numbers() {
+    let (mut inside, mut largest) = (0, 0f64);
+    let mut look = |step: &mut Step<'_>| {
+        let mut y = [0.0; 2];
+        for i in 1..10 {
+            step.at(step.t0() + 0.1 * i as f64 * (step.t1() - step.t0()), &mut y);
+            assert!(y.iter().all(|y| y.is_finite()), "{y:?}");
+            (inside, largest) = (inside + 1, largest.max(y[0].abs()));
+        }
+        std::ops::ControlFlow::Continue(())
+    };
+    let solver = Dop853::new().rtol(1e4).atol(1e160).max_steps(100);
+    let end = solver.run(&Stiffening, &State::at_rest(1), 1e3, &mut look);
+    assert!(matches!(end, Err(IntegrateError::NotFinite { .. })), "{end:?}");
+    assert!(inside > 0 && largest > 1e20, "{inside} {largest:e}");
+}

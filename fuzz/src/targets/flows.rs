@@ -156,7 +156,10 @@ pub fn observers(case: &mut Case) -> Run {
     for contact in rattle.contacts() {
         all_finite("times on pieces", &contact.time)?;
         let sum: f64 = contact.time.iter().sum();
-        holds(outcome.is_err() || (sum - lasted).abs() <= 1e-9 * lasted.abs().max(end.abs()), || format!("{contact:?} of {lasted:e}"))?;
+        holds(
+            outcome.is_err() || (sum - lasted).abs() <= 1e-9 * lasted.abs().max(end.abs()).max(f64::MIN_POSITIVE / f64::EPSILON),
+            || format!("{contact:?} of {lasted:e}"),
+        )?;
         if sum > 0.0 {
             finite("loss fraction", contact.loss_fraction())?;
         }

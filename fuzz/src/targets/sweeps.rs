@@ -88,6 +88,14 @@ fn judge(case: &mut Case, sweep: &Sweep, rows: Rows) -> Run {
     holds(found.list().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
 }
 
+/// Steps a period. 2²⁴ are accepted and made, which takes a minute: fewer in their place.
+fn steps(case: &mut Case, sensible: usize) -> usize {
+    match case.count(sensible) {
+        0x100_0000 => 1 << 12,
+        count => count,
+    }
+}
+
 fn user(case: &mut Case) -> User {
     // An edge that moves faster is looked at a thousand times a step, for many steps.
     let user = User::any(case);
@@ -108,7 +116,7 @@ pub fn users(case: &mut Case) -> Run {
     let family = |p: &Point<'_>| erased(&user, p["force"]);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
     let rows = if case.chance(0.5) {
-        let engine = TableRk4::new(if case.hostile() { case.count(100) } else { 20 + case.below(200) });
+        let engine = TableRk4::new(if case.hostile() { steps(case, 100) } else { 20 + case.below(200) });
         sweep.run(&engine, family, start)?
     } else {
         let engine: Located<Solver> = Located(flows::solver(case, TAU / user.omega, 2 * user.dof));
@@ -123,7 +131,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     let value = machine.constant(name).unwrap_or(1.0);
     let points = Points::along(axis(case, name, 0.5 * value, 2.0 * value, count)?);
     let sweep = Sweep::over(points).settle(case.effort(2)).measure(case.effort(2)).channels(&["q1", "deflection"]).rattle().strobe(2);
-    let engine = LaneRk4::<4>::new(if case.hostile() { case.count(100) } else { 60 });
+    let engine = LaneRk4::<4>::new(if case.hostile() { steps(case, 100) } else { 60 });
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
     let rows = sweep.run(&engine, |p| machine.with(name, p[name]), start)?;
@@ -137,7 +145,7 @@ pub fn lanes(case: &mut Case) -> Run {
     let count = 1 + case.below(6);
     let points = Points::along(axis(case, "load", 20.0, 60.0, count)?);
     let sweep = sweep(case, points);
-    let steps = if case.hostile() { case.count(200) } else { 64 + case.below(400) };
+    let steps = if case.hostile() { steps(case, 200) } else { 64 + case.below(400) };
     let set = case.pick(&InstructionSet::available());
     let engine = LaneRk4::<4>::new(steps).instructions(set);
     case.note(|| format!("{sweep:?}, {engine:?}"));
