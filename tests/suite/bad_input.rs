@@ -442,7 +442,7 @@ proptest! {
             let slots = [(x[1].abs() as usize) % 20, 3];
             if let Ok(held) = Held::new(pair).per_slot(&slots, x[2], process.clone()).and_then(|h| h.clearance(&[slots], x[3], process)) {
                 prop_assert!(held.next_edge(t).is_none_or(|edge| edge > t));
-                let _ = Dop853::new().max_steps(200).end(&held, &State::at_rest(1), 10.0);
+                let _ = Dop853::new().max_steps(40).end(&held, &State::at_rest(1), 10.0);
             }
         }
         let constant = |x: f64| Wave::constant(x);

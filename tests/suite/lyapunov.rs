@@ -31,7 +31,7 @@ fn of_a_periodic_orbit() {
     let model = DeadZone { omega: 0.85, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.2 };
     let cycle = Shooting::new().run(&model, &[State::new(0.0, &[1.17], &[0.02])]).unwrap();
     let growth = cycle.multipliers().growth(cycle.period());
-    let exponents = Lyapunov::new().settle(0).align(50).periods(2000).run(&model, &cycle.states()[0]).unwrap();
+    let exponents = Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
     println!("{:?} {growth:?} {:?}", exponents.values(), exponents.standard_error());
     for (ours, exact) in exponents.values().iter().zip(&growth) {
         // A complex pair turns: the mean converges as 1/periods.
@@ -87,7 +87,7 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
 
 #[test]
 fn of_the_rattling_pair() {
-    rattling_pair(20, |speed| speed == 180.0);
+    rattling_pair(10, |speed| speed == 180.0);
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
-    let speeds = Points::along(Axis::list("speed", &[100.0, 155.0, 180.0]).unwrap());
+    let speeds = Points::along(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::over(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
     for row in rows.iter() {

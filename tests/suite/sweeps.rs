@@ -124,7 +124,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
     let channels = ["q1", "deflection", "mesh force"];
     let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
-    let lanes = sweep.clone().check_every(1).run(&LaneRk4::<16>::new(63 * 64), nfg, at_rest).unwrap();
+    let lanes = sweep.clone().check_every(1).run(&LaneRk4::<4>::new(63 * 64), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
         assert_eq!(a.state(0), b.state(0));
         let (x, y) = (a.contact(0), b.contact(0));
@@ -169,7 +169,7 @@ fn chaos_is_flagged_and_periods_are_found() {
     let of = |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
     let fine = Sweep::over(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
-    let fine = fine.periodic_within(1e-4).run(&LaneRk4::<8>::new(4 * 4032), nfg, at_rest).unwrap();
+    let fine = fine.periodic_within(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.row(3).unwrap().unwrap(), fine.row(0).unwrap().unwrap());
     assert_eq!(coarse.state(0), fine.state(0));
