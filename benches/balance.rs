@@ -21,10 +21,13 @@ fn settled(pair: &NfgPair) -> (Dop853, State) {
 fn rattling_pair(c: &mut Criterion) {
     let pair = pair(180.0);
     let (solver, state) = settled(&pair);
-    let project = |highest: usize| Orbit::project(&solver, &pair, &state, &Harmonics::up_to(highest)).expect("a settled run");
+    let project = |highest: usize| {
+        Orbit::project(&solver, &pair, &state, &Harmonics::up_to(highest)).expect("a settled run")
+    };
     let guess = project(500);
     for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Sampled { samples: 65_536 }] {
-        let mut equations = Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).expect("fits");
+        let mut equations =
+            Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).expect("fits");
         let mut x = equations.unknowns(&guess);
         let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
         c.bench_function(&format!("pair, H = 500: residual and Jacobian, {integrals:?}"), |b| {
@@ -36,15 +39,22 @@ fn rattling_pair(c: &mut Criterion) {
         });
     }
     let (balance, guess) = (Balance::new(Harmonics::up_to(1000)), project(1000));
-    c.bench_function("pair, H = 1000: solve from a projected run", |b| b.iter(|| balance.solve(&pair, &guess).expect("converges")));
+    c.bench_function("pair, H = 1000: solve from a projected run", |b| {
+        b.iter(|| balance.solve(&pair, &guess).expect("converges"))
+    });
     let orbit = balance.solve(&pair, &guess).expect("converges");
-    c.bench_function("pair, H = 1000: polish by shooting", |b| b.iter(|| orbit.polish(&pair).expect("converges")));
+    c.bench_function("pair, H = 1000: polish by shooting", |b| {
+        b.iter(|| orbit.polish(&pair).expect("converges"))
+    });
 }
 
 /// The second paper's 15 unknowns from the linearised flank.
 fn fifteen_unknowns(c: &mut Criterion) {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published()).expect("valid");
-    let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid")).integrals(Integrals::Sampled { samples: 1024 });
+    let pair =
+        NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
+            .expect("valid");
+    let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid"))
+        .integrals(Integrals::Sampled { samples: 1024 });
     let flank = balance.linearised(&pair, Piece::Lower).expect("regular");
     c.bench_function("pair, 15 unknowns: solve", |b| {
         b.iter(|| balance.solve_truncating_forces(&pair, black_box(&flank)).expect("converges"))
@@ -95,7 +105,8 @@ fn duffing(c: &mut Criterion) {
 fn rings(c: &mut Criterion) {
     for gears in [8, 16, 64] {
         let params = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) }.params().expect("valid");
-        let (ring, moving) = (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
+        let (ring, moving) =
+            (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
         // Along a run, once every gear has been reached: held on one flank, half of the meshes would pull.
         let (solver, balance) = (Dop853::new(), Balance::new(Harmonics::up_to(20)));
         let end = solver.end(&moving, &State::at_rest(ring.dof()), 400.0 * ring.period()).expect("runs");

@@ -9,7 +9,9 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 
 fn run<I: Integrator, M: Model>(solver: &I, model: &M, start: &State, end: f64) -> Finish {
-    solver.run(model, start, end, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).expect("the workloads run")
+    solver
+        .run(model, start, end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+        .expect("the workloads run")
 }
 
 fn steps(pair: &Pair) -> usize {
@@ -29,10 +31,18 @@ fn workload_a(c: &mut Criterion) {
     let mut group = c.benchmark_group("A");
     group.sample_size(20);
     group.bench_function("RK4, by hand", |b| b.iter(|| by_hand(&pair)));
-    group.bench_function("RK4, plain steps", |b| b.iter(|| run(&Rk4::new(pair.step()).plain(), black_box(&pair), &start, pair.end())));
-    group.bench_function("RK4, located edges", |b| b.iter(|| run(&Rk4::new(pair.step()), black_box(&pair), &start, pair.end())));
-    group.bench_function("DOP853, by hand", |b| b.iter(|| hand_dop853::run(black_box(&pair), -6.4e-4, 0.0, pair.end(), 1e-8, 1e-12)));
-    group.bench_function("DOP853, located edges", |b| b.iter(|| run(&adaptive(), black_box(&pair), &start, pair.end())));
+    group.bench_function("RK4, plain steps", |b| {
+        b.iter(|| run(&Rk4::new(pair.step()).plain(), black_box(&pair), &start, pair.end()))
+    });
+    group.bench_function("RK4, located edges", |b| {
+        b.iter(|| run(&Rk4::new(pair.step()), black_box(&pair), &start, pair.end()))
+    });
+    group.bench_function("DOP853, by hand", |b| {
+        b.iter(|| hand_dop853::run(black_box(&pair), -6.4e-4, 0.0, pair.end(), 1e-8, 1e-12))
+    });
+    group.bench_function("DOP853, located edges", |b| {
+        b.iter(|| run(&adaptive(), black_box(&pair), &start, pair.end()))
+    });
     group.bench_function("RK45, located edges", |b| {
         b.iter(|| run(&Rk45::new().rtol(1e-8).atol(1e-12), black_box(&pair), &start, pair.end()))
     });
@@ -61,7 +71,10 @@ fn work_and_error() {
     let truth = run(&Dop853::new().rtol(1e-13).atol(1e-18), &pair, &Pair::start(), pair.end()).state;
     let finish = run(&adaptive(), &pair, &Pair::start(), pair.end());
     let error = (finish.state.q[0] - truth.q[0]).abs() / 1e-5;
-    println!("A    {:7} evaluations, {:4} edges, error {error:.1e}", finish.stats.evaluations, finish.stats.crossings);
+    println!(
+        "A    {:7} evaluations, {:4} edges, error {error:.1e}",
+        finish.stats.evaluations, finish.stats.crossings
+    );
     for (gears, torque) in [(3, 2.0), (16, 40.0)] {
         let (ring, n) = (ring(gears, torque), 2 * gears + 1);
         let tight = Dop853::new().rtol(1e-13).atol_each(&[vec![1e-19; n], vec![1e-15; n]].concat());
@@ -79,10 +92,15 @@ fn work_and_error() {
 fn ratios() {
     let (pair, start) = (Pair::new(), Pair::start());
     let rk4 = Rk4::new(pair.step()).plain();
-    let [median, least, most] = ratio(41, || drop(black_box(run(&rk4, &pair, &start, pair.end()))), || _ = black_box(by_hand(&pair)));
+    let [median, least, most] =
+        ratio(41, || drop(black_box(run(&rk4, &pair, &start, pair.end()))), || _ = black_box(by_hand(&pair)));
     println!("\nRK4 through the traits / by hand: {median:.3} ({least:.3} .. {most:.3})");
     let machine = pair.machine();
-    let [median, least, most] = ratio(41, || drop(black_box(run(&rk4, &machine, &start, pair.end()))), || _ = black_box(by_hand(&pair)));
+    let [median, least, most] = ratio(
+        41,
+        || drop(black_box(run(&rk4, &machine, &start, pair.end()))),
+        || _ = black_box(by_hand(&pair)),
+    );
     println!("RK4 of a shape / by hand: {median:.3} ({least:.3} .. {most:.3})");
     let ours = run(&adaptive(), &pair, &start, pair.end());
     let (hand, evaluations, crossings) = hand_dop853::run(&pair, -6.4e-4, 0.0, pair.end(), 1e-8, 1e-12);

@@ -24,7 +24,8 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let rows = sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows =
+        sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 
@@ -71,7 +72,11 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .settle(0)
         .measure(periods)
         .channels(&["deflection 1"])
-        .run(engine, |p| sample.with("motor torque", p["torque"]), |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())))
+        .run(
+            engine,
+            |p| sample.with("motor torque", p["torque"]),
+            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
+        )
         .expect("the ring runs")
 }
 
@@ -89,22 +94,30 @@ fn report_speeds() {
     let sample = ring(3, 2.0);
     let omega = sample.mesh_frequency();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
-    let sweep = Sweep::over(Points::along(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
+    let sweep =
+        Sweep::over(Points::along(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
-    let lanes = || drop(black_box(sweep.run(&LaneRk4::<16>::new(1000), family, start).expect("the rings run")));
+    let lanes =
+        || drop(black_box(sweep.run(&LaneRk4::<16>::new(1000), family, start).expect("the rings run")));
     let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
-    println!("ring of 3 over 64 speeds, table of its own each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})");
+    println!(
+        "ring of 3 over 64 speeds, table of its own each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})"
+    );
 }
 
 fn workload_c(c: &mut Criterion) {
     let mut group = c.benchmark_group("C");
     group.sample_size(10).measurement_time(Duration::from_secs(3));
     let sweep = ensemble(96);
-    group.bench_function("96 trajectories, lanes", |b| b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<32>::new(STEPS)))));
+    group.bench_function("96 trajectories, lanes", |b| {
+        b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<32>::new(STEPS))))
+    });
     let sweep = ensemble(4);
-    group.bench_function("4 trajectories, table", |b| b.iter(|| one_thread(|| run(&sweep, &TableRk4::new(STEPS)))));
+    group.bench_function("4 trajectories, table", |b| {
+        b.iter(|| one_thread(|| run(&sweep, &TableRk4::new(STEPS))))
+    });
     group.finish();
 }
 
@@ -126,14 +139,23 @@ fn main() {
     let sweep = ensemble(512);
     let lanes = LaneRk4::<16>::new(STEPS);
     let baseline = lanes.instructions(InstructionSet::Baseline);
-    let [median, least, most] = one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
-    println!("best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors");
+    let [median, least, most] =
+        one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
+    println!(
+        "best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors"
+    );
     // What two threads gain, beside what two runs on threads of their own gain, which is what the machine has to give at that moment.
     let alone = || one_thread(|| drop(run(&sweep, &lanes)));
     let [median, least, most] = ratio(21, alone, || threads(2, || drop(run(&sweep, &lanes))));
     println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
-    let apart = || std::thread::scope(|s| [(); 2].map(|()| s.spawn(alone)).into_iter().for_each(|job| job.join().expect("runs")));
+    let apart = || {
+        std::thread::scope(|s| {
+            [(); 2].map(|()| s.spawn(alone)).into_iter().for_each(|job| job.join().expect("runs"))
+        })
+    };
     let both = || threads(2, || (0..2).for_each(|_| drop(run(&sweep, &lanes))));
     let [median, least, most] = ratio(21, apart, both);
-    println!("two runs apart, one thread each / both over two threads: {median:.2} ({least:.2} .. {most:.2})");
+    println!(
+        "two runs apart, one thread each / both over two threads: {median:.2} ({least:.2} .. {most:.2})"
+    );
 }

@@ -9,7 +9,8 @@
 mod support;
 
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Residual, Settle, Shooting, State,
+    Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Residual, Settle,
+    Shooting, State,
 };
 use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
@@ -31,7 +32,8 @@ fn solver() -> Dop853 {
 /// The orbit itself, on more orders than any balance here.
 fn truth(pair: &NfgPair) -> Outcome<(Orbit, u64)> {
     let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
-    let cycle = Shooting::new().multiple(steady.period_multiple).run(pair, &[State { t: 0.0, ..steady.state }])?;
+    let cycle =
+        Shooting::new().multiple(steady.period_multiple).run(pair, &[State { t: 0.0, ..steady.state }])?;
     let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
     Ok((Orbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
 }
@@ -46,7 +48,8 @@ struct Row {
     iterations: usize,
 }
 
-const NOTHING: Row = Row { error: f64::NAN, truncation: f64::NAN, shooting: f64::NAN, aliasing: f64::NAN, iterations: 0 };
+const NOTHING: Row =
+    Row { error: f64::NAN, truncation: f64::NAN, shooting: f64::NAN, aliasing: f64::NAN, iterations: 0 };
 
 fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> Row {
     let balance = Balance::new(Harmonics::up_to(highest)).integrals(integrals);
@@ -54,7 +57,9 @@ fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> R
     let error = truth.distance(&orbit);
     let iterations = orbit.iterations();
     match balance.prove(pair, &orbit) {
-        Ok(Proof { truncation, shooting, aliasing, .. }) => Row { error, truncation, shooting, aliasing, iterations },
+        Ok(Proof { truncation, shooting, aliasing, .. }) => {
+            Row { error, truncation, shooting, aliasing, iterations }
+        }
         // The finer balance found nothing near: the polish alone is left.
         Err(_) => {
             let shooting = orbit.polish(pair).map_or(f64::INFINITY, |cycle| cycle.first_correction());
@@ -73,11 +78,15 @@ fn needed(pair: &NfgPair) -> Outcome<f64> {
 
 /// One residual and one Jacobian by every way of integrating, at the projected orbit.
 fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
-    let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())?;
+    let pair = NfgPair::with_reading(
+        &NfgParams { speed, ..NfgParams::table1() },
+        NfgReading::published_on_base_radius(),
+    )?;
     let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.static_start()?)?;
     let guess = Orbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
     let look = |integrals| -> Outcome<(DVector<f64>, DMatrix<f64>)> {
-        let mut equations = Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(&pair, &guess)?;
+        let mut equations =
+            Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(&pair, &guess)?;
         let x = equations.unknowns(&guess);
         let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
         equations.residual(&x, &mut r);
@@ -89,9 +98,19 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
     println!(
         "\n{speed} rad/s, H = {highest}, {switches} switches a turn: largest difference to closed integrals, equations scaled as solved"
     );
-    for integrals in [Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }, Integrals::Sampled { samples: 65_536 }] {
+    for integrals in [
+        Integrals::Kinks,
+        Integrals::Panels,
+        Integrals::Sampled { samples: 4096 },
+        Integrals::Sampled { samples: 65_536 },
+    ] {
         let (other, slopes) = look(integrals)?;
-        println!("  {:28} residual {:.0e}, Jacobian {:.0e}", format!("{integrals:?}"), (other - &r).amax(), (slopes - &jacobian).amax());
+        println!(
+            "  {:28} residual {:.0e}, Jacobian {:.0e}",
+            format!("{integrals:?}"),
+            (other - &r).amax(),
+            (slopes - &jacobian).amax()
+        );
     }
     Ok(())
 }
@@ -99,14 +118,21 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
 fn main() -> Outcome<()> {
     let folder = gallery("balance_convergence")?;
     let bar = progress("orders", SPEEDS.len() * ORDERS.len() * WAYS.len());
-    let mut csv = Csv::new(folder.join("convergence.csv"), "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations")?;
+    let mut csv = Csv::new(
+        folder.join("convergence.csv"),
+        "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations",
+    )?;
     let mut panels = Vec::new();
     let mut failures = [0, 0];
     for speed in SPEEDS {
-        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())?;
+        let pair = NfgPair::with_reading(
+            &NfgParams { speed, ..NfgParams::table1() },
+            NfgReading::published_on_base_radius(),
+        )?;
         let needed = needed(&pair)?;
         let (truth, crossings) = truth(&pair)?;
-        let cases: Vec<(usize, usize)> = (0..WAYS.len()).flat_map(|w| (0..ORDERS.len()).map(move |h| (w, h))).collect();
+        let cases: Vec<(usize, usize)> =
+            (0..WAYS.len()).flat_map(|w| (0..ORDERS.len()).map(move |h| (w, h))).collect();
         let rows: Vec<Row> = cases
             .par_iter()
             .map(|&(w, h)| {
@@ -137,12 +163,31 @@ fn main() -> Outcome<()> {
             println!("from {} to {} orders the error falls like H^{slope:.1}", ORDERS[5], ORDERS[7]);
         });
         for (&(w, h), r) in cases.iter().zip(&rows) {
-            csv.row(&[&speed, &WAYS[w].0, &ORDERS[h], &r.error, &r.truncation, &r.shooting, &r.aliasing, &r.iterations])?;
+            csv.row(&[
+                &speed,
+                &WAYS[w].0,
+                &ORDERS[h],
+                &r.error,
+                &r.truncation,
+                &r.shooting,
+                &r.aliasing,
+                &r.iterations,
+            ])?;
         }
         let curve = |w: usize, of: fn(&Row) -> f64| -> Vec<(f64, f64)> {
-            ORDERS.iter().zip(&rows[w * ORDERS.len()..]).map(|(h, r)| (*h as f64, of(r).log10())).filter(|p| p.1.is_finite()).collect()
+            ORDERS
+                .iter()
+                .zip(&rows[w * ORDERS.len()..])
+                .map(|(h, r)| (*h as f64, of(r).log10()))
+                .filter(|p| p.1.is_finite())
+                .collect()
         };
-        let panel = Panel::new(format!("{speed} rad/s, {crossings} edges crossed"), "orders H", "share of peak-to-peak").decades();
+        let panel = Panel::new(
+            format!("{speed} rad/s, {crossings} edges crossed"),
+            "orders H",
+            "share of peak-to-peak",
+        )
+        .decades();
         let panel = panel.labels_at(SeriesLabelPosition::UpperRight);
         panels.push(
             panel
@@ -155,7 +200,10 @@ fn main() -> Outcome<()> {
     }
     bar.finish_and_clear();
     figure(folder.join("convergence.svg"), 2, &panels)?;
-    println!("\nbelow 1.2 √(max F)/ω_c, from the truth itself, Newton fails {} times of {}", failures[0], failures[1]);
+    println!(
+        "\nbelow 1.2 √(max F)/ω_c, from the truth itself, Newton fails {} times of {}",
+        failures[0], failures[1]
+    );
     ways_of_integrating(180.0, 500)?;
     println!("\n-: no orbit found from the truth itself. pictures and tables: {}", folder.display());
     Ok(())

@@ -26,7 +26,14 @@ impl Shape for SpurPair {
         u[0] = libm::cos(angle);
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        _: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let b = S::from(self.law.half_width());
         Contact {
             deflection: q[0],
@@ -51,7 +58,8 @@ fn main() -> Outcome<()> {
     let mut pictures = Vec::new();
     let pair = SpurPair { law: Backlash::new(1.0)? }.machine(&[("speed", 0.69), ("amplitude", 0.25)])?;
     for omega in [0.66, 0.69, 0.72, 0.75] {
-        let starts = Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
+        let starts =
+            Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
         let rows = Sweep::over(starts).settle(100).measure(20).strobe(16).run(
             &LaneRk4::<16>::new(256),
             |_| pair.with("speed", omega),
@@ -63,33 +71,56 @@ fn main() -> Outcome<()> {
             let share = one.rows as f64 / (SIDE * SIDE) as f64;
             let period = one.period.map_or("none".into(), |p| p.to_string());
             let state = one.states.first().cloned().unwrap_or_else(|| vec![f64::NAN; 2]);
-            println!("  {i}: period {period:4} at q = {:8.5}, v = {:8.5}, from {:5.1}% of the starts", state[0], state[1], 100.0 * share);
+            println!(
+                "  {i}: period {period:4} at q = {:8.5}, v = {:8.5}, from {:5.1}% of the starts",
+                state[0],
+                state[1],
+                100.0 * share
+            );
             csv.row(&[&omega, &i, &period, &state[0], &state[1], &share])?;
         }
-        let labels = (0..SIDE * SIDE).map(|i| attractors.label(i).map_or(f64::NAN, |label| label as f64)).collect();
+        let labels =
+            (0..SIDE * SIDE).map(|i| attractors.label(i).map_or(f64::NAN, |label| label as f64)).collect();
         let title = format!("Ω = {omega}: the motion reached, by start");
-        pictures.push(Map { title, across: ("q(0)", -4.0, 4.0), up: ("v(0)", -4.0, 4.0), columns: SIDE, values: labels });
+        pictures.push(Map {
+            title,
+            across: ("q(0)", -4.0, 4.0),
+            up: ("v(0)", -4.0, 4.0),
+            columns: SIDE,
+            values: labels,
+        });
     }
     maps(folder.join("basins.svg"), &pictures)?;
 
     // The amplitude is a constant: one table serves all starts at all amplitudes.
     const COARSE: usize = 50;
     let amplitudes = Axis::linear("amplitude", 0.08, 0.32, 13)?;
-    let axes = vec![amplitudes.clone(), Axis::linear("q", -4.0, 4.0, COARSE)?, Axis::linear("v", -4.0, 4.0, COARSE)?];
+    let axes = vec![
+        amplitudes.clone(),
+        Axis::linear("q", -4.0, 4.0, COARSE)?,
+        Axis::linear("v", -4.0, 4.0, COARSE)?,
+    ];
     let rows = Sweep::over(Points::grid(axes)?).settle(100).measure(20).rattle().run(
         &LaneRk4::<16>::new(256),
         |p| pair.with("amplitude", p["amplitude"]),
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
     )?;
-    println!("Ω = 0.69, {} runs, {} of them alone: how the teeth move in the end", rows.iter().count(), rows.alone());
+    println!(
+        "Ω = 0.69, {} runs, {} of them alone: how the teeth move in the end",
+        rows.iter().count(),
+        rows.alone()
+    );
     let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
     for amplitude in amplitudes.values() {
         let share = |state: RattleState| {
             let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.state(0) == state;
             100.0 * rows.iter().filter(ends).count() as f64 / (COARSE * COARSE) as f64
         };
-        let [none, one, both] = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral].map(share);
-        println!("  amplitude {amplitude:.2}: no rattle {none:5.1}%, unilateral {one:5.1}%, bilateral {both:5.1}%");
+        let [none, one, both] =
+            [RattleState::None, RattleState::Unilateral, RattleState::Bilateral].map(share);
+        println!(
+            "  amplitude {amplitude:.2}: no rattle {none:5.1}%, unilateral {one:5.1}%, bilateral {both:5.1}%"
+        );
         csv.row(&[amplitude, &none, &one, &both])?;
     }
     println!("pictures and tables: {}", folder.display());

@@ -5,7 +5,10 @@
 
 mod support;
 
-use gear_dynamics::{Axis, Bifurcation, DiagramPoint, Dop853, Located, Lyapunov, NfgPair, NfgParams, NfgReading, Points, Row, Rows, Sweep};
+use gear_dynamics::{
+    Axis, Bifurcation, DiagramPoint, Dop853, Located, Lyapunov, NfgPair, NfgParams, NfgReading, Points, Row,
+    Rows, Sweep,
+};
 use plotters::prelude::SeriesLabelPosition;
 use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
 
@@ -24,12 +27,18 @@ fn main() -> Outcome<()> {
     let sweep = Sweep::over(Points::along(speeds)).settle(30).measure(40).lyapunov(exponents);
     let diagram = Bifurcation::strobed(sweep, "q1").run(
         &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
-        |p| NfgPair::with_reading(&NfgParams { speed: p["omega_1"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
+        |p| {
+            NfgPair::with_reading(
+                &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
+                NfgReading::published_on_base_radius(),
+            )
+        },
         |_, pair| pair.static_start(),
     )?;
 
     let mut marked = Csv::new(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
-    let mut grown = Csv::new(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
+    let mut grown =
+        Csv::new(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
     let ways = [("up", diagram.up()), ("down", diagram.down())];
     for ((direction, marks), rows) in ways.into_iter().zip(diagram.rows()) {
         for mark in marks {
@@ -43,10 +52,16 @@ fn main() -> Outcome<()> {
                 grown.row(&[&direction, &row.point()["omega_1"], &exponent, &error])?;
             }
         }
-        let chaotic = |row: &Row<'_>| row.lyapunov().is_some_and(|exponent| exponent > 0.0).then(|| row.point()["omega_1"]);
+        let chaotic = |row: &Row<'_>| {
+            row.lyapunov().is_some_and(|exponent| exponent > 0.0).then(|| row.point()["omega_1"])
+        };
         let chaotic: Vec<f64> = rows.iter().filter_map(|row| chaotic(&row)).collect();
         if let (Some(first), Some(last)) = (chaotic.first(), chaotic.last()) {
-            println!("{direction:5} positive exponent at {} of {} speeds, from {first} to {last} rad/s", chaotic.len(), marks.len());
+            println!(
+                "{direction:5} positive exponent at {} of {} speeds, from {first} to {last} rad/s",
+                chaotic.len(),
+                marks.len()
+            );
         }
         for (index, error) in rows.errors() {
             println!("{direction:5} point {index}: {error}");
@@ -57,17 +72,27 @@ fn main() -> Outcome<()> {
     println!("neither way repeats at {:?} rad/s", diagram.undecided());
 
     let panels = [(100.0, 250.0), (145.0, 170.0)].map(|(from, to)| {
-        let within = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| (from..=to).contains(&p.0)).collect::<Vec<_>>();
-        let dots = |marks: &[DiagramPoint]| within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect());
-        let points = hysteresis.iter().filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s)).map(|m| (m.parameter, m.values[0]));
+        let within = |points: Vec<(f64, f64)>| {
+            points.into_iter().filter(|p| (from..=to).contains(&p.0)).collect::<Vec<_>>()
+        };
+        let dots = |marks: &[DiagramPoint]| {
+            within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect())
+        };
+        let points = hysteresis
+            .iter()
+            .filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s))
+            .map(|m| (m.parameter, m.values[0]));
         let points = within(points.collect());
-        let mut strobed = Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")
-            .with("up", Mark::Specks, dots(diagram.up()))
-            .with("down", Mark::Specks, dots(diagram.down()));
+        let mut strobed =
+            Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")
+                .with("up", Mark::Specks, dots(diagram.up()))
+                .with("down", Mark::Specks, dots(diagram.down()));
         if !points.is_empty() {
             strobed = strobed.with("hysteresis", Mark::Dots, points);
         }
-        let curve = |rows: &Rows| within(rows.iter().filter_map(|row| Some((row.point()["omega_1"], row.lyapunov()?))).collect());
+        let curve = |rows: &Rows| {
+            within(rows.iter().filter_map(|row| Some((row.point()["omega_1"], row.lyapunov()?))).collect())
+        };
         let [up, down] = diagram.rows().map(curve);
         let exponent = Panel::new("largest Lyapunov exponent per turn", "pinion speed [rad/s]", "[1]")
             .labels_at(SeriesLabelPosition::UpperRight)

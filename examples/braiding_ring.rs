@@ -6,8 +6,8 @@
 mod support;
 
 use gear_dynamics::{
-    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, ParameterError, Periodic, Rattle, Ring, RingSet, Spectrum,
-    State, Statistics, Step, Summary, Window, uniform_times,
+    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, ParameterError, Periodic, Rattle,
+    Ring, RingSet, Spectrum, State, Statistics, Step, Summary, Window, uniform_times,
 };
 use rand_distr::Uniform;
 use rayon::prelude::*;
@@ -53,7 +53,8 @@ fn at_speed(set: &RingSet) -> Outcome<Point> {
     let ring = ring(set)?;
     let solver = solver(&ring);
     let settled = solver.end(&ring, &State::at_rest(ring.dof()), 5.0)?;
-    let (mut rattle, mut statistics) = (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
+    let (mut rattle, mut statistics) =
+        (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
     solver.run(&ring, &settled, 5.5, &mut (&mut rattle, &mut statistics))?;
     let (dte, force) = (statistics.summary("deflection 1")?, statistics.summary("mesh force 1")?);
     Ok(Point { dte, force, contact: rattle.contact(0) })
@@ -75,7 +76,8 @@ fn force<M: Model>(model: &M) -> Outcome<Force> {
     let solver = solver(model);
     let at_seven = solver.run(model, &State::at_rest(model.dof()), 7.0, &mut early)?.state;
     solver.run(model, &at_seven, 8.0, &mut late)?;
-    let of = |channel: &str| -> Outcome<[Summary; 2]> { Ok([early.summary(channel)?, late.summary(channel)?]) };
+    let of =
+        |channel: &str| -> Outcome<[Summary; 2]> { Ok([early.summary(channel)?, late.summary(channel)?]) };
     let size = |x: Summary| x.max.abs().max(x.min.abs());
     let (w, kd) = (of(channels[0])?, of(channels[1])?);
     Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
@@ -109,10 +111,15 @@ impl Disturbance {
         let seed = 2020;
         let bare = ring(set)?;
         let hold = std::f64::consts::TAU / set.omega();
-        let (share, both) = (HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?, HeldProcess::new(hold, Uniform::new(-1.0, 1.0)?)?);
+        let (share, both) = (
+            HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?,
+            HeldProcess::new(hold, Uniform::new(-1.0, 1.0)?)?,
+        );
         let (share, both) = (share.with_seed(seed), both.with_seed(seed));
         match *self {
-            Disturbance::Constant(more) => force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?),
+            Disturbance::Constant(more) => {
+                force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?)
+            }
             Disturbance::Damping(most) => {
                 let slots = damping_slots(&bare)?;
                 force(&Held::new(bare).per_slot(&slots, most, share)?)
@@ -155,7 +162,9 @@ fn main() -> Outcome<()> {
         .par_iter()
         .map(|&half_backlash| {
             let set = RingSet { half_backlash, ..RingSet::a(3, 1000.0) };
-            let run = ring(&set).and_then(|ring| history(&ring, &["deflection 1"], 10.0, 1e-4)).map_err(|e| e.to_string());
+            let run = ring(&set)
+                .and_then(|ring| history(&ring, &["deflection 1"], 10.0, 1e-4))
+                .map_err(|e| e.to_string());
             bar.inc(1);
             run
         })
@@ -165,9 +174,18 @@ fn main() -> Outcome<()> {
     for (b, run) in widths.iter().zip(runs) {
         let (times, values) = run?;
         let (early, late) = (Summary::of(&values[0][..10_000])?, Summary::of(&values[0][90_000..])?);
-        println!("{b:12.3e} {:14.4} {:14.3} {:18.4}", 1e6 * late.mean, 1e6 * early.peak_to_peak(), 1e6 * late.peak_to_peak());
+        println!(
+            "{b:12.3e} {:14.4} {:14.3} {:18.4}",
+            1e6 * late.mean,
+            1e6 * early.peak_to_peak(),
+            1e6 * late.peak_to_peak()
+        );
         let title = format!("b = {b:.2e} m: envelope of the deflection");
-        panels.push(Panel::new(title, "t [s]", "d1 [m]").with("", Mark::Line, envelope(&times, &values[0], 1000)));
+        panels.push(Panel::new(title, "t [s]", "d1 [m]").with(
+            "",
+            Mark::Line,
+            envelope(&times, &values[0], 1000),
+        ));
     }
     figure(folder.join("fig5_7_transmission_error.svg"), 1, &panels)?;
 
@@ -177,21 +195,35 @@ fn main() -> Outcome<()> {
         let (_, values) = history(&ring(&set(1000.0))?, &["deflection 1"], 4.0, 2.5e-5)?;
         let samples = &values[0][..160_000];
         let spectrum = Spectrum::of(samples, 2.5e-5, Window::Hann)?;
-        let lines: Vec<(f64, f64)> =
-            spectrum.frequencies().iter().zip(spectrum.amplitudes()).map(|(f, a)| (*f, *a)).take_while(|p| p.0 <= 1500.0).collect();
-        let mut peaks: Vec<(f64, f64)> =
-            lines.windows(3).filter(|w| w[0].0 > 5.0 && w[1].1 > w[0].1 && w[1].1 > w[2].1).map(|w| w[1]).collect();
+        let lines: Vec<(f64, f64)> = spectrum
+            .frequencies()
+            .iter()
+            .zip(spectrum.amplitudes())
+            .map(|(f, a)| (*f, *a))
+            .take_while(|p| p.0 <= 1500.0)
+            .collect();
+        let mut peaks: Vec<(f64, f64)> = lines
+            .windows(3)
+            .filter(|w| w[0].0 > 5.0 && w[1].1 > w[0].1 && w[1].1 > w[2].1)
+            .map(|w| w[1])
+            .collect();
         peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let named: Vec<String> = peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.3} μm)", 1e6 * a)).collect();
+        let named: Vec<String> =
+            peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.3} μm)", 1e6 * a)).collect();
         println!("set {name}: {:.2} μm at 0 Hz; largest lines {}", 1e6 * lines[0].1, named.join(", "));
         let decades = lines.iter().map(|(f, a)| (*f, a.max(1e-13).log10())).collect();
-        panels.push(Panel::new(format!("set {name}"), "f [Hz]", "amplitude [m]").decades().with("", Mark::Line, decades));
+        panels.push(Panel::new(format!("set {name}"), "f [Hz]", "amplitude [m]").decades().with(
+            "",
+            Mark::Line,
+            decades,
+        ));
     }
     figure(folder.join("fig8_spectrum.svg"), 1, &panels)?;
 
     println!("\nFigs. 9, 10: transmission error over speed, window 5 to 5.5 s");
     let speeds: Vec<f64> = (1..=20).map(|i| 500.0 * f64::from(i)).collect();
-    let cases: Vec<(&str, RingSet)> = sets.iter().flat_map(|(name, set)| speeds.iter().map(|rpm| (*name, set(*rpm)))).collect();
+    let cases: Vec<(&str, RingSet)> =
+        sets.iter().flat_map(|(name, set)| speeds.iter().map(|rpm| (*name, set(*rpm)))).collect();
     let bar = progress("speed sweep", cases.len());
     let points: Vec<Result<Point, String>> = cases
         .par_iter()
@@ -203,15 +235,29 @@ fn main() -> Outcome<()> {
         .collect();
     bar.finish_and_clear();
     let points: Vec<Point> = points.into_iter().collect::<Result<_, _>>()?;
-    let mut csv = Csv::new(folder.join("speed_sweep.csv"), "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max,apart,back_flank")?;
+    let mut csv = Csv::new(
+        folder.join("speed_sweep.csv"),
+        "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max,apart,back_flank",
+    )?;
     println!(
         "{:>4} {:>8} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11}",
         "set", "r/min", "mean [μm]", "RMS [μm]", "p-p [μm]", "W min [N]", "W max [N]", "apart", "back flank"
     );
-    let flanks = |c: &ContactStatistics| (100.0 * c.loss_fraction(), 100.0 * c.time[0] / c.time.iter().sum::<f64>());
+    let flanks =
+        |c: &ContactStatistics| (100.0 * c.loss_fraction(), 100.0 * c.time[0] / c.time.iter().sum::<f64>());
     for ((name, set), p) in cases.iter().zip(&points) {
         let (apart, back) = flanks(&p.contact);
-        csv.row(&[name, &set.rpm, &p.dte.mean, &p.dte.rms, &p.dte.peak_to_peak(), &p.force.min, &p.force.max, &apart, &back])?;
+        csv.row(&[
+            name,
+            &set.rpm,
+            &p.dte.mean,
+            &p.dte.rms,
+            &p.dte.peak_to_peak(),
+            &p.force.min,
+            &p.force.max,
+            &apart,
+            &back,
+        ])?;
         if set.rpm % 1000.0 == 0.0 {
             let [mean, rms, p2p] = [p.dte.mean, p.dte.rms, p.dte.peak_to_peak()].map(|x| 1e6 * x);
             println!(
@@ -223,8 +269,13 @@ fn main() -> Outcome<()> {
     for (name, _) in sets {
         for (words, slow) in [("up to 5000 r/min", true), ("above", false)] {
             let of = |value: &dyn Fn(&Point) -> f64| {
-                let chosen = cases.iter().zip(&points).filter(|((n, set), _)| *n == name && (set.rpm <= 5000.0) == slow);
-                chosen.map(|(_, p)| value(p)).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+                let chosen = cases
+                    .iter()
+                    .zip(&points)
+                    .filter(|((n, set), _)| *n == name && (set.rpm <= 5000.0) == slow);
+                chosen
+                    .map(|(_, p)| value(p))
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
             };
             let (rms, mean) = (of(&|p| 1e6 * p.dte.rms), of(&|p| 1e6 * p.dte.mean));
             let (apart, back) = (of(&|p| flanks(&p.contact).0), of(&|p| flanks(&p.contact).1));
@@ -235,41 +286,76 @@ fn main() -> Outcome<()> {
         }
     }
     let curve = |name: &str, of: &dyn Fn(&Point) -> f64| {
-        cases.iter().zip(&points).filter(|(c, _)| c.0 == name).map(|(c, p)| (c.1.rpm, of(p))).collect::<Vec<_>>()
+        cases
+            .iter()
+            .zip(&points)
+            .filter(|(c, _)| c.0 == name)
+            .map(|(c, p)| (c.1.rpm, of(p)))
+            .collect::<Vec<_>>()
     };
     let both = |title: &str, y: &str, of: &dyn Fn(&Point) -> f64| {
-        Panel::new(title, "speed [r/min]", y).with("set A", Mark::Line, curve("A", of)).with("set E", Mark::Line, curve("E", of))
+        Panel::new(title, "speed [r/min]", y).with("set A", Mark::Line, curve("A", of)).with(
+            "set E",
+            Mark::Line,
+            curve("E", of),
+        )
     };
     let rms = both("RMS of the transmission error", "[m]", &|p| p.dte.rms);
     let mean = both("mean of the transmission error", "[m]", &|p| p.dte.mean);
-    figure(folder.join("fig9_10_speed.svg"), 1, &[rms, mean, both("peak-to-peak", "[m]", &|p| p.dte.peak_to_peak())])?;
+    figure(
+        folder.join("fig9_10_speed.svg"),
+        1,
+        &[rms, mean, both("peak-to-peak", "[m]", &|p| p.dte.peak_to_peak())],
+    )?;
 
-    println!("\nFigs. 11-13 and conclusion 4: mesh force of the first pair, 1000 r/min, random values held for one mesh period");
+    println!(
+        "\nFigs. 11-13 and conclusion 4: mesh force of the first pair, 1000 r/min, random values held for one mesh period"
+    );
     println!(
         "{:>4} {:28} {:>13} {:>13} {:>13} {:>16} {:>15}",
         "set", "disturbance", "|W|, t < 7 s", "|W|, t > 7 s", "p-p, t > 7 s", "|K d|, t < 7 s", "t > 7 s [N]"
     );
     let c_g = RingSet::e(3, 1000.0).mesh_damping;
-    let mut disturbances: Vec<Disturbance> = [0.0, 0.5, 1.0, 10.0, 100.0, c_g, 2.0 * c_g].map(Disturbance::Constant).into();
+    let mut disturbances: Vec<Disturbance> =
+        [0.0, 0.5, 1.0, 10.0, 100.0, c_g, 2.0 * c_g].map(Disturbance::Constant).into();
     disturbances.extend([1.0, c_g, 2.0 * c_g].map(Disturbance::Damping));
-    disturbances.extend([Disturbance::Torque(0.1), Disturbance::Clearance(0.01), Disturbance::Clearance(0.1)]);
+    disturbances.extend([
+        Disturbance::Torque(0.1),
+        Disturbance::Clearance(0.01),
+        Disturbance::Clearance(0.1),
+    ]);
     let cases: Vec<(&str, RingSet, Disturbance)> =
         sets.iter().flat_map(|(name, set)| disturbances.iter().map(|d| (*name, set(1000.0), *d))).collect();
     let bar = progress("disturbances", cases.len());
     let forces: Vec<Result<Force, String>> = cases
         .par_iter()
         .map(|(name, set, disturbance)| {
-            let force = disturbance.force(set).map_err(|e| format!("set {name}, {}: {e}", disturbance.name()));
+            let force =
+                disturbance.force(set).map_err(|e| format!("set {name}, {}: {e}", disturbance.name()));
             bar.inc(1);
             force
         })
         .collect();
     bar.finish_and_clear();
-    let mut csv = Csv::new(folder.join("mesh_force.csv"), "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late")?;
+    let mut csv = Csv::new(
+        folder.join("mesh_force.csv"),
+        "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late",
+    )?;
     for ((name, _, disturbance), f) in cases.iter().zip(forces) {
         let (f, what) = (f?, disturbance.name());
-        csv.row(&[name, &what.replace(", ", " "), &f.peak[0], &f.peak[1], &f.steady, &f.spring[0], &f.spring[1]])?;
-        println!("{name:>4} {what:28} {:13.2} {:13.3} {:13.3} {:16.1} {:15.1}", f.peak[0], f.peak[1], f.steady, f.spring[0], f.spring[1]);
+        csv.row(&[
+            name,
+            &what.replace(", ", " "),
+            &f.peak[0],
+            &f.peak[1],
+            &f.steady,
+            &f.spring[0],
+            &f.spring[1],
+        ])?;
+        println!(
+            "{name:>4} {what:28} {:13.2} {:13.3} {:13.3} {:16.1} {:15.1}",
+            f.peak[0], f.peak[1], f.steady, f.spring[0], f.spring[1]
+        );
     }
 
     let bare = ring(&RingSet::e(3, 1000.0))?;
@@ -279,12 +365,20 @@ fn main() -> Outcome<()> {
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
     let channels = ["mesh force 1", "stiffness times deflection 1"];
     let drawn = |label: &str, (times, values): History| -> Panel {
-        Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, envelope(&times, &values[0], 800))
+        Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with(
+            "",
+            Mark::Line,
+            envelope(&times, &values[0], 800),
+        )
     };
     let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::e(3, 1000.0) })?;
     let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
     let panels = [
-        Panel::new("held values of C_D (first mesh)", "hold number", "value [1]").with("", Mark::Dots, values),
+        Panel::new("held values of C_D (first mesh)", "hold number", "value [1]").with(
+            "",
+            Mark::Dots,
+            values,
+        ),
         drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?),
         drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?),
         drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?),

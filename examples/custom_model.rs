@@ -39,7 +39,8 @@ impl Model for Idler {
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let force = Hertz.force(q[0], v[0], -1.0, 1.0);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
     }
 }
 fn main() -> Outcome<()> {

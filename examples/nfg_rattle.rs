@@ -5,8 +5,8 @@
 mod support;
 
 use gear_dynamics::{
-    Dop853, Integrator, NfgPair, NfgPair2, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle, Spectrum, State, Statistics,
-    Summary, Unsettled, Window, uniform_times,
+    Dop853, Integrator, NfgPair, NfgPair2, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle,
+    Spectrum, State, Statistics, Summary, Unsettled, Window, uniform_times,
 };
 use rayon::prelude::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
@@ -38,7 +38,8 @@ struct Run {
 }
 
 fn measure(pair: &NfgPair) -> Outcome<Run> {
-    let settled = Settle::new().tolerance(1e-8).most_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
+    let settled =
+        Settle::new().tolerance(1e-8).most_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
     let (on_orbit, multiple) = match settled {
         Ok(steady) => (steady.state, steady.period_multiple),
         Err(Unsettled::Aperiodic { state, .. }) => (state, 0),
@@ -83,7 +84,9 @@ fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
 
 /// The model of two degrees of freedom tends to that of one as the pinion grows heavy.
 fn two_degrees_of_freedom() -> Outcome<()> {
-    println!("\nTwo degrees of freedom beside one, third turn from the same start: max|Δx| over the peak-to-peak of x");
+    println!(
+        "\nTwo degrees of freedom beside one, third turn from the same start: max|Δx| over the peak-to-peak of x"
+    );
     for speed in [120.0, 140.0] {
         for inertia in [10.0, 1000.0] {
             let params = NfgParams { speed, ..NfgParams::table1() };
@@ -105,10 +108,21 @@ fn two_degrees_of_freedom() -> Outcome<()> {
 fn main() -> Outcome<()> {
     let folder = gallery("nfg_rattle")?;
 
-    println!("Figs. 8-10: the pair of Table 1 at three speeds (the paper sees none, unilateral, bilateral)\n");
+    println!(
+        "Figs. 8-10: the pair of Table 1 at three speeds (the paper sees none, unilateral, bilateral)\n"
+    );
     println!(
         "{:10} {:>6}  {:10} {:>10} {:>10} {:>12} {:>10} {:>6} {:>12} {:>7}",
-        "reading", "rad/s", "state", "ppv q", "ppv f(q)", "ppv r_b2 q", "mean q", "apart", "impacts/turn", "period"
+        "reading",
+        "rad/s",
+        "state",
+        "ppv q",
+        "ppv f(q)",
+        "ppv r_b2 q",
+        "mean q",
+        "apart",
+        "impacts/turn",
+        "period"
     );
     for (name, reading) in READINGS {
         let mut panels = Vec::new();
@@ -139,14 +153,17 @@ fn main() -> Outcome<()> {
     println!("\nFig. 11: speed sweep from the static start");
     let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
     let bar = progress("speed sweep", 2 * speeds.len());
-    let mut csv =
-        Csv::new(folder.join("speed_sweep.csv"), "reading,omega_1,state,ppv,elastic_ppv,mean,min,max,deflection_p2p,period_multiple")?;
+    let mut csv = Csv::new(
+        folder.join("speed_sweep.csv"),
+        "reading,omega_1,state,ppv,elastic_ppv,mean,min,max,deflection_p2p,period_multiple",
+    )?;
     let mut states = Panel::new("rattle state (0 none, 1 unilateral, 2 bilateral)", "ω1 [rad/s]", "state");
     let mut ppv = Panel::new("peak-to-peak of q", "ω1 [rad/s]", "ppv [rad]");
     let mut elastic = Panel::new("peak-to-peak of f(q)", "ω1 [rad/s]", "[rad]");
     let mut deflection = Panel::new("peak-to-peak of the deflection r_b2 q", "ω1 [rad/s]", "[m]");
     let run_at = |reading: fn() -> NfgReading, speed: f64| -> Result<Run, String> {
-        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading()).map_err(|e| e.to_string())?;
+        let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading())
+            .map_err(|e| e.to_string())?;
         measure(&pair).map_err(|e| format!("{speed} rad/s: {e}"))
     };
     for (name, reading) in READINGS {
@@ -162,9 +179,21 @@ fn main() -> Outcome<()> {
         for (speed, run) in speeds.iter().zip(&runs) {
             let [p2p, f_p2p, deflection] = [run.q, run.elastic, run.deflection].map(|s| s.peak_to_peak());
             let state = run.state as u8;
-            csv.row(&[&name, speed, &state, &p2p, &f_p2p, &run.q.mean, &run.q.min, &run.q.max, &deflection, &run.multiple])?;
+            csv.row(&[
+                &name,
+                speed,
+                &state,
+                &p2p,
+                &f_p2p,
+                &run.q.mean,
+                &run.q.min,
+                &run.q.max,
+                &deflection,
+                &run.multiple,
+            ])?;
         }
-        let curve = |of: &dyn Fn(&Run) -> f64| speeds.iter().zip(&runs).map(|(s, r)| (*s, of(r))).collect::<Vec<_>>();
+        let curve =
+            |of: &dyn Fn(&Run) -> f64| speeds.iter().zip(&runs).map(|(s, r)| (*s, of(r))).collect::<Vec<_>>();
         states = states.with(name, Mark::Dots, curve(&|r| f64::from(r.state as u8)));
         ppv = ppv.with(name, Mark::Line, curve(&|r| r.q.peak_to_peak()));
         elastic = elastic.with(name, Mark::Line, curve(&|r| r.elastic.peak_to_peak()));
@@ -187,7 +216,11 @@ fn main() -> Outcome<()> {
                 0 => "none".into(),
                 p => p.to_string(),
             };
-            format!("period one again from {} rad/s (period at {}: {there})", speeds[last] + 1.0, speeds[last])
+            format!(
+                "period one again from {} rad/s (period at {}: {there})",
+                speeds[last] + 1.0,
+                speeds[last]
+            )
         });
         let list = |wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
             speeds.iter().zip(&runs).filter(|(_, r)| wanted(r.multiple)).map(|(s, _)| *s).collect()
@@ -195,7 +228,10 @@ fn main() -> Outcome<()> {
         let (aperiodic, longer) = (list(&|p| p == 0), list(&|p| p > 1));
         bar.suspend(|| {
             println!("{name:10} contact first lost {lost}, bilateral from {bilateral}; {again}");
-            println!("{:10} no period up to 8 turns at {aperiodic:?} rad/s; of 2 to 8 turns at {longer:?}", "");
+            println!(
+                "{:10} no period up to 8 turns at {aperiodic:?} rad/s; of 2 to 8 turns at {longer:?}",
+                ""
+            );
         });
     }
     bar.finish_and_clear();
@@ -205,11 +241,16 @@ fn main() -> Outcome<()> {
     let mut panels = Vec::new();
     for (name, reading) in READINGS {
         for eccentric_ratio in [0.0, 0.2] {
-            let pair = NfgPair::with_reading(&NfgParams { eccentric_ratio, ..NfgParams::table1() }, reading())?;
+            let pair =
+                NfgPair::with_reading(&NfgParams { eccentric_ratio, ..NfgParams::table1() }, reading())?;
             let run = measure(&pair)?;
             let [q, f] = [run.q, run.elastic].map(|s| s.peak_to_peak());
-            println!("{name:10} eps = {eccentric_ratio}: {:10} ppv of q {q:.4e}, of f(q) {f:.4e} rad", run.state.to_string());
-            let [history, ..] = portrait(&pair, &run, &format!("{name}, 160 rad/s, eccentric ratio {eccentric_ratio}"))?;
+            println!(
+                "{name:10} eps = {eccentric_ratio}: {:10} ppv of q {q:.4e}, of f(q) {f:.4e} rad",
+                run.state.to_string()
+            );
+            let [history, ..] =
+                portrait(&pair, &run, &format!("{name}, 160 rad/s, eccentric ratio {eccentric_ratio}"))?;
             panels.push(history);
         }
     }

@@ -23,9 +23,14 @@ fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
     let set = RingSet { motor_torque: 6.0, ..RingSet::a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
-    let slots = (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+    let slots =
+        (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
     let family = |member: u64| -> Result<(Held<Ring>, State), String> {
-        let noisy = Held::new(ring.clone()).per_slot(&slots, SCALE, process(&set, member).map_err(|e| e.to_string())?);
+        let noisy = Held::new(ring.clone()).per_slot(
+            &slots,
+            SCALE,
+            process(&set, member).map_err(|e| e.to_string())?,
+        );
         Ok((noisy.map_err(|e| e.to_string())?, State::at_rest(ring.dof())))
     };
     let (force, error) = ("mesh force 1", "transmission error 1");
@@ -53,22 +58,40 @@ fn main() -> Outcome<()> {
     let mut csv = Csv::new(folder.join("bands.csv"), "t,mean,q05,q50,q95,min,max")?;
     for (i, t) in bands.times().iter().enumerate() {
         let at = bands.at(force, i)?;
-        csv.row(&[t, &at.mean(), &at.quantile(0.05)?, &at.quantile(0.5)?, &at.quantile(0.95)?, &at.min(), &at.max()])?;
+        csv.row(&[
+            t,
+            &at.mean(),
+            &at.quantile(0.05)?,
+            &at.quantile(0.5)?,
+            &at.quantile(0.95)?,
+            &at.min(),
+            &at.max(),
+        ])?;
     }
     let banded = |title: &str, channel: &str, unit: &str| -> Outcome<Panel> {
         let (mut outline, mut back) = (curve(bands.band(channel, 0.05)?), curve(bands.band(channel, 0.95)?));
         back.reverse();
         outline.append(&mut back);
         let mean = curve(bands.mean(channel)?);
-        Ok(Panel::new(title, "t [ms]", unit).headroom(0.15).with("mean", Mark::Line, mean).with("5% .. 95%", Mark::Area, outline))
+        Ok(Panel::new(title, "t [ms]", unit).headroom(0.15).with("mean", Mark::Line, mean).with(
+            "5% .. 95%",
+            Mark::Area,
+            outline,
+        ))
     };
     let held = process(&set, 0)?;
     let values = (0..3).map(|mesh| {
         let samples = 2000;
         let at = |i: usize| END * i as f64 / samples as f64;
-        (mesh, (0..samples).map(|i| (1e3 * at(i), SCALE * held.value(at(i), Side::After, mesh))).collect::<Vec<_>>())
+        (
+            mesh,
+            (0..samples)
+                .map(|i| (1e3 * at(i), SCALE * held.value(at(i), Side::After, mesh)))
+                .collect::<Vec<_>>(),
+        )
     });
-    let mut values_panel = Panel::new("the random damping of member 0, mesh by mesh", "t [ms]", "[N s/m]").headroom(0.35);
+    let mut values_panel =
+        Panel::new("the random damping of member 0, mesh by mesh", "t [ms]", "[N s/m]").headroom(0.35);
     for (mesh, points) in values {
         values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
     }

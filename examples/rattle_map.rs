@@ -5,7 +5,8 @@
 mod support;
 
 use gear_dynamics::{
-    Axis, Integrator, LaneRk4, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4, Row, State, Statistics, Sweep, Watch,
+    Axis, Integrator, LaneRk4, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4, Row, State,
+    Statistics, Sweep, Watch,
 };
 use std::time::Instant;
 use support::{Csv, Map, Outcome, gallery, maps, progress};
@@ -38,20 +39,34 @@ fn scalar_run(pair: &NfgPair) -> Outcome<f64> {
 
 fn main() -> Outcome<()> {
     let folder = gallery("rattle_map")?;
-    let points = Points::grid(vec![Axis::linear("omega_1", 100.0, 250.0, SIDE)?, Axis::linear("load", 2.0, 50.0, SIDE)?])?;
+    let points = Points::grid(vec![
+        Axis::linear("omega_1", 100.0, 250.0, SIDE)?,
+        Axis::linear("load", 2.0, 50.0, SIDE)?,
+    ])?;
     // Fixed steps across tooth edges leave a jitter of some per mille on weakly stable motions: their figures are firm all the same.
-    let sweep = Sweep::over(points).periodic_within(5e-3).settle(SETTLE).measure(MEASURE).channels(&["q1", "deflection"]).rattle();
+    let sweep = Sweep::over(points)
+        .periodic_within(5e-3)
+        .settle(SETTLE)
+        .measure(MEASURE)
+        .channels(&["q1", "deflection"])
+        .rattle();
 
     let bar = progress("speed x load", SIDE * SIDE);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Watch::new().progress(&advance))?;
+    let rows =
+        sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Watch::new().progress(&advance))?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 
     let mut csv = Csv::new(folder.join("map.csv"), "omega_1,load,state,ppv")?;
     for row in rows.iter() {
-        csv.row(&[&row.point()["omega_1"], &row.point()["load"], &(row.state(0) as u8), &row.channel("q1")?.peak_to_peak()])?;
+        csv.row(&[
+            &row.point()["omega_1"],
+            &row.point()["load"],
+            &(row.state(0) as u8),
+            &row.channel("q1")?.peak_to_peak(),
+        ])?;
     }
     let evaluations = (SIDE * SIDE * 4 * STEPS * (SETTLE + MEASURE)) as f64;
     let mut alone = f64::INFINITY;
@@ -66,14 +81,19 @@ fn main() -> Outcome<()> {
         rayon::current_num_threads(),
         rows.errors().len()
     );
-    let share = |of: &dyn Fn(&Row<'_>) -> bool| 100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64;
+    let share = |of: &dyn Fn(&Row<'_>) -> bool| {
+        100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64
+    };
     for state in 0..4 {
         let name = rows.iter().find(|row| row.state(0) as u8 == state).map(|row| row.state(0).to_string());
         if let Some(name) = name {
             println!("{name:10} {:5.1}% of the points", share(&|row| row.state(0) as u8 == state));
         }
     }
-    println!("sensitive  {:5.1}% of the points: chaos, or only just touching", share(&|row| row.is_sensitive()));
+    println!(
+        "sensitive  {:5.1}% of the points: chaos, or only just touching",
+        share(&|row| row.is_sensitive())
+    );
 
     let across = ("pinion speed [rad/s]", 100.0, 250.0);
     let up = ("load [N m]", 2.0, 50.0);
@@ -81,13 +101,19 @@ fn main() -> Outcome<()> {
     maps(
         folder.join("map.svg"),
         &[
-            map("rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating", rows.column(|row| f64::from(row.state(0) as u8))),
+            map(
+                "rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating",
+                rows.column(|row| f64::from(row.state(0) as u8)),
+            ),
             map(
                 "log10 of the peak-to-peak of the deflection [m]",
                 rows.column(|row| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak().log10())),
             ),
             map("contact lost, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
-            map("sensitive: 1 where the answer hangs on small changes", rows.column(|row| f64::from(u8::from(row.is_sensitive())))),
+            map(
+                "sensitive: 1 where the answer hangs on small changes",
+                rows.column(|row| f64::from(u8::from(row.is_sensitive()))),
+            ),
         ],
     )
 }

@@ -42,7 +42,10 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         channels.extend((1..=n).map(|i| Channel::new(format!("v{i}"), "")));
         for i in 1..=contacts {
             for (name, unit) in [("deflection", ""), ("mesh force", ""), ("contact", "1")] {
-                channels.push(Channel::new(if contacts == 1 { name.to_owned() } else { format!("{name} {i}") }, unit));
+                channels.push(Channel::new(
+                    if contacts == 1 { name.to_owned() } else { format!("{name} {i}") },
+                    unit,
+                ));
             }
         }
         channels.extend(model.channels());
@@ -146,6 +149,7 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
 
     /// Whether the contacts last read stand on the pieces of the step.
     fn on_pieces(&self, step: &Step<'_>) -> bool {
-        step.pieces().is_none_or(|pieces| pieces.iter().zip(&self.contacts).all(|(piece, c)| *piece == c.piece()))
+        step.pieces()
+            .is_none_or(|pieces| pieces.iter().zip(&self.contacts).all(|(piece, c)| *piece == c.piece()))
     }
 }

@@ -87,11 +87,14 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<F
     for i in 1..=16 {
         let t = typical.t + (f64::from(i) * GOLDEN).fract() * period;
         let (one, two) = (seen(t), seen(t + period));
-        for (k, (what, terms)) in [("acceleration", &point.terms), ("gap", &gap_terms)].into_iter().enumerate() {
+        for (k, (what, terms)) in
+            [("acceleration", &point.terms), ("gap", &gap_terms)].into_iter().enumerate()
+        {
             let size = one[k].iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
             for (index, (&first, &second)) in one[k].iter().zip(&two[k]).enumerate() {
                 let allowed = 1e-6 * (size + first.abs().max(second.abs())) + ROUNDING * terms[index];
-                let off = if (first - second).is_nan() { f64::INFINITY } else { (first - second).abs() / allowed };
+                let off =
+                    if (first - second).is_nan() { f64::INFINITY } else { (first - second).abs() / allowed };
                 if first != second && off > 1.0 && off > worst[k].0 {
                     worst[k] = (off, Some(Finding::Period { what, index, t, first, second }));
                 }

@@ -47,7 +47,10 @@ impl TimeDrives {
 impl fmt::Debug for TimeDrives {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let slots: Vec<usize> = self.functions.iter().map(|(slot, _)| *slot).collect();
-        f.debug_struct("TimeDrives").field("slots", &slots).field("edges", &self.edges).finish_non_exhaustive()
+        f.debug_struct("TimeDrives")
+            .field("slots", &slots)
+            .field("edges", &self.edges)
+            .finish_non_exhaustive()
     }
 }
 
@@ -62,7 +65,12 @@ impl<M: Model> Driven<M> {
     ///
     /// # Errors
     /// A slot that the model does not have; an edge beyond ±1e50.
-    pub fn add(self, slot: usize, f: impl Fn(f64) -> f64 + Send + Sync + 'static, edges: &[f64]) -> Result<Self, ParameterError> {
+    pub fn add(
+        self,
+        slot: usize,
+        f: impl Fn(f64) -> f64 + Send + Sync + 'static,
+        edges: &[f64],
+    ) -> Result<Self, ParameterError> {
         self.map_rule(|model, mut rule| {
             if slot >= model.drives() {
                 return Err(ParameterError::NoSuchSlot { slot, drives: model.drives() });

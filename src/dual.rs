@@ -78,7 +78,10 @@ impl<const N: usize> Mul for Dual<N> {
     #[inline(always)]
     #[allow(clippy::suspicious_arithmetic_impl, reason = "the product and quotient rules")]
     fn mul(self, o: Self) -> Self {
-        Dual { value: self.value * o.value, slope: std::array::from_fn(|i| self.slope[i] * o.value + self.value * o.slope[i]) }
+        Dual {
+            value: self.value * o.value,
+            slope: std::array::from_fn(|i| self.slope[i] * o.value + self.value * o.slope[i]),
+        }
     }
 }
 

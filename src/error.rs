@@ -167,7 +167,9 @@ pub enum ParameterError {
         name: String,
     },
     /// A contact that the algebra of a shape asks for and its size does not count.
-    #[error("the algebra asks the law for contact {contact}, but the size of the shape says {contacts} contacts")]
+    #[error(
+        "the algebra asks the law for contact {contact}, but the size of the shape says {contacts} contacts"
+    )]
     NoSuchContact {
         /// The contact asked for; the first one is 0.
         contact: usize,
@@ -181,7 +183,9 @@ pub enum ParameterError {
         flank: &'static str,
     },
     /// A contact whose law has edges where the contact itself has none.
-    #[error("the algebra gives edges to the law of contact {contact}, but contact({contact}) has none: solvers would never see it touch")]
+    #[error(
+        "the algebra gives edges to the law of contact {contact}, but contact({contact}) has none: solvers would never see it touch"
+    )]
     NoEdges {
         /// Which contact; the first one is 0.
         contact: usize,
@@ -217,17 +221,29 @@ pub(crate) mod check {
 
     /// Any physical quantity: at most 1e50 in size, so that products of a few of them do not overflow.
     pub(crate) fn quantity(name: impl Into<String>, value: f64) -> Checked {
-        if value.abs() <= LARGEST { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[-1e50, 1e50]" }) }
+        if value.abs() <= LARGEST {
+            Ok(value)
+        } else {
+            wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[-1e50, 1e50]" })
+        }
     }
 
     /// A [`quantity`] above zero.
     pub(crate) fn positive(name: impl Into<String>, value: f64) -> Checked {
-        if value > 0.0 { quantity(name, value) } else { wrong(name, value, |name| E::NotPositive { name, value }) }
+        if value > 0.0 {
+            quantity(name, value)
+        } else {
+            wrong(name, value, |name| E::NotPositive { name, value })
+        }
     }
 
     /// A [`quantity`] of zero or more.
     pub(crate) fn not_negative(name: impl Into<String>, value: f64) -> Checked {
-        if value >= 0.0 { quantity(name, value) } else { wrong(name, value, |name| E::Negative { name, value }) }
+        if value >= 0.0 {
+            quantity(name, value)
+        } else {
+            wrong(name, value, |name| E::Negative { name, value })
+        }
     }
 
     /// A quantity that is divided by, such as an inertia, a period or a frequency: positive, and its inverse is a [`quantity`] too.
@@ -242,12 +258,20 @@ pub(crate) mod check {
     /// A tolerance of a flow: no finer than the rounding of numbers, and below 1.
     pub(crate) fn tolerance(name: impl Into<String>, value: f64) -> Checked {
         let allowed = "[1e-16, 1)";
-        if (1e-16..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed }) }
+        if (1e-16..1.0).contains(&value) {
+            Ok(value)
+        } else {
+            wrong(name, value, |name| E::OutOfRange { name, value, allowed })
+        }
     }
 
     /// 0 <= value < 1, for ratios such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
-        if (0.0..1.0).contains(&value) { Ok(value) } else { wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1)" }) }
+        if (0.0..1.0).contains(&value) {
+            Ok(value)
+        } else {
+            wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[0, 1)" })
+        }
     }
 
     /// What is wrong with a value that is not allowed.
@@ -265,7 +289,12 @@ pub(crate) mod check {
     }
 
     /// The error of the first value that is not right.
-    fn first_wrong(name: &str, values: &[f64], right: impl Fn(f64) -> bool, check: impl Fn(String, f64) -> Checked) -> Result<(), E> {
+    fn first_wrong(
+        name: &str,
+        values: &[f64],
+        right: impl Fn(f64) -> bool,
+        check: impl Fn(String, f64) -> Checked,
+    ) -> Result<(), E> {
         let wrong = values.iter().position(|value| !right(*value));
         wrong.map_or(Ok(()), |i| check(format!("{name}[{i}]"), values[i]).map(drop))
     }
@@ -277,7 +306,11 @@ pub(crate) mod check {
     }
 
     /// A figure of `values`, if it has not overflowed.
-    pub(crate) fn representable<'v>(name: impl Into<String>, figure: f64, values: impl IntoIterator<Item = &'v f64>) -> Checked {
+    pub(crate) fn representable<'v>(
+        name: impl Into<String>,
+        figure: f64,
+        values: impl IntoIterator<Item = &'v f64>,
+    ) -> Checked {
         if figure.is_finite() {
             return Ok(figure);
         }

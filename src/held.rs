@@ -30,9 +30,11 @@ impl CounterRng {
 
     /// The stream that belongs to these four numbers.
     pub fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
-        let start = [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
-            mix(state.wrapping_add(Self::GOLDEN) ^ mix(word.wrapping_add(Self::GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
-        });
+        let start =
+            [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
+                mix(state.wrapping_add(Self::GOLDEN)
+                    ^ mix(word.wrapping_add(Self::GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
+            });
         CounterRng(start)
     }
 
@@ -106,7 +108,12 @@ impl HeldProcess {
         D: Distribution<f64> + Send + Sync + 'static,
     {
         let draw = move |rng: &mut CounterRng| distribution.sample(rng);
-        Ok(HeldProcess { hold: check::scale("hold time", hold)?, seed: 0, member: 0, source: Source::Drawn(Arc::new(draw)) })
+        Ok(HeldProcess {
+            hold: check::scale("hold time", hold)?,
+            seed: 0,
+            member: 0,
+            source: Source::Drawn(Arc::new(draw)),
+        })
     }
 
     /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
@@ -177,7 +184,10 @@ const LAST: f64 = 4_503_599_627_370_496.0;
 
 impl fmt::Debug for HeldProcess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("HeldProcess").field("hold", &self.hold).field("seed", &self.seed).finish_non_exhaustive()
+        f.debug_struct("HeldProcess")
+            .field("hold", &self.hold)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
     }
 }
 
@@ -270,7 +280,13 @@ impl<M: Model> Held<M> {
         Wrapped::by_rule(model, HeldDrives::default())
     }
 
-    fn fill(self, slots: &[usize], gains: &[f64], process: HeldProcess, streams: &[u64]) -> Result<Self, ParameterError> {
+    fn fill(
+        self,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+        streams: &[u64],
+    ) -> Result<Self, ParameterError> {
         self.map_rule(|model, rule| rule.fill(model.drives(), slots, gains, process, streams))
     }
 
@@ -295,7 +311,12 @@ impl<M: Model> Held<M> {
     ///
     /// # Errors
     /// Gains not as many as slots; a slot that the model does not have; a gain beyond ±1e50.
-    pub fn per_slot_with_gains(self, slots: &[usize], gains: &[f64], process: HeldProcess) -> Result<Self, ParameterError> {
+    pub fn per_slot_with_gains(
+        self,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+    ) -> Result<Self, ParameterError> {
         check::length("gains", gains.len(), slots.len())?;
         let streams: Vec<u64> = (0..slots.len() as u64).collect();
         self.fill(slots, gains, process, &streams)
@@ -305,7 +326,12 @@ impl<M: Model> Held<M> {
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.
-    pub fn clearance(self, slots: &[[usize; 2]], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+    pub fn clearance(
+        self,
+        slots: &[[usize; 2]],
+        gain: f64,
+        process: HeldProcess,
+    ) -> Result<Self, ParameterError> {
         let flat: Vec<usize> = slots.iter().flatten().copied().collect();
         let gains: Vec<f64> = slots.iter().flat_map(|_| [-gain, gain]).collect();
         let streams: Vec<u64> = (0..slots.len() as u64).flat_map(|s| [s, s]).collect();

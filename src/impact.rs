@@ -71,7 +71,13 @@ impl Restitution {
     /// # Panics
     /// If b, m and v differ in length, or no velocity is moved by the impulse: bᵀm = 0.
     pub fn impulse(&self, s: f64, b: &[f64], m: &[f64], v: &mut [f64]) {
-        assert!(b.len() == m.len() && m.len() == v.len(), "lists of {}, {} and {} numbers", b.len(), m.len(), v.len());
+        assert!(
+            b.len() == m.len() && m.len() == v.len(),
+            "lists of {}, {} and {} numbers",
+            b.len(),
+            m.len(),
+            v.len()
+        );
         let along: f64 = b.iter().zip(m).map(|(b, m)| b * m).sum();
         assert!(along > 0.0, "bᵀm is {along}: it must be positive");
         let share = (1.0 + self.coefficient) * s / along;
@@ -87,7 +93,8 @@ pub(crate) fn rigid_edges<M: Model + ?Sized>(model: &M) -> Vec<[bool; 2]> {
     }
     let (mut u, q, mut v) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
-    let mut rigid = |contact: usize| [Piece::Lower, Piece::Upper].map(|on| model.impact(contact, on, &u, &q, &mut v));
+    let mut rigid =
+        |contact: usize| [Piece::Lower, Piece::Upper].map(|on| model.impact(contact, on, &u, &q, &mut v));
     let all: Vec<[bool; 2]> = (0..contacts).map(&mut rigid).collect();
     if all.iter().any(|rigid| *rigid != [false; 2]) { all } else { Vec::new() }
 }

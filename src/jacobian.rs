@@ -6,7 +6,14 @@ use crate::piece::Piece;
 use crate::shape::{AsIs, Drives, Law, OnPieces, Shape};
 
 /// The Jacobian of a shape by dual numbers, exact to rounding.
-pub(crate) fn dual_jacobian<G: Shape>(shape: &G, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+pub(crate) fn dual_jacobian<G: Shape>(
+    shape: &G,
+    pieces: Option<&[Piece]>,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
     match pieces {
         None => slopes(shape, &AsIs, u, q, v, out),
         Some(pieces) => slopes(shape, &OnPieces(pieces), u, q, v, out),
@@ -20,7 +27,14 @@ const LARGER: usize = 512;
 /// Columns that one evaluation gives.
 const COLUMNS: usize = 4;
 
-fn slopes<G: Shape, L: Law<Dual<COLUMNS>>>(shape: &G, law: &L, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+fn slopes<G: Shape, L: Law<Dual<COLUMNS>>>(
+    shape: &G,
+    law: &L,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
     let needed = u.len() + 3 * shape.size().dof;
     let zero = Dual::from(0.0);
     if needed <= SMALL {

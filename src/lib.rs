@@ -65,10 +65,12 @@ mod sweep;
 mod wrapped;
 
 pub use analysis::{
-    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady, Summary, Unsettled, Waterfall,
-    WaterfallError, WaterfallLine, Window, strobe,
+    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady,
+    Summary, Unsettled, Waterfall, WaterfallError, WaterfallLine, Window, strobe,
 };
-pub use balance::{Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof};
+pub use balance::{
+    Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof,
+};
 pub use budget::{Budget, Exhausted};
 pub use channel::Probe;
 pub use check::{Finding, check_model, check_periodic};
@@ -76,8 +78,8 @@ pub use driven::{Driven, TimeDrives};
 pub use dual::Dual;
 pub use error::ParameterError;
 pub use excitation::{
-    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Sum, Table, Wave, earliest,
-    same,
+    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave,
+    Scaled, Sum, Table, Wave, earliest, same,
 };
 pub use held::{CounterRng, Held, HeldDrives, HeldProcess};
 pub use impact::Restitution;
@@ -86,19 +88,21 @@ pub use machine::Machine;
 pub use mesh::{ContactDamping, Mesh};
 pub use model::{Channel, Contact, Jacobian, Model, Periodic, State};
 pub use models::{
-    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2, NfgParams, NfgReading, NfgShape,
-    NfgShape2, Radius, RelativeView, Ring, RingParams, RingSet, RingShape, Shaft,
+    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2,
+    NfgParams, NfgReading, NfgShape, NfgShape2, Radius, RelativeView, Ring, RingParams, RingSet, RingShape,
+    Shaft,
 };
 pub use nonlinearity::{
-    AnyLaw, AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, NoPullBacklash, Nonlinearity, PowerLaw, SmoothedBacklash,
-    VaryingBacklash,
+    AnyLaw, AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, NoPullBacklash, Nonlinearity,
+    PowerLaw, SmoothedBacklash, VaryingBacklash,
 };
 pub use ode::{
-    Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8, Rk4, Rk45, Stats, Step,
-    StepView, Trajectory, uniform_times,
+    Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8,
+    Rk4, Rk45, Stats, Step, StepView, Trajectory, uniform_times,
 };
 pub use orbit::{
-    Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability, Transition, Variation,
+    Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability,
+    Transition, Variation,
 };
 pub use phase::{PhaseLaw, Varying};
 pub use piece::{Piece, Side};
@@ -106,8 +110,9 @@ pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root
 pub use scalar::{Scalar, one_by_one};
 pub use shape::{AsIs, Drives, Law, OnPieces, Shape, Size};
 pub use sweep::{
-    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble, EnsembleError, LaneRk4, Located,
-    Point, PointError, Points, Row, Rows, RowsError, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
+    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble,
+    EnsembleError, LaneRk4, Located, Point, PointError, Points, Row, Rows, RowsError, SobolDesign,
+    SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
 };
 pub use wrapped::{DriveRule, Wrapped};
 

@@ -52,7 +52,11 @@ impl<G> fmt::Debug for Machine<G> {
 
 impl<G> Clone for Machine<G> {
     fn clone(&self) -> Self {
-        Machine { fixed: self.fixed.clone(), constants: self.constants.clone(), prepared: self.prepared.clone() }
+        Machine {
+            fixed: self.fixed.clone(),
+            constants: self.constants.clone(),
+            prepared: self.prepared.clone(),
+        }
     }
 }
 
@@ -69,7 +73,9 @@ const BESIDE: f64 = 1e-12;
 impl<G: Shape> Machine<G> {
     pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let names = shape.constants();
-        if let Some(twice) = (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name)) {
+        if let Some(twice) =
+            (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name))
+        {
             return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
         }
         let mut constants = vec![f64::NAN; names.len()];
@@ -131,7 +137,11 @@ impl<G: Shape> Machine<G> {
 
     fn repeats(&self) -> Result<u32, ParameterError> {
         match self.shape().repeats() {
-            0 => Err(ParameterError::TooFew { name: "repeats of the waves in a turn".into(), value: 0, least: 1 }),
+            0 => Err(ParameterError::TooFew {
+                name: "repeats of the waves in a turn".into(),
+                value: 0,
+                least: 1,
+            }),
             repeats => Ok(repeats),
         }
     }
@@ -186,7 +196,9 @@ impl<G: Shape> Machine<G> {
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
         match reached[..] {
             // Another speed would not move the angle of the waves.
-            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => Ok(self.slot_of(i)),
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => {
+                Ok(self.slot_of(i))
+            }
             _ => Err(ParameterError::NotADrive { name: name.into() }),
         }
     }
@@ -292,7 +304,14 @@ impl<G: Shape> Model for Machine<G> {
         self.shape().accel(&OnPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
         true
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
         true
     }

@@ -80,7 +80,8 @@ impl<N: Nonlinearity> Mesh<N> {
     /// As [`Wave::per_turn`].
     pub fn per_turn(self, teeth: u32) -> Result<Self, ParameterError> {
         let (stiffness, error) = (self.stiffness.per_turn(teeth)?, self.error.per_turn(teeth)?);
-        let teeth = check::count("teeth of a mesh", &[self.teeth as usize, teeth as usize], check::TEETH)? as u32;
+        let teeth =
+            check::count("teeth of a mesh", &[self.teeth as usize, teeth as usize], check::TEETH)? as u32;
         Ok(Mesh { stiffness, error, teeth, ..self })
     }
 
@@ -143,7 +144,16 @@ impl<N: Nonlinearity> Mesh<N> {
     /// Contact `i` from the [`waves`](Mesh::waves) of the mesh, φ', the damping C [N s/m], the path x `[m]` and its rate [m/s].
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
-    pub fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, waves: &[S; 7], speed: S, damping: S, x: S, rate: S) -> Contact<S> {
+    pub fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        waves: &[S; 7],
+        speed: S,
+        damping: S,
+        x: S,
+        rate: S,
+    ) -> Contact<S> {
         let force = self.pull(law, i, waves, speed, damping, x, rate);
         let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
         let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
@@ -153,15 +163,33 @@ impl<N: Nonlinearity> Mesh<N> {
     /// The force of [`contact`](Mesh::contact) alone: what an algebra over many meshes reads.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
-    pub(crate) fn pull<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, waves: &[S; 7], speed: S, damping: S, x: S, rate: S) -> S {
+    pub(crate) fn pull<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        waves: &[S; 7],
+        speed: S,
+        damping: S,
+        x: S,
+        rate: S,
+    ) -> S {
         let rate = rate - speed * waves[ERROR_RATE];
-        let at = MeshDrives { stiffness: waves[STIFFNESS], damping, lower: waves[LOWER], upper: waves[UPPER] };
+        let at =
+            MeshDrives { stiffness: waves[STIFFNESS], damping, lower: waves[LOWER], upper: waves[UPPER] };
         self.force(law, i, x - waves[ERROR], rate, rate, at)
     }
 
     /// W from the deflection d, its rate, the rate `slip` that is damped and what the drives say.
     #[inline(always)]
-    pub(crate) fn force<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, d: S, rate: S, slip: S, at: MeshDrives<S>) -> S {
+    pub(crate) fn force<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        d: S,
+        rate: S,
+        slip: S,
+        at: MeshDrives<S>,
+    ) -> S {
         let elastic = at.stiffness * law.force(i, &self.law, d, rate, at.lower, at.upper);
         let viscous = at.damping * slip;
         match self.contact_damping {

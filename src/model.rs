@@ -40,7 +40,15 @@ impl<S: Scalar> Default for Contact<S> {
     #[inline(always)]
     fn default() -> Self {
         let (zero, most) = (S::from(0.0), S::from(f64::INFINITY));
-        Contact { deflection: zero, rate: zero, lower: -most, upper: most, lower_rate: zero, upper_rate: zero, force: zero }
+        Contact {
+            deflection: zero,
+            rate: zero,
+            lower: -most,
+            upper: most,
+            lower_rate: zero,
+            upper_rate: zero,
+            force: zero,
+        }
     }
 }
 
@@ -86,7 +94,9 @@ impl Jacobian {
 
     /// The first slope that is not finite: of which acceleration, in which coordinate, and whether in its velocity.
     pub(crate) fn not_finite(&self) -> Option<(usize, usize, bool)> {
-        let first = |half: &DMatrix<f64>| half.iter().position(|x| !x.is_finite()).map(|k| (k % half.nrows(), k / half.nrows()));
+        let first = |half: &DMatrix<f64>| {
+            half.iter().position(|x| !x.is_finite()).map(|k| (k % half.nrows(), k / half.nrows()))
+        };
         let of_q = first(&self.q).map(|(i, j)| (i, j, false));
         of_q.or_else(|| first(&self.v).map(|(i, j)| (i, j, true)))
     }
@@ -162,7 +172,14 @@ pub trait Model {
     }
     /// ∂a/∂q and ∂a/∂v, of the laws as they are or with every contact held on a given piece. `false`: not offered, differences are
     /// used.
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         let _ = (pieces, u, q, v, out);
         false
     }
@@ -209,7 +226,14 @@ impl<M: Model + ?Sized> Model for &M {
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         (**self).accel_on_pieces(pieces, u, q, v, a)
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         (**self).jacobian(pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
@@ -249,7 +273,11 @@ impl Channel {
 
 impl std::fmt::Display for Channel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.unit.is_empty() { f.write_str(&self.name) } else { write!(f, "{} [{}]", self.name, self.unit) }
+        if self.unit.is_empty() {
+            f.write_str(&self.name)
+        } else {
+            write!(f, "{} [{}]", self.name, self.unit)
+        }
     }
 }
 

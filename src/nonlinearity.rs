@@ -38,7 +38,8 @@ pub struct Edges {
 
 impl Edges {
     /// A law without pieces.
-    pub const NONE: Edges = Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
+    pub const NONE: Edges =
+        Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
 
     /// ∓b with rates ∓b'.
     pub fn symmetric(half_width: f64, rate: f64) -> Self {
@@ -111,7 +112,11 @@ pub trait Nonlinearity: PartialEq {
     #[inline(always)]
     fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
         let (x, rate) = (mesh.deflection, mesh.rate);
-        Contact { deflection: self.switch(switch, x, rate), rate: self.switch_rate(switch, x, rate, second), ..mesh }
+        Contact {
+            deflection: self.switch(switch, x, rate),
+            rate: self.switch_rate(switch, x, rate, second),
+            ..mesh
+        }
     }
     /// The smooth law where every switch stands on a given piece: what [`force_on`](Nonlinearity::force_on) is for a single one.
     #[inline(always)]

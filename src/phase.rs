@@ -68,11 +68,18 @@ impl PhaseLaw {
             let speed = check::scale(format!("speeds[{i}] of the phase law"), speed)?;
             match knots.last() {
                 None if t != 0.0 => {
-                    return Err(ParameterError::OutOfRange { name: "times[0] of the phase law".into(), value: t, allowed: "0" });
+                    return Err(ParameterError::OutOfRange {
+                        name: "times[0] of the phase law".into(),
+                        value: t,
+                        allowed: "0",
+                    });
                 }
                 None => knots.push([0.0, speed, 0.0]),
                 Some(&[before, last, phase]) => {
-                    let after = check::scale(format!("times[{i}] less the one before it, of the phase law"), t - before)?;
+                    let after = check::scale(
+                        format!("times[{i}] less the one before it, of the phase law"),
+                        t - before,
+                    )?;
                     knots.push([t, speed, phase + 0.5 * after * (last + speed)]);
                 }
             }
@@ -99,7 +106,9 @@ impl PhaseLaw {
     pub fn phase(&self, t: f64) -> f64 {
         let ([t0, speed, phase], slope) = self.piece(t);
         let dt = t - t0;
-        phase + dt * (speed + 0.5 * slope * dt) + speed * self.swing * libm::sin(self.frequency * t) / self.frequency
+        phase
+            + dt * (speed + 0.5 * slope * dt)
+            + speed * self.swing * libm::sin(self.frequency * t) / self.frequency
     }
     /// φ'(t).
     pub fn speed(&self, t: f64) -> f64 {
@@ -124,7 +133,8 @@ impl PhaseLaw {
         if self.swing > 0.0 {
             return self.time_in_fluctuation(phase);
         }
-        let ([t0, speed, reached], slope) = self.piece_before(self.knots.partition_point(|knot| knot[2] <= phase));
+        let ([t0, speed, reached], slope) =
+            self.piece_before(self.knots.partition_point(|knot| knot[2] <= phase));
         let ahead = phase - reached;
         // The form of the root that does not cancel.
         t0 + 2.0 * ahead / (speed + (speed * speed + 2.0 * slope * ahead).max(0.0).sqrt())

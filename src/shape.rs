@@ -178,7 +178,14 @@ pub trait Shape: PartialEq {
 
     /// Contact `i`: deflection, rate, edges and force, damping included; rates are over time. The force comes from `law`.
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let _ = (law, i, u, q, v);
         Contact::default()
     }
@@ -250,7 +257,15 @@ pub trait Law<S: Scalar> {
     /// The force of contact `i` under `nonlinearity`, per unit stiffness.
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
     /// The same for a law of several [switches](Nonlinearity::switches), of which contact `i` is the first.
-    fn force_of_switches<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+    fn force_of_switches<N: Nonlinearity>(
+        &self,
+        i: usize,
+        nonlinearity: &N,
+        x: S,
+        rate: S,
+        lower: S,
+        upper: S,
+    ) -> S {
         self.force(i, nonlinearity, x, rate, lower, upper)
     }
     /// 1 where contact `i` touches and 0 in its gap.
@@ -295,7 +310,15 @@ impl<S: Scalar> Law<S> for OnPieces<'_> {
         nonlinearity.force_on(self.0[i], x, rate, lower, upper)
     }
     #[inline(always)]
-    fn force_of_switches<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+    fn force_of_switches<N: Nonlinearity>(
+        &self,
+        i: usize,
+        nonlinearity: &N,
+        x: S,
+        rate: S,
+        lower: S,
+        upper: S,
+    ) -> S {
         nonlinearity.force_on_all(&self.0[i..i + nonlinearity.switches()], x, rate, lower, upper)
     }
     #[inline(always)]

@@ -27,7 +27,15 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         model.drive(0.0, Side::After, &mut u);
         let differenced = !model.jacobian(None, &u, &rest, &rest, &mut jacobian);
         let room = if differenced { n } else { 0 };
-        Slopes { model, scale, jacobian, differenced, y: vec![0.0; 2 * room], a: [vec![0.0; room], vec![0.0; room]], step }
+        Slopes {
+            model,
+            scale,
+            jacobian,
+            differenced,
+            y: vec![0.0; 2 * room],
+            a: [vec![0.0; room], vec![0.0; room]],
+            step,
+        }
     }
 
     /// Relative rounding error of a slope taken by differences. It is 0 for slopes that the model gives itself.
@@ -46,13 +54,27 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 
     /// The same of a model that stands for the one of these slopes.
-    pub(crate) fn read<N: Model + ?Sized>(&mut self, model: &N, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
+    pub(crate) fn read<N: Model + ?Sized>(
+        &mut self,
+        model: &N,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+    ) {
         if self.differenced || !model.jacobian(pieces, u, q, v, &mut self.jacobian) {
             self.differences(model, pieces, u, q, v);
         }
     }
 
-    fn differences<N: Model + ?Sized>(&mut self, model: &N, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
+    fn differences<N: Model + ?Sized>(
+        &mut self,
+        model: &N,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+    ) {
         let n = q.len();
         // There is no room yet if the model gives some of its slopes.
         self.y.resize(2 * n, 0.0);
@@ -79,7 +101,14 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
 
 /// q'' on held pieces where the model can hold them, as it is elsewhere; `false`: it should have held them and cannot.
 #[inline]
-pub(crate) fn accelerate<M: Model + ?Sized>(model: &M, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+pub(crate) fn accelerate<M: Model + ?Sized>(
+    model: &M,
+    pieces: Option<&[Piece]>,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+) -> bool {
     if let Some(pieces) = pieces
         && model.accel_on_pieces(pieces, u, q, v, a)
     {

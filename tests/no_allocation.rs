@@ -7,7 +7,13 @@ fn allocations(run: impl FnOnce()) -> u64 {
     allocation_counter::measure(run).count_total
 }
 
-fn steps_allocate_nothing<I: Integrator, M: Model>(name: &str, solver: &I, model: &M, start: &State, span: f64) {
+fn steps_allocate_nothing<I: Integrator, M: Model>(
+    name: &str,
+    solver: &I,
+    model: &M,
+    start: &State,
+    span: f64,
+) {
     let mut y = vec![0.0; 2 * model.dof()];
     let mut run = |end: f64| {
         let mut stats = Stats::default();
@@ -21,7 +27,10 @@ fn steps_allocate_nothing<I: Integrator, M: Model>(name: &str, solver: &I, model
         (count, stats)
     };
     let ((short, few), (long, many)) = (run(start.t + 0.1 * span), run(start.t + span));
-    println!("{name}: {short} allocations for {} steps, {long} for {} with {} crossings", few.steps, many.steps, many.crossings);
+    println!(
+        "{name}: {short} allocations for {} steps, {long} for {} with {} crossings",
+        few.steps, many.steps, many.crossings
+    );
     assert!(many.steps > 5 * few.steps && many.crossings > 2 * few.crossings.max(1));
     assert_eq!(short, long, "{name}");
 }
@@ -57,8 +66,16 @@ fn steps_do_not_allocate() {
     steps_allocate_nothing("pair, dop853", &Dop853::new(), &pair, &start, pair.period());
     steps_allocate_nothing("ball, dop853", &Dop853::new(), &Ball, &State::new(0.0, &[1.0], &[0.0]), 200.0);
     let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
-    steps_allocate_nothing("pair of two", &Dop853::new().atol(1e-14), &two, &two.static_start().unwrap(), two.period());
-    let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    steps_allocate_nothing(
+        "pair of two",
+        &Dop853::new().atol(1e-14),
+        &two,
+        &two.static_start().unwrap(),
+        two.period(),
+    );
+    let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::a(6, 5000.0) }.params().unwrap())
+        .unwrap()
+        .in_frame(Frame::Rigid);
     steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
     let slots: Vec<usize> = (1..=6).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
@@ -91,13 +108,27 @@ fn a_million_points_fit_into_200_megabytes() {
     let loads = Axis::linear("load", 20.0, 40.0, POINTS / 2).unwrap();
     let points = Points::grid(vec![Axis::list("speed", &[1800.0, 1801.0]).unwrap(), loads]).unwrap();
     let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1", "deflection"]).rattle();
-    let family = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() });
-    let chunk =
-        |i, n| sweep.run_chunk(i, n, &LaneRk4::<16>::new(63 * 2), family, |_, pair: &NfgPair| pair.static_start(), &Watch::new()).unwrap();
+    let family = |p: &Point<'_>| {
+        NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
+    };
+    let chunk = |i, n| {
+        sweep
+            .run_chunk(
+                i,
+                n,
+                &LaneRk4::<16>::new(63 * 2),
+                family,
+                |_, pair: &NfgPair| pair.static_start(),
+                &Watch::new(),
+            )
+            .unwrap()
+    };
     let most = |run: &mut dyn FnMut()| allocation_counter::measure(run).bytes_max as f64 / POINTS as f64;
     let mut count = 0;
     let whole = most(&mut || count = pool.install(|| chunk(0, 1)).iter().count());
-    let merged = most(&mut || count += Rows::merge((0..10).map(|i| pool.install(|| chunk(i, 10))).collect()).unwrap().iter().count());
+    let merged = most(&mut || {
+        count += Rows::merge((0..10).map(|i| pool.install(|| chunk(i, 10))).collect()).unwrap().iter().count()
+    });
     println!("{whole:.0} bytes per point, {merged:.0} merged");
     assert_eq!(count, 2 * POINTS); // none has failed
     assert!(whole < 200.0 && merged < 2.0 * whole, "{whole} bytes per point, {merged} merged");
@@ -113,7 +144,8 @@ fn members_are_not_kept() {
     };
     let most = |members: u64| {
         let ensemble = Ensemble::new(members, 2.0, 4).unwrap().channels(&["q1"]).rattle();
-        allocation_counter::measure(|| drop(pool.install(|| ensemble.run(&Rk4::new(0.5), family)).unwrap())).bytes_max
+        allocation_counter::measure(|| drop(pool.install(|| ensemble.run(&Rk4::new(0.5), family)).unwrap()))
+            .bytes_max
     };
     let (few, many) = (most(2_000), most(20_000));
     println!("{few} bytes for 2 000 members, {many} for 20 000");
@@ -126,7 +158,9 @@ fn differences_do_not_allocate() {
     fn check<M: Model>(name: &str, model: &M, start: &State, span: f64) {
         let run = |share: f64| {
             let mut crossings = 0;
-            let count = allocations(|| crossings = Variation::new().run(model, start, start.t + share * span).unwrap().crossings);
+            let count = allocations(|| {
+                crossings = Variation::new().run(model, start, start.t + share * span).unwrap().crossings
+            });
             (count, crossings)
         };
         // A difference that has grown tenfold begins a run of its own: both ends lie behind the last of these.
@@ -148,8 +182,11 @@ fn balance_residuals_do_not_allocate() {
     let late = Dop853::new().end(&pair, &pair.static_start().unwrap(), pair.period()).unwrap();
     let harmonics = Harmonics::up_to(70);
     let orbit = Orbit::project(&Dop853::new(), &pair, &State { t: 0.0, ..late }, &harmonics).unwrap();
-    for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 1024 }] {
-        let mut equations = Balance::new(harmonics.clone()).integrals(integrals).equations(&pair, &orbit).unwrap();
+    for integrals in
+        [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 1024 }]
+    {
+        let mut equations =
+            Balance::new(harmonics.clone()).integrals(integrals).equations(&pair, &orbit).unwrap();
         let mut x = equations.unknowns(&orbit);
         let mut r = vec![0.0; x.len()];
         equations.residual(&x, &mut r);

@@ -58,7 +58,8 @@ pub fn run(pair: &Pair, q: f64, v: f64, end: f64, rtol: f64, atol: f64) -> ([f64
         [y[1], forcing - 0.02 * y[1] - stiffness * force]
     };
     let mut s = Step { t: 0.0, h: 1.0, y: [q, v], y1: [q, v], k: [[0.0; 2]; 16], dense: [[0.0; 2]; 7] };
-    let (mut piece, mut evaluations, mut crossings) = (if q < -EDGE { -1 } else { i32::from(q > EDGE) }, 1, 0);
+    let (mut piece, mut evaluations, mut crossings) =
+        (if q < -EDGE { -1 } else { i32::from(q > EDGE) }, 1, 0);
     let (mut old, mut rejected) = (1e-4f64, false);
     s.k[0] = f(pair.drives(0.0), piece, s.y);
     while s.t < end {

@@ -33,7 +33,11 @@ pub fn drives(t: f64) -> Drives {
 
 /// (q', v'); `force` is the dead zone of mesh i.
 #[inline(always)]
-fn rates<const G: usize, const N: usize>(u: Drives, y: &[f64; N], force: impl Fn(usize, f64) -> f64) -> [f64; N] {
+fn rates<const G: usize, const N: usize>(
+    u: Drives,
+    y: &[f64; N],
+    force: impl Fn(usize, f64) -> f64,
+) -> [f64; N] {
     let (q, v) = y.split_at(2 * G + 1);
     let mut out = [0.0; N];
     out[..2 * G + 1].copy_from_slice(v);

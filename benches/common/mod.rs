@@ -1,7 +1,10 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size, State};
+use gear_dynamics::{
+    Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size,
+    State,
+};
 use std::f64::consts::{PI, TAU};
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
@@ -110,7 +113,14 @@ impl Shape for Rattling {
         u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
         let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
@@ -157,7 +167,8 @@ pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
 
 /// The same with another inertia of the loads: the corrected workloads have 0.01 kg m² and 20 N m.
 pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::Ring {
-    gear_dynamics::Ring::as_printed(&ring_params(gears, load_inertia, torque)).expect("the parameters are in range")
+    gear_dynamics::Ring::as_printed(&ring_params(gears, load_inertia, torque))
+        .expect("the parameters are in range")
 }
 
 /// Its parameters.

@@ -14,12 +14,12 @@ mod support;
 mod sweeps;
 
 use gear_dynamics::{
-    Balance, BalanceError, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic, Piece,
-    RattleState, uniform_times,
+    Balance, BalanceError, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams,
+    NfgReading, Orbit, Periodic, Piece, RattleState, uniform_times,
 };
 use motions::{
-    ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, shooting,
-    solver,
+    ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit,
+    paper_point, run, shooting, solver,
 };
 use plotters::prelude::SeriesLabelPosition;
 use rand_distr::Uniform;
@@ -51,14 +51,24 @@ fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
     let mut history = Panel::new(title, "turns of the face gear", "q [rad]");
     let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]");
-    let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude [rad]").labels_at(SeriesLabelPosition::UpperRight);
+    let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude [rad]")
+        .labels_at(SeriesLabelPosition::UpperRight);
     for (name, orbit) in orbits {
         let turn = orbit.history(SAMPLES)?;
         let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, turn.q(i)[0])).collect();
         history = history.with("", Mark::Line, points);
         phase = phase.with("", Mark::Line, (0..SAMPLES).map(|i| (turn.q(i)[0], turn.v(i)[0])).collect());
-        let lines = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k <= 260).map(|&k| (k as f64, orbit.amplitude(0, k)));
-        spectrum = spectrum.with(*name, if name.starts_with('P') { Mark::Dots } else { Mark::Bars }, lines.collect());
+        let lines = orbit
+            .harmonics()
+            .orders()
+            .iter()
+            .filter(|&&k| k > 0 && k <= 260)
+            .map(|&k| (k as f64, orbit.amplitude(0, k)));
+        spectrum = spectrum.with(
+            *name,
+            if name.starts_with('P') { Mark::Dots } else { Mark::Bars },
+            lines.collect(),
+        );
     }
     Ok([history, phase, spectrum])
 }
@@ -93,11 +103,15 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
         let params = NfgParams { speed, ..NfgParams::table1() };
         let pair = pair(&params)?;
         let flank = paper()?.linearised(&pair, Piece::Lower)?;
-        let newton = paper()?.solve_truncating_forces(&pair, &flank).map_or("fails".into(), |orbit| orbit.iterations().to_string());
+        let newton = paper()?
+            .solve_truncating_forces(&pair, &flank)
+            .map_or("fails".into(), |orbit| orbit.iterations().to_string());
         let (from, orbit) = match broyden()?.solve_truncating_forces(&pair, &at_rest(&pair)?) {
             Ok(orbit) => ("rest", orbit),
             // Past the fold only a run in time leads there.
-            Err(BalanceError::NotConverged { .. }) => ("run", broyden()?.solve_truncating_forces(&pair, &run(&pair)?)?),
+            Err(BalanceError::NotConverged { .. }) => {
+                ("run", broyden()?.solve_truncating_forces(&pair, &run(&pair)?)?)
+            }
             Err(error) => return Err(error.into()),
         };
         let p = paper_point(&pair, &orbit)?;
@@ -145,7 +159,12 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
         let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
         starts.push(orbit_of(drawn.collect())?);
     }
-    let solved = |start: &Orbit| [&newton, &broyden].into_iter().filter_map(|way| way.solve_truncating_forces(&pair, start).ok()).collect();
+    let solved = |start: &Orbit| {
+        [&newton, &broyden]
+            .into_iter()
+            .filter_map(|way| way.solve_truncating_forces(&pair, start).ok())
+            .collect()
+    };
     let (mut roots, mut count): (Vec<(Point, Orbit)>, usize) = (Vec::new(), 0);
     // New roots are starts themselves, until there are none.
     while !starts.is_empty() {
@@ -158,7 +177,11 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
             }
             for k in 0..SHIFTED {
                 let k = starts_drawn + SHIFTED * roots.len() as u64 + k;
-                let shifted = orbit.coefficients(0).iter().enumerate().map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
+                let shifted = orbit
+                    .coefficients(0)
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
                 starts.push(orbit_of(shifted.collect())?);
             }
             roots.push((paper_point(&pair, &orbit)?, orbit));
@@ -173,7 +196,9 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
         let count = roots.iter().filter(|r| r.0.state == wanted).count();
         if count > 0 {
             let ([q0, q1], [f0, f1]) = (of(|p| p.ppv), of(|p| p.elastic));
-            println!("  {count:2} {wanted}: peak-to-peak of q {q0:.3e} .. {q1:.3e}, of f(q) {f0:.3e} .. {f1:.3e} rad");
+            println!(
+                "  {count:2} {wanted}: peak-to-peak of q {q0:.3e} .. {q1:.3e}, of f(q) {f0:.3e} .. {f1:.3e} rad"
+            );
         }
     }
     Ok(())
@@ -192,8 +217,15 @@ fn load_limits_of_p() -> Outcome<()> {
         .par_iter()
         .map(|&samples| {
             let limits = || -> Outcome<(f64, f64, &str)> {
-                let balance = Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
-                let at = |i: u32| pair(&NfgParams { speed: 125.0, load_torque: 25.0 - STEP * f64::from(i), ..NfgParams::table1() });
+                let balance =
+                    Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
+                let at = |i: u32| {
+                    pair(&NfgParams {
+                        speed: 125.0,
+                        load_torque: 25.0 - STEP * f64::from(i),
+                        ..NfgParams::table1()
+                    })
+                };
                 let mut orbit = balance.linearised(&at(0)?, Piece::Lower)?;
                 let mut lost = None;
                 for i in 0.. {
@@ -203,7 +235,9 @@ fn load_limits_of_p() -> Outcome<()> {
                         return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
                     };
                     match next.contacts(&pair)?[0].statistics.state() {
-                        RattleState::Bilateral => return Ok((lost.unwrap_or(f64::NAN), load + STEP, "meets the back flank")),
+                        RattleState::Bilateral => {
+                            return Ok((lost.unwrap_or(f64::NAN), load + STEP, "meets the back flank"));
+                        }
                         RattleState::None => {}
                         _ => lost = lost.or(Some(load)),
                     }
@@ -212,7 +246,9 @@ fn load_limits_of_p() -> Outcome<()> {
                 Err("no end".into())
             };
             let (lost, end, how) = limits().map_err(|e| format!("{samples} samples: {e}"))?;
-            Ok(format!("  {samples:5} samples: contact lost from {lost:.2} N m on, the branch {how} at {end:.2} N m"))
+            Ok(format!(
+                "  {samples:5} samples: contact lost from {lost:.2} N m on, the branch {how} at {end:.2} N m"
+            ))
         })
         .collect();
     lines?.iter().for_each(|line| println!("{line}"));
@@ -261,26 +297,42 @@ fn table2(folder: &Path) -> Outcome<()> {
     let ratio = |l: &Lines, r: usize| MESH as f64 * l.amplitudes[r][1] / l.amplitudes[r][0];
     let fitted = |r: usize| fit(lines.iter().map(|l| ratio(l, r)), TABLE2.iter().map(|row| row[3]));
     let (c, _) = fitted(0);
-    println!("\nTable 2 and Fig. 18: ξ = C (ω_e |z_e|)/(ω_c |z_c|), T2 = 30 N m, belt {BELT}, z of f(q), C = {c:.4}\n");
-    println!("{:>6} {:>8} {:>8} {:>10} {:>8}   {:>10}", "r/min", "paper", READINGS[0], READINGS[1], READINGS[2], "experiment");
+    println!(
+        "\nTable 2 and Fig. 18: ξ = C (ω_e |z_e|)/(ω_c |z_c|), T2 = 30 N m, belt {BELT}, z of f(q), C = {c:.4}\n"
+    );
+    println!(
+        "{:>6} {:>8} {:>8} {:>10} {:>8}   {:>10}",
+        "r/min", "paper", READINGS[0], READINGS[1], READINGS[2], "experiment"
+    );
     let header = "n_rpm,paper,p,published,exact,experiment,experiment_f_c_hz,experiment_f_e_hz";
     let mut csv = Csv::new(folder.join("table2.csv"), header)?;
     let mut curves = vec![Vec::new(); 5];
     for (row, l) in TABLE2.iter().zip(&lines) {
         let [rpm, _, _, paper, f_c, f_e, measured] = *row;
         let values = [paper, c * ratio(l, 0), c * ratio(l, 1), c * ratio(l, 2), measured];
-        println!("{rpm:6} {paper:8.1} {:8.2} {:10.2} {:8.2}   {measured:10.1}", values[1], values[2], values[3]);
+        println!(
+            "{rpm:6} {paper:8.1} {:8.2} {:10.2} {:8.2}   {measured:10.1}",
+            values[1], values[2], values[3]
+        );
         csv.row(&[&rpm, &paper, &values[1], &values[2], &values[3], &measured, &f_c, &f_e])?;
         curves.iter_mut().zip(values).for_each(|(curve, y)| curve.push((rpm, y)));
     }
     for (r, reading) in READINGS.iter().enumerate() {
         let (c, worst) = fitted(r);
-        println!("one constant fitted to all nine ξ of {reading:9}: C = {c:.4}, the worst off by {worst:.2} %");
+        println!(
+            "one constant fitted to all nine ξ of {reading:9}: C = {c:.4}, the worst off by {worst:.2} %"
+        );
     }
-    println!("columns A_c and A_e as velocity amplitudes C ω |z|, ω = 2π f [rad/s], one constant for the nine of a column:");
+    println!(
+        "columns A_c and A_e as velocity amplitudes C ω |z|, ω = 2π f [rad/s], one constant for the nine of a column:"
+    );
     for (r, reading) in READINGS.iter().enumerate() {
-        let of_centre = fit(lines.iter().map(|l| TAU * l.hertz * l.amplitudes[r][0]), TABLE2.iter().map(|row| row[1]));
-        let of_mesh = fit(lines.iter().map(|l| TAU * MESH as f64 * l.hertz * l.amplitudes[r][1]), TABLE2.iter().map(|row| row[2]));
+        let of_centre =
+            fit(lines.iter().map(|l| TAU * l.hertz * l.amplitudes[r][0]), TABLE2.iter().map(|row| row[1]));
+        let of_mesh = fit(
+            lines.iter().map(|l| TAU * MESH as f64 * l.hertz * l.amplitudes[r][1]),
+            TABLE2.iter().map(|row| row[2]),
+        );
         println!(
             "  {reading:9} A_c: C = {:.4e}, worst off by {:.2} %; A_e: C = {:.4e}, worst off by {:.2} %; the one over the other {:.4}",
             of_centre.0,
@@ -291,12 +343,18 @@ fn table2(folder: &Path) -> Outcome<()> {
         );
     }
     let off = TABLE2.iter().fold(0.0f64, |m, row| m.max((row[2] / row[1] / row[3] - 1.0).abs()));
-    println!("  the paper's own A_e/A_c are off its ξ by at most {:.1} %: A_c is printed to two or three digits", 100.0 * off);
+    println!(
+        "  the paper's own A_e/A_c are off its ξ by at most {:.1} %: A_c is printed to two or three digits",
+        100.0 * off
+    );
     let natural = NfgPair::with_reading(&NfgParams::table1(), NfgReading::published())?.natural_frequency();
     println!("  ω_n of the published equations is {natural:.1} rad/s");
 
-    let mut fig18 = Panel::new("Fig. 18: ratio of amplitudes", "motor [r/min]", "ξ").labels_at(SeriesLabelPosition::LowerRight);
-    for (name, curve) in ["paper, theory", READINGS[0], READINGS[1], READINGS[2], "paper, experiment"].iter().zip(curves) {
+    let mut fig18 = Panel::new("Fig. 18: ratio of amplitudes", "motor [r/min]", "ξ")
+        .labels_at(SeriesLabelPosition::LowerRight);
+    for (name, curve) in
+        ["paper, theory", READINGS[0], READINGS[1], READINGS[2], "paper, experiment"].iter().zip(curves)
+    {
         fig18 = fig18.with(*name, if name.starts_with("paper") { Mark::Dots } else { Mark::Line }, curve);
     }
     // The text has 864 r/min, but its frequencies are those of the row at 840.
@@ -310,11 +368,12 @@ fn table2(folder: &Path) -> Outcome<()> {
         let orders = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k < 130);
         orders.map(|&k| (k as f64 * hertz, 1e6 * orbit.amplitude(0, k))).collect()
     };
-    let fig17 = Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "f [Hz]", "amplitude of q [μrad]")
-        .labels_at(SeriesLabelPosition::UpperRight)
-        .with("measured frequencies", Mark::Dots, vec![(row[4], 0.0), (row[5], 0.0)])
-        .with("published", Mark::Bars, spectrum(truth))
-        .with("P", Mark::Dots, spectrum(p));
+    let fig17 =
+        Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "f [Hz]", "amplitude of q [μrad]")
+            .labels_at(SeriesLabelPosition::UpperRight)
+            .with("measured frequencies", Mark::Dots, vec![(row[4], 0.0), (row[5], 0.0)])
+            .with("published", Mark::Bars, spectrum(truth))
+            .with("P", Mark::Dots, spectrum(p));
     figure(folder.join("fig17_18.svg"), 2, &[fig17, fig18])
 }
 
@@ -323,8 +382,15 @@ fn circular() -> Outcome<Panel> {
     let pair = pair(&NfgParams { eccentric_ratio: 0.0, ..NfgParams::table1() })?;
     let p = paper_orbit(&pair)?.ok_or("no orbit at ε = 0")?;
     let (truth, ..) = converged_turn(&pair)?;
-    let [history, ..] = portrait("Fig. 13b: ε = 0, 160 rad/s (blue published, orange P)", &[("published", &truth), ("P", &p)])?;
-    println!("Fig. 13b: at ε = 0 and 160 rad/s ppv is {:.3e} rad in P, {:.3e} published", p.peak_to_peak(0), truth.peak_to_peak(0));
+    let [history, ..] = portrait(
+        "Fig. 13b: ε = 0, 160 rad/s (blue published, orange P)",
+        &[("published", &truth), ("P", &p)],
+    )?;
+    println!(
+        "Fig. 13b: at ε = 0 and 160 rad/s ppv is {:.3e} rad in P, {:.3e} published",
+        p.peak_to_peak(0),
+        truth.peak_to_peak(0)
+    );
     Ok(history)
 }
 
@@ -339,7 +405,11 @@ fn gap_and_elastic(points: &[(Case, Line)], sweep: usize) -> Outcome<()> {
         let figures = (0..READINGS.len()).map(|reading| {
             let of = points.iter().find(|(case, _)| *case == (sweep, reading, 0)).map(|(_, points)| points);
             let point = of.and_then(|points| points.iter().find(|(x, _)| *x == eps)).and_then(|(_, p)| *p);
-            format!("{} {}", READINGS[reading], point.map_or("no orbit".into(), |p| format!("{} {:.3e} {:.3e}", p.state, p.ppv, p.elastic)))
+            format!(
+                "{} {}",
+                READINGS[reading],
+                point.map_or("no orbit".into(), |p| format!("{} {:.3e} {:.3e}", p.state, p.ppv, p.elastic))
+            )
         });
         println!("  {eps}  {gap:.3e}  {}", figures.collect::<Vec<_>>().join("; "));
     }
@@ -356,14 +426,16 @@ fn main() -> Outcome<()> {
     load_limits_of_p()?;
     table2(&folder)?;
 
-    let runs: Vec<Case> = (0..SWEEPS.len()).flat_map(|s| [2, 1, 0].into_iter().flat_map(move |r| (0..2).map(move |b| (s, r, b)))).collect();
+    let runs: Vec<Case> = (0..SWEEPS.len())
+        .flat_map(|s| [2, 1, 0].into_iter().flat_map(move |r| (0..2).map(move |b| (s, r, b))))
+        .collect();
     let bar = progress("sweeps", runs.iter().map(|&(s, r, _)| SWEEPS[s].intervals(r) + 1).sum());
     let points: Result<Vec<_>, String> = runs
         .par_iter()
         .map(|&(s, r, b)| {
             let sweep = &SWEEPS[s];
-            let points =
-                follow(sweep, r, b, || bar.inc(1)).map_err(|e| format!("{} sweep, {} {}: {e}", sweep.file, READINGS[r], BRANCHES[b]));
+            let points = follow(sweep, r, b, || bar.inc(1))
+                .map_err(|e| format!("{} sweep, {} {}: {e}", sweep.file, READINGS[r], BRANCHES[b]));
             points.map(|points| ((s, r, b), points))
         })
         .collect();
@@ -376,11 +448,18 @@ fn main() -> Outcome<()> {
         let mut panels = Vec::new();
         let mut csv = None;
         for (s, sweep) in members() {
-            let title = if sweep.speed.is_nan() { sweep.figure.into() } else { format!("{} at {} rad/s", sweep.figure, sweep.speed) };
+            let title = if sweep.speed.is_nan() {
+                sweep.figure.into()
+            } else {
+                format!("{} at {} rad/s", sweep.figure, sweep.speed)
+            };
             println!("\n{title}: {}", sweep.axis);
             if csv.is_none() {
-                let header =
-                    format!("reading,branch,{},state,ppv,elastic_ppv,stable{}", sweep.parameter, if several { ",omega_1" } else { "" });
+                let header = format!(
+                    "reading,branch,{},state,ppv,elastic_ppv,stable{}",
+                    sweep.parameter,
+                    if several { ",omega_1" } else { "" }
+                );
                 csv = Some(Csv::new(folder.join(format!("{file}.csv")), &header)?);
             }
             let corner = match file {
@@ -388,17 +467,31 @@ fn main() -> Outcome<()> {
                 "stiffness" => SeriesLabelPosition::UpperLeft,
                 _ => SeriesLabelPosition::LowerRight,
             };
-            let mut states = Panel::new(format!("{title}: rattle state (0 none, 1 unilateral, 2 bilateral)"), sweep.axis, "state")
+            let mut states = Panel::new(
+                format!("{title}: rattle state (0 none, 1 unilateral, 2 bilateral)"),
+                sweep.axis,
+                "state",
+            )
+            .labels_at(corner.clone());
+            let mut ppv = Panel::new(format!("{title}: peak-to-peak of q"), sweep.axis, "ppv [rad]")
                 .labels_at(corner.clone());
-            let mut ppv = Panel::new(format!("{title}: peak-to-peak of q"), sweep.axis, "ppv [rad]").labels_at(corner.clone());
-            let mut elastic = Panel::new(format!("{title}: peak-to-peak of f(q)"), sweep.axis, "ppv [rad]").labels_at(corner);
+            let mut elastic = Panel::new(format!("{title}: peak-to-peak of f(q)"), sweep.axis, "ppv [rad]")
+                .labels_at(corner);
             for ((_, r, b), points) in all.iter().filter(|((which, ..), _)| *which == s) {
                 let (reading, branch) = (READINGS[*r], BRANCHES[*b]);
                 for (x, point) in points {
                     if let (Some(point), Some(csv)) = (point, &mut csv) {
                         let speed = if several { format!(",{}", sweep.speed) } else { String::new() };
                         let stable = format!("{}{speed}", point.stable);
-                        csv.row(&[&reading, &branch, x, &(point.state as u8), &point.ppv, &point.elastic, &stable])?;
+                        csv.row(&[
+                            &reading,
+                            &branch,
+                            x,
+                            &(point.state as u8),
+                            &point.ppv,
+                            &point.elastic,
+                            &stable,
+                        ])?;
                     }
                 }
                 println!("  {reading:9} {branch:4} {}", spans(points, |p| p.state.to_string(), 6));
@@ -413,10 +506,16 @@ fn main() -> Outcome<()> {
                     if *r == 0
                         && let Some((_, truth)) = all.iter().find(|(case, _)| *case == (s, 1, 0))
                     {
-                        println!("  {:14} against the published equations in q: {}", "", misses(points, truth));
+                        println!(
+                            "  {:14} against the published equations in q: {}",
+                            "",
+                            misses(points, truth)
+                        );
                     }
                 }
-                let curve = |of: fn(&Point) -> f64| points.iter().filter_map(|(x, p)| p.as_ref().map(|p| (*x, of(p)))).collect::<Vec<_>>();
+                let curve = |of: fn(&Point) -> f64| {
+                    points.iter().filter_map(|(x, p)| p.as_ref().map(|p| (*x, of(p)))).collect::<Vec<_>>()
+                };
                 let mark = || if *r == 0 { Mark::Line } else { Mark::Dots };
                 let name = format!("{reading} {branch}");
                 states = states.with(&name, mark(), curve(|p| f64::from(p.state as u8)));
@@ -430,7 +529,10 @@ fn main() -> Outcome<()> {
             }
         }
         figure(
-            folder.join(format!("{}_{file}.svg", SWEEPS[members().next().map_or(0, |m| m.0)].figure[..7].replace(". ", "").to_lowercase())),
+            folder.join(format!(
+                "{}_{file}.svg",
+                SWEEPS[members().next().map_or(0, |m| m.0)].figure[..7].replace(". ", "").to_lowercase()
+            )),
             3,
             &panels,
         )?;

@@ -2,8 +2,9 @@
 
 use crate::support::Outcome;
 use gear_dynamics::{
-    Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams, NfgReading, Orbit, Periodic,
-    Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics, Summary, Unsettled,
+    Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams,
+    NfgReading, Orbit, Periodic, Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics,
+    Summary, Unsettled,
 };
 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.
@@ -57,7 +58,10 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<Orbit>> {
         return Ok(Some(orbit));
     }
     let run = run(pair)?;
-    Ok(newton.solve_truncating_forces(pair, &run).or_else(|_| broyden()?.solve_truncating_forces(pair, &run)).ok())
+    Ok(newton
+        .solve_truncating_forces(pair, &run)
+        .or_else(|_| broyden()?.solve_truncating_forces(pair, &run))
+        .ok())
 }
 
 /// A run in time from rest, seen through the 15 orders.
@@ -110,11 +114,12 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
         None => pair.static_start()?,
     };
-    let (state, multiple) = match Settle::new().tolerance(1e-5).most_periods(SETTLE).run(&solver(), pair, &start) {
-        Ok(steady) => (steady.state, steady.period_multiple),
-        Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
-        Err(failed) => return Err(failed.into()),
-    };
+    let (state, multiple) =
+        match Settle::new().tolerance(1e-5).most_periods(SETTLE).run(&solver(), pair, &start) {
+            Ok(steady) => (steady.state, steady.period_multiple),
+            Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
+            Err(failed) => return Err(failed.into()),
+        };
     let state = State { t: 0.0, ..state };
     if multiple > 0
         && let Ok(cycle) = shooting().multiple(multiple).run(pair, std::slice::from_ref(&state))
@@ -124,11 +129,16 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
     }
     let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
-    let run = solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
+    let run =
+        solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
     Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
 }
 
-fn seen(rattle: &Rattle<'_, NfgPair>, statistics: &Statistics<'_, NfgPair>, stable: &'static str) -> Outcome<Point> {
+fn seen(
+    rattle: &Rattle<'_, NfgPair>,
+    statistics: &Statistics<'_, NfgPair>,
+    stable: &'static str,
+) -> Outcome<Point> {
     let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
     Ok(Point { state: rattle.contact(0).state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
 }

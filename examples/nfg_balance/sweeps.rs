@@ -133,7 +133,12 @@ pub fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) 
 }
 
 /// The points of one sweep of one reading in one direction, in order of the parameter; `None` where no orbit was found.
-pub fn follow(sweep: &Sweep, reading: usize, branch: usize, tick: impl Fn()) -> Outcome<Vec<(f64, Option<Point>)>> {
+pub fn follow(
+    sweep: &Sweep,
+    reading: usize,
+    branch: usize,
+    tick: impl Fn(),
+) -> Outcome<Vec<(f64, Option<Point>)>> {
     let n = sweep.intervals(reading);
     let mut orbit: Option<(f64, Orbit)> = None;
     let mut motion = None;
@@ -174,7 +179,8 @@ pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, m
             None => runs.push((here, *x, *x)),
         }
     }
-    let mut list: Vec<String> = runs.iter().take(most).map(|(word, a, b)| format!("{word} {a}..{b}")).collect();
+    let mut list: Vec<String> =
+        runs.iter().take(most).map(|(word, a, b)| format!("{word} {a}..{b}")).collect();
     if runs.len() > most {
         list.push(format!("and {} more", runs.len() - most));
     }
@@ -184,10 +190,13 @@ pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, m
 /// Where the first bilateral point follows a unilateral one: by how much the peak-to-peak of q and of f(q) grow from the one to the other.
 pub fn onset(points: &[(f64, Option<Point>)]) -> String {
     let known = known(points);
-    let first = known.windows(2).find(|w| w[0].1.state != RattleState::Bilateral && w[1].1.state == RattleState::Bilateral);
+    let first = known
+        .windows(2)
+        .find(|w| w[0].1.state != RattleState::Bilateral && w[1].1.state == RattleState::Bilateral);
     first.map_or("no onset of bilateral rattle".into(), |w| {
         let ([a, b], [x0, x1]) = ([w[0].1, w[1].1], [w[0].0, w[1].0]);
-        let grown = |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e} rad, x {:.2}", of(&a), of(&b), of(&b) / of(&a));
+        let grown =
+            |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e} rad, x {:.2}", of(&a), of(&b), of(&b) / of(&a));
         format!("bilateral onset {x0}..{x1}: q {}; f(q) {}", grown(|p| p.ppv), grown(|p| p.elastic))
     })
 }
@@ -197,9 +206,13 @@ pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
     let known = known(points);
     let states = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral];
     let words = states.iter().filter_map(|&state| {
-        let (first, last) = (known.iter().find(|p| p.1.state == state)?, known.iter().rfind(|p| p.1.state == state)?);
-        let pairs: Vec<f64> =
-            known.windows(2).filter(|w| w[0].1.state == state && w[1].1.state == state).map(|w| of(&w[1].1) / of(&w[0].1) - 1.0).collect();
+        let (first, last) =
+            (known.iter().find(|p| p.1.state == state)?, known.iter().rfind(|p| p.1.state == state)?);
+        let pairs: Vec<f64> = known
+            .windows(2)
+            .filter(|w| w[0].1.state == state && w[1].1.state == state)
+            .map(|w| of(&w[1].1) / of(&w[0].1) - 1.0)
+            .collect();
         let falls = pairs.iter().filter(|change| **change < -1e-4).count();
         let deepest = pairs.iter().fold(0.0f64, |m, x| m.min(*x));
         Some(format!(
@@ -224,19 +237,33 @@ fn known(points: &[(f64, Option<Point>)]) -> Vec<(f64, Point)> {
 pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> String {
     let both: Vec<(f64, f64, bool)> = known(truth)
         .iter()
-        .filter_map(|(x, t)| known(p).iter().find(|(y, _)| y == x).map(|(_, p)| (*x, p.ppv / t.ppv - 1.0, p.state == t.state)))
+        .filter_map(|(x, t)| {
+            known(p).iter().find(|(y, _)| y == x).map(|(_, p)| (*x, p.ppv / t.ppv - 1.0, p.state == t.state))
+        })
         .collect();
-    let worst = |same: bool| both.iter().filter(|m| m.2 || !same).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    let say = |m: Option<&(f64, f64, bool)>| m.map_or("nothing".into(), |m| format!("{:+.0} % at {}", 100.0 * m.1, m.0));
+    let worst =
+        |same: bool| both.iter().filter(|m| m.2 || !same).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let say = |m: Option<&(f64, f64, bool)>| {
+        m.map_or("nothing".into(), |m| format!("{:+.0} % at {}", 100.0 * m.1, m.0))
+    };
     let same = both.iter().filter(|m| m.2).count();
-    format!("{} where both have one state ({same} of {} points), {} over all", say(worst(true)), both.len(), say(worst(false)))
+    format!(
+        "{} where both have one state ({same} of {} points), {} over all",
+        say(worst(true)),
+        both.len(),
+        say(worst(false))
+    )
 }
 
 /// Where peak-to-peak changes by more than a third from point to point.
 pub fn jumps(points: &[(f64, Option<Point>)]) -> String {
     let known: Vec<(f64, f64)> = known(points).iter().map(|(x, p)| (*x, p.ppv)).collect();
     let jump = |w: &&[(f64, f64)]| (w[1].1 / w[0].1).ln().abs() > 0.3;
-    let list: Vec<String> =
-        known.windows(2).filter(jump).map(|w| format!("{:.4e} to {:.4e} rad at {}..{}", w[0].1, w[1].1, w[0].0, w[1].0)).take(3).collect();
+    let list: Vec<String> = known
+        .windows(2)
+        .filter(jump)
+        .map(|w| format!("{:.4e} to {:.4e} rad at {}..{}", w[0].1, w[1].1, w[0].0, w[1].0))
+        .take(3)
+        .collect();
     if list.is_empty() { "none".into() } else { list.join("; ") }
 }

@@ -40,7 +40,8 @@ impl Csv {
 }
 
 pub fn progress(what: &str, count: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {eta}").expect("the template is fixed");
+    let style =
+        ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {eta}").expect("the template is fixed");
     ProgressBar::new(count as u64).with_style(style).with_message(what.to_owned())
 }
 
@@ -146,7 +147,12 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             _ => format!("{x:.1e}"),
         };
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(WHITE).x_desc(&panel.x).y_desc(&panel.y).x_labels(8).y_labels(6).x_label_formatter(&plain);
+        mesh.light_line_style(WHITE)
+            .x_desc(&panel.x)
+            .y_desc(&panel.y)
+            .x_labels(8)
+            .y_labels(6)
+            .x_label_formatter(&plain);
         if panel.logarithmic {
             mesh.y_label_formatter(&decades).draw()?
         } else {
@@ -158,18 +164,33 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             let drawn = match series.mark {
                 Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
                 // Later dots are smaller, so that earlier ones show around them.
-                Mark::Dots => chart.draw_series(points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())))?,
-                Mark::Specks => chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?,
-                Mark::Area => chart.draw_series([Polygon::new(points.collect::<Vec<_>>(), color.mix(0.4).filled())])?,
-                Mark::Bars => chart.draw_series(points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))))?,
+                Mark::Dots => chart.draw_series(
+                    points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())),
+                )?,
+                Mark::Specks => {
+                    chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?
+                }
+                Mark::Area => {
+                    chart.draw_series([Polygon::new(points.collect::<Vec<_>>(), color.mix(0.4).filled())])?
+                }
+                Mark::Bars => chart.draw_series(
+                    points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))),
+                )?,
             };
             if !series.label.is_empty() {
-                drawn.label(&series.label).legend(move |(x, y)| Rectangle::new([(x, y - 3), (x + 12, y + 3)], color.filled()));
+                drawn
+                    .label(&series.label)
+                    .legend(move |(x, y)| Rectangle::new([(x, y - 3), (x + 12, y + 3)], color.filled()));
             }
         }
         if panel.series.iter().any(|s| !s.label.is_empty()) {
             let place = panel.labels.clone();
-            chart.configure_series_labels().position(place).background_style(WHITE.mix(0.8)).label_font(("sans-serif", 12)).draw()?;
+            chart
+                .configure_series_labels()
+                .position(place)
+                .background_style(WHITE.mix(0.8))
+                .label_font(("sans-serif", 12))
+                .draw()?;
         }
     }
     root.present()?;
@@ -183,7 +204,8 @@ pub fn envelope(times: &[f64], values: &[f64], bins: usize) -> Vec<(f64, f64)> {
         .chunks(size)
         .zip(values.chunks(size))
         .flat_map(|(t, x)| {
-            let (lo, hi) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+            let (lo, hi) =
+                x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
             [(t[0], lo), (t[0], hi)]
         })
         .collect()
@@ -202,15 +224,18 @@ pub struct Map {
 /// Maps two to a row, each with a scale of its colours beside it.
 pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
     const SIZE: (u32, u32) = (560, 420);
-    let root = SVGBackend::new(&path, (2 * SIZE.0, SIZE.1 * all.len().div_ceil(2) as u32)).into_drawing_area();
+    let root =
+        SVGBackend::new(&path, (2 * SIZE.0, SIZE.1 * all.len().div_ceil(2) as u32)).into_drawing_area();
     root.fill(&WHITE)?;
     for (area, map) in root.split_evenly((all.len().div_ceil(2), 2)).iter().zip(all) {
         let finite = || map.values.iter().copied().filter(|x| x.is_finite());
-        let (lo, hi) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let (lo, hi) =
+            finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         let hi = if hi > lo { hi } else { lo + 1.0 };
         // A few whole numbers are boxes with their names, all else a continuous scale.
         let whole = finite().all(|x| x.fract() == 0.0) && hi - lo < 17.0;
-        let color = |x: f64| if x.is_finite() { shade((x - lo) / (hi - lo)).filled() } else { WHITE.filled() };
+        let color =
+            |x: f64| if x.is_finite() { shade((x - lo) / (hi - lo)).filled() } else { WHITE.filled() };
         let (picture, scale) = area.split_horizontally(SIZE.0 - 84);
         let rows = map.values.len() / map.columns;
         let mut chart = ChartBuilder::on(&picture)
@@ -220,7 +245,8 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
             .y_label_area_size(46)
             .build_cartesian_2d(map.across.1..map.across.2, map.up.1..map.up.2)?;
         chart.configure_mesh().disable_mesh().x_desc(map.across.0).y_desc(map.up.0).draw()?;
-        let (dx, dy) = ((map.across.2 - map.across.1) / map.columns as f64, (map.up.2 - map.up.1) / rows as f64);
+        let (dx, dy) =
+            ((map.across.2 - map.across.1) / map.columns as f64, (map.up.2 - map.up.1) / rows as f64);
         // Runs of one colour make one rectangle.
         for column in 0..map.columns {
             let values = &map.values[column * rows..][..rows];
@@ -256,7 +282,10 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
         bar.draw_series((0..boxes).map(|i| {
             let y = foot + f64::from(i) * step;
             let over = if whole { 1.0 } else { 1.5 };
-            Rectangle::new([(0.0, y), (1.0, (y + over * step).min(head))], color((y + 0.5 * step).clamp(lo, hi)))
+            Rectangle::new(
+                [(0.0, y), (1.0, (y + over * step).min(head))],
+                color((y + 0.5 * step).clamp(lo, hi)),
+            )
         }))?;
     }
     root.present()?;
@@ -265,7 +294,13 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
 
 /// Dark blue over green to yellow, for shares from 0 to 1.
 fn shade(share: f64) -> RGBColor {
-    const STOPS: [[f64; 3]; 5] = [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
+    const STOPS: [[f64; 3]; 5] = [
+        [68.0, 1.0, 84.0],
+        [59.0, 82.0, 139.0],
+        [33.0, 145.0, 140.0],
+        [94.0, 201.0, 98.0],
+        [253.0, 231.0, 37.0],
+    ];
     let at = share.clamp(0.0, 1.0) * 3.999_999;
     let (a, b, f) = (STOPS[at as usize], STOPS[at as usize + 1], at.fract());
     let mix = |i: usize| (a[i] + (b[i] - a[i]) * f).round() as u8;

@@ -59,8 +59,21 @@ const HOSTILE: [f64; 30] = [
 ];
 
 /// Counts that overflow or exhaust what is not bounded.
-const COUNTS: [usize; 13] =
-    [0, 1, 2, 3, 1 << 12, 1 << 24, u32::MAX as usize, 1 << 32, 1 << 53, 1 << 62, 1 << 63, usize::MAX - 1, usize::MAX];
+const COUNTS: [usize; 13] = [
+    0,
+    1,
+    2,
+    3,
+    1 << 12,
+    1 << 24,
+    u32::MAX as usize,
+    1 << 32,
+    1 << 53,
+    1 << 62,
+    1 << 63,
+    usize::MAX - 1,
+    usize::MAX,
+];
 
 /// The random numbers of one case: number n is a mix of seed, target, index and n.
 pub struct Case {
@@ -75,7 +88,9 @@ pub struct Case {
 impl Case {
     /// The case `index` of a target. Four tempers take turns: sensible throughout, a hostile value now and then, often, in every other place.
     pub fn new(seed: u64, target: &str, index: u64, verbose: bool) -> Self {
-        let name = target.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        let name = target.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
         let state = mix(mix(seed ^ name) ^ mix(index));
         Case { state, temper: [0.0, 0.03, 0.1, 0.5][index as usize % 4], verbose, refused: None }
     }
@@ -152,7 +167,9 @@ impl Case {
     }
     /// Cosine and sine amplitudes.
     pub fn pairs(&mut self, most: usize, sensible: f64) -> Vec<[f64; 2]> {
-        (0..self.below(most + 1)).map(|_| [self.number(sensible), self.number(sensible) * self.signed()]).collect()
+        (0..self.below(most + 1))
+            .map(|_| [self.number(sensible), self.number(sensible) * self.signed()])
+            .collect()
     }
 
     /// What was accepted; a refusal is remembered and the case goes on.

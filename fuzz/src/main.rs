@@ -71,7 +71,11 @@ impl Table {
             println!("{:16}{counts}   {:.2} s, case {index}", target.name, time.as_secs_f64());
         }
         let total = |kind| self.counts.iter().filter(|((_, k), _)| *k == kind).map(|(_, n)| n).sum::<u64>();
-        println!("{:16}{}", "all", (0..KINDS.len()).map(|kind| format!("{:11}", total(kind))).collect::<String>());
+        println!(
+            "{:16}{}",
+            "all",
+            (0..KINDS.len()).map(|kind| format!("{:11}", total(kind))).collect::<String>()
+        );
     }
 }
 
@@ -85,7 +89,9 @@ fn run(arguments: &[String]) -> Result<ExitCode, String> {
         }
         Some("--single") => {
             let [seed, target, index] = [1, 2, 3].map(|i| number(arguments, i).unwrap_or(0));
-            return worker::single(seed, Place { target: target as usize, index }).map(|()| ExitCode::SUCCESS).map_err(said);
+            return worker::single(seed, Place { target: target as usize, index })
+                .map(|()| ExitCode::SUCCESS)
+                .map_err(said);
         }
         _ => {}
     }
@@ -93,8 +99,11 @@ fn run(arguments: &[String]) -> Result<ExitCode, String> {
     let (Some(seed), Some(seconds)) = (number::<u64>(arguments, 0), number::<f64>(arguments, 1)) else {
         return Err(usage.into());
     };
-    let limit = Duration::from_secs_f64(option(arguments, "--limit").and_then(|s| s.parse().ok()).unwrap_or(10.0));
-    let find = |name: &str| TARGETS.iter().position(|target| target.name == name).ok_or_else(|| format!("no target {name}"));
+    let limit =
+        Duration::from_secs_f64(option(arguments, "--limit").and_then(|s| s.parse().ok()).unwrap_or(10.0));
+    let find = |name: &str| {
+        TARGETS.iter().position(|target| target.name == name).ok_or_else(|| format!("no target {name}"))
+    };
     let table = Mutex::new(Table::default());
     let add = |seen: Seen| {
         if let Ok(mut table) = table.lock() {

@@ -50,7 +50,14 @@ impl Model for Erased {
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.model.accel_on_pieces(pieces, u, q, v, a)
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         self.model.jacobian(pieces, u, q, v, out)
     }
     fn channels(&self) -> Vec<Channel> {
@@ -256,7 +263,8 @@ pub fn reading(case: &mut Case) -> NfgReading {
 pub fn ring_set(case: &mut Case) -> RingSet {
     let gears = if case.hostile() { case.count(4) } else { case.pick(&[3, 4, 4, 6]) };
     // The set itself is of moderate size; its number of gears is put in afterwards.
-    let base = if gears <= 16 { RingSet::a(gears, 3000.0) } else { RingSet { gears, ..RingSet::a(4, 3000.0) } };
+    let base =
+        if gears <= 16 { RingSet::a(gears, 3000.0) } else { RingSet { gears, ..RingSet::a(4, 3000.0) } };
     let mut shaft = |k: f64, c: f64| Shaft { stiffness: case.number(k), damping: case.number(c) };
     let (motor_shaft, output_shaft) = (shaft(973.0, 0.0257), shaft(24_913.0, 0.117));
     let phases = (0..base.phases.len()).map(|i| case.number(1.0 + i as f64)).collect();
@@ -270,7 +278,11 @@ pub fn ring_set(case: &mut Case) -> RingSet {
         motor_shaft,
         output_shaft,
         mesh_stiffness: case.number(base.mesh_stiffness),
-        stiffness_harmonics: if case.hostile() { case.list(2, 0.1) } else { base.stiffness_harmonics.clone() },
+        stiffness_harmonics: if case.hostile() {
+            case.list(2, 0.1)
+        } else {
+            base.stiffness_harmonics.clone()
+        },
         mesh_damping: case.number(base.mesh_damping),
         half_backlash: case.number(1e-5),
         error: case.number(5e-6),
@@ -321,9 +333,15 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
             Mesh::new(of_set.stiffness().clone(), of_set.error().clone(), law)
         });
     }
-    let mesh_damping = if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
-    let params = RingParams { motor: params.motor, gears: params.gears, meshes, mesh_damping, omega: params.omega };
-    let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) { Ring::as_printed(&params)? } else { Ring::new(&params)? };
+    let mesh_damping =
+        if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
+    let params =
+        RingParams { motor: params.motor, gears: params.gears, meshes, mesh_damping, omega: params.omega };
+    let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) {
+        Ring::as_printed(&params)?
+    } else {
+        Ring::new(&params)?
+    };
     Ok(ring.in_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
 }
 
@@ -347,7 +365,8 @@ pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
         }
         4 => {
             let (params, reading) = (pair_params(case), reading(case));
-            let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
+            let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?
+                .with_torque(case.number(10.0))?;
             let (start, period) = (pair.static_start()?, pair.period());
             (Erased::new(pair, period), start)
         }

@@ -35,7 +35,9 @@ fn start(arguments: &[String]) -> std::io::Result<Child> {
 fn lines(child: &mut Child) -> Receiver<String> {
     let (send, receive) = channel();
     if let Some(out) = child.stdout.take() {
-        thread::spawn(move || BufReader::new(out).lines().map_while(Result::ok).try_for_each(|line| send.send(line)));
+        thread::spawn(move || {
+            BufReader::new(out).lines().map_while(Result::ok).try_for_each(|line| send.send(line))
+        });
     }
     receive
 }
@@ -53,7 +55,12 @@ fn errors(child: &mut Child) -> thread::JoinHandle<String> {
 }
 
 /// Follows a child through its cases until the deadline, a hang or its own end, and counts those that were begun.
-fn follow(child: &mut Child, limit: Duration, deadline: Option<Instant>, report: &mut dyn FnMut(Seen)) -> u64 {
+fn follow(
+    child: &mut Child,
+    limit: Duration,
+    deadline: Option<Instant>,
+    report: &mut dyn FnMut(Seen),
+) -> u64 {
     let receive = lines(child);
     let errors = errors(child);
     let (mut begun, mut current): (u64, Option<(Place, Instant)>) = (0, None);
@@ -64,13 +71,19 @@ fn follow(child: &mut Child, limit: Duration, deadline: Option<Instant>, report:
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {
                 if let Some((place, since)) = current.take() {
-                    report(Seen { place, kind: "hang".into(), text: format!("not done in {limit:?}"), time: since.elapsed() });
+                    report(Seen {
+                        place,
+                        kind: "hang".into(),
+                        text: format!("not done in {limit:?}"),
+                        time: since.elapsed(),
+                    });
                 }
                 break;
             }
         };
         let mut words = line.splitn(3, ' ');
-        let [first, second, third] = [words.next(), words.next(), words.next()].map(|word| word.unwrap_or_default());
+        let [first, second, third] =
+            [words.next(), words.next(), words.next()].map(|word| word.unwrap_or_default());
         match (first, current) {
             ("B", _) => {
                 begun += 1;
@@ -88,7 +101,12 @@ fn follow(child: &mut Child, limit: Duration, deadline: Option<Instant>, report:
     let status = child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
     let said = errors.join().unwrap_or_default();
     match current {
-        Some((place, since)) => report(Seen { place, kind: "abort".into(), text: format!("{status}: {said}"), time: since.elapsed() }),
+        Some((place, since)) => report(Seen {
+            place,
+            kind: "abort".into(),
+            text: format!("{status}: {said}"),
+            time: since.elapsed(),
+        }),
         None if said.is_empty() => {}
         None => eprintln!("{said}"),
     }
@@ -105,12 +123,18 @@ pub struct Share {
 }
 
 /// Runs a share of all cases until the deadline.
-pub fn run(share: Share, limit: Duration, deadline: Instant, report: &mut dyn FnMut(Seen)) -> std::io::Result<()> {
+pub fn run(
+    share: Share,
+    limit: Duration,
+    deadline: Instant,
+    report: &mut dyn FnMut(Seen),
+) -> std::io::Result<()> {
     let Share { seed, order, number, of } = share;
     let (mut block, mut done) = (number, 0);
     while Instant::now() < deadline {
         let only = order.only.map_or_else(|| "-".into(), |target| target.to_string());
-        let arguments = ["--child".into(), seed.to_string(), only, block.to_string(), of.to_string(), done.to_string()];
+        let arguments =
+            ["--child".into(), seed.to_string(), only, block.to_string(), of.to_string(), done.to_string()];
         done += follow(&mut start(&arguments)?, limit, Some(deadline), report);
         while done >= order.batch(block) {
             done -= order.batch(block);

@@ -105,7 +105,8 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         let mut probe = Probe::new(model);
         let rest = vec![0.0; model.dof()];
         let at_rest = probe.read_contacts(0.0, Side::After, &rest, &rest);
-        let edgeless = at_rest.iter().map(|c| c.lower == f64::NEG_INFINITY && c.upper == f64::INFINITY).collect();
+        let edgeless =
+            at_rest.iter().map(|c| c.lower == f64::NEG_INFINITY && c.upper == f64::INFINITY).collect();
         Rattle {
             probe,
             edgeless,

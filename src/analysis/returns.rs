@@ -24,7 +24,13 @@ impl Ranges {
             rigid.clear();
         }
         let m = 2 * dof;
-        Ranges { rigid, y: vec![0.0; m], low: vec![f64::INFINITY; m], high: vec![f64::NEG_INFINITY; m], largest: vec![0.0; m] }
+        Ranges {
+            rigid,
+            y: vec![0.0; m],
+            low: vec![f64::INFINITY; m],
+            high: vec![f64::NEG_INFINITY; m],
+            largest: vec![0.0; m],
+        }
     }
 
     /// Takes rigid motion out of a state.

@@ -20,15 +20,27 @@ use std::ops::ControlFlow;
 ///
 /// # Errors
 /// [`Failed`], with the part that succeeded; more states than 2²⁶ numbers hold are refused before the run.
-pub fn strobe<I: Integrator, M: Periodic + ?Sized>(integrator: &I, model: &M, start: &State, count: usize) -> Result<Trajectory, Failed> {
+pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
+    integrator: &I,
+    model: &M,
+    start: &State,
+    count: usize,
+) -> Result<Trajectory, Failed> {
     let width = 2 * model.dof() + 1;
     if check::count("states", &[count, width], check::NUMBERS).is_err() {
-        let error =
-            IntegrateError::Setting { name: "count", value: count as f64, allowed: "at most 2^26 numbers, a state and a time each" };
+        let error = IntegrateError::Setting {
+            name: "count",
+            value: count as f64,
+            allowed: "at most 2^26 numbers, a state and a time each",
+        };
         return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
     }
     if !(1e-50..=1e50).contains(&model.period()) {
-        let error = IntegrateError::Setting { name: "period of the model", value: model.period(), allowed: "in [1e-50, 1e50]" };
+        let error = IntegrateError::Setting {
+            name: "period of the model",
+            value: model.period(),
+            allowed: "in [1e-50, 1e50]",
+        };
         return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
     }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
@@ -83,11 +95,24 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`], and a level beyond ±1e50.
-    pub fn new(model: &'m M, channel: &str, level: f64, direction: Direction) -> Result<Self, ParameterError> {
+    pub fn new(
+        model: &'m M,
+        channel: &str,
+        level: f64,
+        direction: Direction,
+    ) -> Result<Self, ParameterError> {
         let probe = Probe::new(model);
         let channel = probe.index(channel)?;
         check::quantity("level", level)?;
-        Ok(Section { probe, channel, level, direction, states: Vec::new(), y: vec![0.0; 2 * model.dof()], last: None })
+        Ok(Section {
+            probe,
+            channel,
+            level,
+            direction,
+            states: Vec::new(),
+            y: vec![0.0; 2 * model.dof()],
+            last: None,
+        })
     }
 
     /// The states found.

@@ -59,12 +59,22 @@ impl Settle {
     /// # Errors
     /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay;
     /// [`Unsettled::Failed`] when a run does, or when the budget is spent.
-    pub fn run<I: Integrator, M: Periodic + ?Sized>(&self, integrator: &I, model: &M, start: &State) -> Result<Steady, Unsettled> {
+    pub fn run<I: Integrator, M: Periodic + ?Sized>(
+        &self,
+        integrator: &I,
+        model: &M,
+        start: &State,
+    ) -> Result<Steady, Unsettled> {
         let within = |name, value: f64, range: bool, allowed| {
             let error = IntegrateError::Setting { name, value, allowed };
             if range { Ok(()) } else { Err(Unsettled::Failed { error, state: start.clone(), periods: 0 }) }
         };
-        within("tolerance", self.tolerance, self.tolerance > 0.0 && self.tolerance < 1.0, "above 0 and below 1")?;
+        within(
+            "tolerance",
+            self.tolerance,
+            self.tolerance > 0.0 && self.tolerance < 1.0,
+            "above 0 and below 1",
+        )?;
         let multiple = self.largest_multiple;
         within("largest_multiple", multiple as f64, (1..=LONGEST).contains(&multiple), "1 to 65536 periods")?;
         let period = model.period();
@@ -73,7 +83,8 @@ impl Settle {
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
         let mut last = start.clone();
         // One coordinate alone has no relative motion.
-        let mut ranges = Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
+        let mut ranges =
+            Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
         // How many periods in a row each multiple has repeated.
         let mut repeated = vec![0; self.largest_multiple];
         let mut changes = vec![f64::INFINITY; self.largest_multiple];
@@ -103,13 +114,22 @@ impl Settle {
                 if p == 1 || change < closest {
                     closest = change;
                 }
-                repeated[p - 1] = if change <= self.tolerance && is_own_multiple(&changes[..p]) { repeated[p - 1] + 1 } else { 0 };
+                repeated[p - 1] = if change <= self.tolerance && is_own_multiple(&changes[..p]) {
+                    repeated[p - 1] + 1
+                } else {
+                    0
+                };
                 if repeated[p - 1] > p {
                     return Ok(Steady { state: last, period_multiple: p, periods: k, change });
                 }
             }
         }
-        Err(Unsettled::Aperiodic { state: last, periods: self.most_periods, closest, multiple: self.largest_multiple })
+        Err(Unsettled::Aperiodic {
+            state: last,
+            periods: self.most_periods,
+            closest,
+            multiple: self.largest_multiple,
+        })
     }
 }
 

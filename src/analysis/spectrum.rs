@@ -43,7 +43,10 @@ impl Window {
         };
         let at = |i: usize| {
             let x = TAU * i as f64 / n as f64;
-            a.iter().enumerate().map(|(k, a)| if k % 2 == 0 { *a } else { -a } * libm::cos(k as f64 * x)).sum()
+            a.iter()
+                .enumerate()
+                .map(|(k, a)| if k % 2 == 0 { *a } else { -a } * libm::cos(k as f64 * x))
+                .sum()
         };
         Ok((0..n).map(at).collect())
     }
@@ -84,7 +87,8 @@ impl Spectrum {
         check::scale("spacing", spacing)?;
         let w = window.coefficients(n)?;
         let gain: f64 = w.iter().sum();
-        let mut line: Vec<Complex64> = samples.iter().zip(&w).map(|(x, w)| Complex64::new(x * w, 0.0)).collect();
+        let mut line: Vec<Complex64> =
+            samples.iter().zip(&w).map(|(x, w)| Complex64::new(x * w, 0.0)).collect();
         FftPlanner::new().plan_fft_forward(n).process(&mut line);
         line.truncate(n / 2 + 1);
         let sided = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };

@@ -42,7 +42,11 @@ impl Summary {
         let mean = check::representable("mean", samples.iter().sum::<f64>() / n, samples)?;
         Ok(Summary {
             mean,
-            rms: check::representable("mean square", (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(), samples)?,
+            rms: check::representable(
+                "mean square",
+                (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(),
+                samples,
+            )?,
             deviation: (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
             min: samples.iter().copied().fold(f64::INFINITY, f64::min),
             max: samples.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -100,8 +104,15 @@ struct Running {
 }
 
 impl Running {
-    const NONE: Running =
-        Running { sum: 0.0, square: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
+    const NONE: Running = Running {
+        sum: 0.0,
+        square: 0.0,
+        min: f64::INFINITY,
+        max: f64::NEG_INFINITY,
+        origin: f64::NAN,
+        off: 0.0,
+        off_square: 0.0,
+    };
 }
 
 /// Start, Gauss points, end.
@@ -148,7 +159,13 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         }
         check::representable(format!("mean square of {channel}"), squares, &[r.min, r.max])?;
         let deviation = (r.off_square / self.duration - off * off).max(0.0).sqrt();
-        Ok(Summary { mean: r.sum / self.duration, rms: (r.square / self.duration).sqrt(), min: r.min, max: r.max, deviation })
+        Ok(Summary {
+            mean: r.sum / self.duration,
+            rms: (r.square / self.duration).sqrt(),
+            min: r.min,
+            max: r.max,
+            deviation,
+        })
     }
 
     /// All channels at `t` of the step, the ends seen from inside.
@@ -195,7 +212,8 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 let (top, at) = (peak(x, g), vertex(x, g));
                 // A hump between the points, or just inside an end of the step.
                 let hump = g[1] >= g[0] && g[1] >= g[2];
-                let at_end = (i == 1 && at > x[0] && at < x[1]) || (i == POINTS - 2 && at > x[1] && at < x[2]);
+                let at_end =
+                    (i == 1 && at > x[0] && at < x[1]) || (i == POINTS - 2 && at > x[1] && at < x[2]);
                 if (hump || at_end) && top > best {
                     best = best.max(self.refine(step, c, sign, x, g));
                 }

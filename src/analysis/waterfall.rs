@@ -68,8 +68,12 @@ pub struct WaterfallLine {
 impl WaterfallLine {
     /// The amplitude of the order nearest to this one.
     pub fn order(&self, order: f64) -> f64 {
-        let near = |i: &usize, j: &usize| (self.orders[*i] - order).abs().total_cmp(&(self.orders[*j] - order).abs());
-        (0..self.orders.len().min(self.amplitudes.len())).min_by(near).map_or(f64::NAN, |i| self.amplitudes[i])
+        let near = |i: &usize, j: &usize| {
+            (self.orders[*i] - order).abs().total_cmp(&(self.orders[*j] - order).abs())
+        };
+        (0..self.orders.len().min(self.amplitudes.len()))
+            .min_by(near)
+            .map_or(f64::NAN, |i| self.amplitudes[i])
     }
 }
 
@@ -106,7 +110,11 @@ impl Waterfall {
         // A name that the model does not have costs no run.
         Probe::new(model).index(channel)?;
         let count = (law.phase(end) / step).floor() as usize / window * window;
-        check::count("numbers of the run, a state and a time for each sample", &[count, 2 * model.dof() + 1], check::NUMBERS)?;
+        check::count(
+            "numbers of the run, a state and a time for each sample",
+            &[count, 2 * model.dof() + 1],
+            check::NUMBERS,
+        )?;
         let times: Vec<f64> = (0..count).map(|k| law.time(k as f64 * step)).collect();
         let run = solver.sample(model, start, &times).map_err(Box::new)?;
         let values = run.channel(model, channel)?;
@@ -118,7 +126,12 @@ impl Waterfall {
                 let (first, last) = (times[0], times[window - 1]);
                 let speed = (window - 1) as f64 * step / (last - first);
                 let orders = spectrum.orders(1.0)?;
-                Ok(WaterfallLine { t: 0.5 * (first + last), speed, orders, amplitudes: spectrum.amplitudes().to_vec() })
+                Ok(WaterfallLine {
+                    t: 0.5 * (first + last),
+                    speed,
+                    orders,
+                    amplitudes: spectrum.amplitudes().to_vec(),
+                })
             })
             .collect()
     }

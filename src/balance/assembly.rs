@@ -24,7 +24,13 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(harmonics: &Harmonics, omega: f64, scales: Vec<f64>, rigid: Vec<Vec<f64>>, couplings: &Couplings) -> Self {
+    pub(super) fn new(
+        harmonics: &Harmonics,
+        omega: f64,
+        scales: Vec<f64>,
+        rigid: Vec<Vec<f64>>,
+        couplings: &Couplings,
+    ) -> Self {
         let dof = scales.len();
         let varying = couplings.list.iter().filter(|c| is_varying(c.q) || is_varying(c.v)).count();
         let rigid = if harmonics.has_mean() { rigid } else { Vec::new() };
@@ -88,10 +94,14 @@ impl Layout {
         for (number, c) in couplings.list.iter().enumerate() {
             let (part, view) = if self.sparse {
                 let part = &mut out.parts_mut()[number];
-                let view = View { first: 0, stride: if part.pairs { 2 } else { heights[c.i] }, pairs: part.pairs };
+                let view =
+                    View { first: 0, stride: if part.pairs { 2 } else { heights[c.i] }, pairs: part.pairs };
                 (part, view)
             } else {
-                (&mut out.parts_mut()[0], View { first: c.j * width * size + c.i * width, stride: size, pairs: false })
+                (
+                    &mut out.parts_mut()[0],
+                    View { first: c.j * width * size + c.i * width, stride: size, pairs: false },
+                )
             };
             self.fill_block(c, spectra, &view, &mut part.values);
         }
@@ -111,17 +121,25 @@ impl Layout {
                 let turned = scale * if parity == 0 { -rate } else { rate };
                 match c.q {
                     Slope::Constant(a) => block[diagonal + parity] += scale * a,
-                    Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 1, scale),
+                    Slope::Varying(number) => {
+                        tables[number].add(block, &self.harmonics, order, parity == 1, scale)
+                    }
                 }
                 match c.v {
                     _ if order == 0 => {}
                     Slope::Constant(b) => block[diagonal + 1 - parity] += turned * b,
-                    Slope::Varying(number) => tables[number].add(block, &self.harmonics, order, parity == 0, turned),
+                    Slope::Varying(number) => {
+                        tables[number].add(block, &self.harmonics, order, parity == 0, turned)
+                    }
                 }
                 if c.i == c.j {
                     block[diagonal + parity] -= rate * rate;
                 }
-                for jump in spectra.jumps.iter().filter(|jump| !view.pairs && jump.row[c.j] != 0.0 && jump.size[c.i] != 0.0) {
+                for jump in spectra
+                    .jumps
+                    .iter()
+                    .filter(|jump| !view.pairs && jump.row[c.j] != 0.0 && jump.size[c.i] != 0.0)
+                {
                     let (sin, cos) = libm::sincos(jump.phase * order as f64);
                     let moved = jump.row[c.j] * if parity == 0 { cos } else { sin };
                     jump.add(block, &self.harmonics, scale * moved * jump.size[c.i]);
@@ -141,11 +159,13 @@ impl Layout {
                 if !sparse {
                     part.values[fixed * width * size + n * width + r] = 1.0;
                     for (i, share) in rigid.iter().enumerate() {
-                        part.values[(n * width + r) * size + i * width] = self.rigid_scale / self.scales[i] * share;
+                        part.values[(n * width + r) * size + i * width] =
+                            self.rigid_scale / self.scales[i] * share;
                     }
                 } else if part.j == last {
                     let stride = if part.i == last { height } else { width };
-                    part.values[(width + r) * stride] = self.rigid_scale / self.scales[part.i] * rigid[part.i];
+                    part.values[(width + r) * stride] =
+                        self.rigid_scale / self.scales[part.i] * rigid[part.i];
                     if part.i == last {
                         part.values[width + r] = 1.0;
                     }

@@ -70,7 +70,12 @@ impl Closed {
         None
     }
 
-    fn sampled<'m, M: Periodic + ?Sized>(model: &'m M, couplings: &Couplings, slopes: &mut Slopes<'m, M>, samples: usize) -> Option<Self> {
+    fn sampled<'m, M: Periodic + ?Sized>(
+        model: &'m M,
+        couplings: &Couplings,
+        slopes: &mut Slopes<'m, M>,
+        samples: usize,
+    ) -> Option<Self> {
         let contacts = model.contacts();
         let mut look = Look::new(model, couplings, slopes, samples);
         let gap = look.at(&vec![Piece::Gap; contacts], samples);
@@ -99,14 +104,20 @@ impl Closed {
             };
             let (lower, upper) = (on(Piece::Lower), on(Piece::Upper));
             for &c in &group {
-                flanks[c] = Some([lower.series(Some(&gap), Some(&reaches[c]))?, upper.series(Some(&gap), Some(&reaches[c]))?]);
+                flanks[c] = Some([
+                    lower.series(Some(&gap), Some(&reaches[c]))?,
+                    upper.series(Some(&gap), Some(&reaches[c]))?,
+                ]);
             }
         }
         let flanks = flanks.into_iter().flatten().collect();
         let (switches, phasors, turns, slopes, forces) = Default::default();
         let closed = Closed { base, flanks, indicator: Vec::new(), switches, phasors, turns, slopes, forces };
         // Orders that the samples fold onto lower ones show between the samples.
-        [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().all(|piece| closed.agrees(&mut look, piece)).then_some(closed)
+        [Piece::Gap, Piece::Lower, Piece::Upper]
+            .into_iter()
+            .all(|piece| closed.agrees(&mut look, piece))
+            .then_some(closed)
     }
 
     /// Whether the series give what the model gives between samples, all contacts on one piece.
@@ -172,12 +183,16 @@ impl Closed {
                     continue;
                 }
                 let chi = Indicator(indicator);
-                for (sum, series) in slopes.iter_mut().zip(&part.slopes).filter(|(_, series)| !series.is_empty()) {
+                for (sum, series) in
+                    slopes.iter_mut().zip(&part.slopes).filter(|(_, series)| !series.is_empty())
+                {
                     for (k, sum) in sum.iter_mut().enumerate() {
                         *sum += chi.times(series, periods, k);
                     }
                 }
-                for (sum, series) in forces.iter_mut().zip(&part.force).filter(|(_, series)| !series.is_empty()) {
+                for (sum, series) in
+                    forces.iter_mut().zip(&part.force).filter(|(_, series)| !series.is_empty())
+                {
                     for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                         *sum += chi.times(series, periods, order);
                     }
@@ -230,7 +245,9 @@ fn indicate(
 ) -> bool {
     let per_turn = TAU / switching.samples() as f64;
     switches.clear();
-    for event in switching.events().iter().filter(|e| e.contact == contact && (e.to == flank || e.from == flank)) {
+    for event in
+        switching.events().iter().filter(|e| e.contact == contact && (e.to == flank || e.from == flank))
+    {
         switches.push((event.time(per_turn), if event.to == flank { 1.0 } else { -1.0 }));
     }
     let there_at_first = switching.piece(contact, 0) == flank;

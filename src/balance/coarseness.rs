@@ -74,7 +74,8 @@ fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>
             }
         }
     }
-    let largest: Vec<f64> = z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
+    let largest: Vec<f64> =
+        z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
     let largest = against(&largest, &equations.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
     let shares: [f64; LOOKS] = std::array::from_fn(|look| even(look, 1));

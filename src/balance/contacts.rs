@@ -25,8 +25,12 @@ pub struct ContactHistory {
 
 impl ContactHistory {
     pub(super) fn new(switching: &Switching, contact: usize, span: f64) -> Self {
-        let events: Vec<(f64, Piece)> =
-            switching.events().iter().filter(|e| e.contact == contact).map(|e| (e.time(span / switching.samples() as f64), e.to)).collect();
+        let events: Vec<(f64, Piece)> = switching
+            .events()
+            .iter()
+            .filter(|e| e.contact == contact)
+            .map(|e| (e.time(span / switching.samples() as f64), e.to))
+            .collect();
         let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
         if events.is_empty() {
             history.intervals.push((0.0, span, switching.piece(contact, 0)));

@@ -47,8 +47,10 @@ impl Couplings {
         let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
         let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
         let mut stiffest = 0.0f64;
-        let held: Vec<Vec<Piece>> = [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
-        let ways: Vec<Option<&[Piece]>> = if holds { held.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
+        let held: Vec<Vec<Piece>> =
+            [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
+        let ways: Vec<Option<&[Piece]>> =
+            if holds { held.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for look in 0..LOOKS {
             model.drive(model.period() * even(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
@@ -59,7 +61,10 @@ impl Couplings {
             for &pieces in &ways {
                 slopes.at(pieces, &u, q, v);
                 let reference = first.get_or_insert_with(|| slopes.jacobian.clone());
-                for (kind, (now, then)) in kind.iter_mut().zip([(&slopes.jacobian.q, &reference.q), (&slopes.jacobian.v, &reference.v)]) {
+                for (kind, (now, then)) in kind
+                    .iter_mut()
+                    .zip([(&slopes.jacobian.q, &reference.q), (&slopes.jacobian.v, &reference.v)])
+                {
                     for ((kind, now), then) in kind.iter_mut().zip(now).zip(then) {
                         let same = (now - then).abs() <= 1e-13 * then.abs();
                         *kind = (*kind).max(if !same { 2 } else { u8::from(*now != 0.0) });

@@ -48,7 +48,9 @@ pub enum BalanceError {
         integrals: Integrals,
     },
     /// A rigid stop: velocities that jump are no series. [`Shooting`](crate::Shooting) takes them.
-    #[error("contact {contact} has a rigid stop, at which velocities jump: a balance cannot hold it; use Shooting")]
+    #[error(
+        "contact {contact} has a rigid stop, at which velocities jump: a balance cannot hold it; use Shooting"
+    )]
     RigidStop {
         /// Which contact.
         contact: usize,
@@ -196,16 +198,25 @@ impl std::fmt::Display for BalanceNote {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             BalanceNote::Unresolved { highest, needed } => {
-                write!(f, "orders up to {highest} do not resolve the fastest local natural frequency: {needed:.0} are needed")
+                write!(
+                    f,
+                    "orders up to {highest} do not resolve the fastest local natural frequency: {needed:.0} are needed"
+                )
             }
             BalanceNote::Aliased { samples, error } => {
                 write!(f, "{samples} samples move the orbit by {error:.1e} of its peak-to-peak")
             }
             BalanceNote::Coarse { integrals, share } => {
-                write!(f, "{integrals:?} integrals twice as fine change the forces by {share:.1e} of the largest")
+                write!(
+                    f,
+                    "{integrals:?} integrals twice as fine change the forces by {share:.1e} of the largest"
+                )
             }
             BalanceNote::MeanForce { share } => {
-                write!(f, "order 0 is not kept, and nothing balances the mean force, {share:.1e} of the largest")
+                write!(
+                    f,
+                    "order 0 is not kept, and nothing balances the mean force, {share:.1e} of the largest"
+                )
             }
             BalanceNote::Differences => f.write_str("the model offers no Jacobian: differences were used"),
         }

@@ -37,7 +37,11 @@ impl Orbit {
     ///
     /// # Errors
     /// [`Exhausted`] says which limit was reached.
-    pub fn multipliers_within<M: Periodic + ?Sized>(&self, model: &M, budget: &Budget) -> Result<Option<Multipliers>, Exhausted> {
+    pub fn multipliers_within<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        budget: &Budget,
+    ) -> Result<Option<Multipliers>, Exhausted> {
         let meter = budget.begin();
         let multipliers = self.multipliers_any(&model, &meter);
         meter.exhausted().map_or(Ok(multipliers), Err)
@@ -285,7 +289,11 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         for (stage, &t) in times.iter().enumerate() {
             self.model.drive(t, Side::After, &mut self.u);
             let [q, v] = &self.stages;
-            self.q.iter_mut().zip(q).chain(self.v.iter_mut().zip(v)).for_each(|(x, stages)| *x = stages[stage]);
+            self.q
+                .iter_mut()
+                .zip(q)
+                .chain(self.v.iter_mut().zip(v))
+                .for_each(|(x, stages)| *x = stages[stage]);
             fastest = fastest.max(self.read());
             let read = &self.slopes.jacobian;
             for (kept, read) in [(&mut self.of_q, &read.q), (&mut self.of_v, &read.v)] {
@@ -302,7 +310,9 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         }
         for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.k.chunks_exact(STAGES * n)) {
             for i in 0..n {
-                let sum = |weights: &[f64; STAGES]| weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>();
+                let sum = |weights: &[f64; STAGES]| {
+                    weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>()
+                };
                 y[i] += h * y[n + i] + h * h * sum(&TWICE);
                 y[n + i] += h * sum(&WEIGHTS);
             }
@@ -346,7 +356,8 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             }
             for (y, k) in self.y.chunks_exact(2 * n).zip(self.k.chunks_exact_mut(rows)) {
                 for i in 0..n {
-                    let along = |j: usize| of_q[j * n + i] * (y[j] + c * h * y[n + j]) + of_v[j * n + i] * y[n + j];
+                    let along =
+                        |j: usize| of_q[j * n + i] * (y[j] + c * h * y[n + j]) + of_v[j * n + i] * y[n + j];
                     k[stage * n + i] = (0..n).map(along).sum();
                 }
             }

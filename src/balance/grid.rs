@@ -25,7 +25,8 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
         let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
         let mut u = vec![0.0; samples * drives];
         // One period of drives serves all.
-        let distinct = if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
+        let distinct =
+            if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
         for s in 0..distinct {
             model.drive(span * s as f64 / samples as f64, Side::After, &mut u[s * drives..(s + 1) * drives]);
         }

@@ -52,9 +52,11 @@ impl Harmonics {
         }
         let asked = check::count("highest order", &[orders[orders.len() - 1]], Self::HIGHEST)?;
         match orders.windows(2).find(|w| w[0] == w[1]) {
-            Some(twice) => {
-                Err(ParameterError::OutOfRange { name: "repeated order".into(), value: twice[0] as f64, allowed: "the list once" })
-            }
+            Some(twice) => Err(ParameterError::OutOfRange {
+                name: "repeated order".into(),
+                value: twice[0] as f64,
+                allowed: "the list once",
+            }),
             None => Ok(Harmonics { orders, periods: 1, asked }),
         }
     }

@@ -65,9 +65,17 @@ impl Kinks {
                 let s = Stencil::index(event.cell, i, grid.samples());
                 grid.state(s, &mut self.q, &mut self.v);
                 for side in 0..2 {
-                    accelerate(grid.model, Some(&self.pieces[side]), grid.drives(s), &self.q, &self.v, &mut self.a[side]);
+                    accelerate(
+                        grid.model,
+                        Some(&self.pieces[side]),
+                        grid.drives(s),
+                        &self.q,
+                        &self.v,
+                        &mut self.a[side],
+                    );
                 }
-                for (force, (before, after)) in samples.force.iter_mut().zip(self.a[0].iter().zip(&self.a[1])) {
+                for (force, (before, after)) in samples.force.iter_mut().zip(self.a[0].iter().zip(&self.a[1]))
+                {
                     force[s] += w * (after - before);
                 }
             }
@@ -93,7 +101,8 @@ impl Kinks {
                 for (side, sign) in [(0, -w), (1, *w)] {
                     slopes.at(Some(&self.pieces[side]), grid.drives(s), &self.q, &self.v);
                     for (values, &(i, j, velocity)) in samples.slopes.iter_mut().zip(&couplings.varying) {
-                        values[s] += sign * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+                        values[s] += sign
+                            * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
                     }
                 }
             }
@@ -101,7 +110,13 @@ impl Kinks {
     }
 
     /// Jumps of the acceleration at switches, for damping that acts only in contact.
-    pub(super) fn jumps<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, stencil: &Stencil, switching: &Switching, out: &mut Spectra) {
+    pub(super) fn jumps<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &Grid<'_, M>,
+        stencil: &Stencil,
+        switching: &Switching,
+        out: &mut Spectra,
+    ) {
         out.jumps.clear();
         let (m, n) = (grid.samples(), grid.dof());
         self.u.resize(grid.model.drives(), 0.0);
@@ -113,7 +128,14 @@ impl Kinks {
             }
             grid.model.drive(event.time(grid.step()), Side::After, &mut self.u);
             for side in 0..2 {
-                accelerate(grid.model, Some(&self.pieces[side]), &self.u, &self.q, &self.v, &mut self.a[side]);
+                accelerate(
+                    grid.model,
+                    Some(&self.pieces[side]),
+                    &self.u,
+                    &self.q,
+                    &self.v,
+                    &mut self.a[side],
+                );
             }
             let most = self.a.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
             let change = |a: &[Vec<f64>; 2], i: usize| a[0][i] - a[1][i];

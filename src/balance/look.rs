@@ -37,7 +37,12 @@ pub(super) struct Seen {
 }
 
 impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
-    pub(super) fn new(model: &'m M, couplings: &'a Couplings, slopes: &'a mut Slopes<'m, M>, samples: usize) -> Self {
+    pub(super) fn new(
+        model: &'m M,
+        couplings: &'a Couplings,
+        slopes: &'a mut Slopes<'m, M>,
+        samples: usize,
+    ) -> Self {
         let mut drives = vec![vec![0.0; model.drives()]; samples];
         for (s, u) in drives.iter_mut().enumerate() {
             model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
@@ -59,13 +64,17 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
     pub(super) fn at(&mut self, pieces: &[Piece], samples: usize) -> Seen {
         let n = self.model.dof();
         let (rest, mut a) = (vec![0.0; n], vec![0.0; n]);
-        let mut seen = Seen { force: vec![vec![0.0; samples]; n], slopes: vec![vec![0.0; samples]; self.couplings.varying.len()] };
+        let mut seen = Seen {
+            force: vec![vec![0.0; samples]; n],
+            slopes: vec![vec![0.0; samples]; self.couplings.varying.len()],
+        };
         for (s, u) in self.drives[..samples].iter().enumerate() {
             self.model.accel_on_pieces(pieces, u, &rest, &rest, &mut a);
             seen.force.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
             self.slopes.at(Some(pieces), u, &rest, &rest);
             for (values, &(i, j, velocity)) in seen.slopes.iter_mut().zip(&self.couplings.varying) {
-                values[s] = if velocity { self.slopes.jacobian.v[(i, j)] } else { self.slopes.jacobian.q[(i, j)] };
+                values[s] =
+                    if velocity { self.slopes.jacobian.v[(i, j)] } else { self.slopes.jacobian.q[(i, j)] };
             }
         }
         seen
@@ -111,7 +120,8 @@ pub(super) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Opt
     if series[3 * samples / 8..].iter().any(|c| c.norm_sqr() > SETTLED * SETTLED * largest) {
         return None;
     }
-    let length = series.iter().rposition(|c| c.norm_sqr() > ROUNDING * ROUNDING * largest).map_or(0, |last| last + 1);
+    let length =
+        series.iter().rposition(|c| c.norm_sqr() > ROUNDING * ROUNDING * largest).map_or(0, |last| last + 1);
     series.truncate(length);
     Some(series)
 }
@@ -134,10 +144,15 @@ pub(super) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
     for look in 0..8 {
         let random = |direction: usize| even(look, direction);
         model.drive(model.period() * random(0), Side::After, &mut u);
-        let pieces: Vec<Piece> =
-            (0..contacts).map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize]).collect();
+        let pieces: Vec<Piece> = (0..contacts)
+            .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])
+            .collect();
         let state = |half: usize| -> Vec<f64> {
-            slopes.scale[half * n..][..n].iter().enumerate().map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0)).collect()
+            slopes.scale[half * n..][..n]
+                .iter()
+                .enumerate()
+                .map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0))
+                .collect()
         };
         let (q, v) = (state(0), state(1));
         if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {
@@ -147,8 +162,12 @@ pub(super) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
         slopes.at(Some(&pieces), &u, &rest, &rest);
         let (by_q, by_v) = (&slopes.jacobian.q, &slopes.jacobian.v);
         let at_rest = a[1].clone();
-        let size = |i: usize| (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>() + at_rest[i].abs();
-        let linear = |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
+        let size = |i: usize| {
+            (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>()
+                + at_rest[i].abs()
+        };
+        let linear =
+            |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
         let parts = |apart: f64, size: f64| apart.is_nan() || apart.abs() > 1e-9 * size;
         if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
             return false;

@@ -122,7 +122,12 @@ enum Roots {
 impl Balance {
     /// Exact integrals, Newton's method, the default [`Budget`].
     pub fn new(harmonics: Harmonics) -> Self {
-        Balance { harmonics, integrals: Integrals::Exact, roots: Roots::Newton(Newton::new()), budget: Budget::new() }
+        Balance {
+            harmonics,
+            integrals: Integrals::Exact,
+            roots: Roots::Newton(Newton::new()),
+            budget: Budget::new(),
+        }
     }
     /// The most work of one call: every residual that the root finder evaluates is a step, and so is every step of the flows that
     /// [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to) shoot with.
@@ -158,7 +163,11 @@ impl Balance {
     ///
     /// # Errors
     /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
-    pub fn equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
+    pub fn equations<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &Orbit,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
 
@@ -174,7 +183,11 @@ impl Balance {
     ///
     /// # Errors
     /// A linear system that is singular.
-    pub fn linearised_on<M: Periodic + ?Sized>(&self, model: &M, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
+    pub fn linearised_on<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        pieces: &[Piece],
+    ) -> Result<Orbit, BalanceError> {
         self.linearised_any(&model, pieces)
     }
 
@@ -185,8 +198,12 @@ impl Balance {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
-        let rest =
-            Orbit::of(&self.harmonics, model.period() * self.harmonics.periods() as f64, vec![0.0; model.dof() * width], model.dof());
+        let rest = Orbit::of(
+            &self.harmonics,
+            model.period() * self.harmonics.periods() as f64,
+            vec![0.0; model.dof() * width],
+            model.dof(),
+        );
         let mut equations = self.equations(model, &rest)?.held(pieces);
         let x = equations.unknowns(&rest);
         let meter = self.budget.begin();
@@ -203,8 +220,15 @@ impl Balance {
     }
 
     /// The same within what is left of a budget.
-    fn solve_within(&self, model: &dyn Periodic, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| self.finer_equations(model, orbit))
+    fn solve_within(
+        &self,
+        model: &dyn Periodic,
+        guess: &Orbit,
+        meter: &Meter<'_>,
+    ) -> Result<Orbit, BalanceError> {
+        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| {
+            self.finer_equations(model, orbit)
+        })
     }
 
     /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in Liu 2021. The integrals
@@ -212,11 +236,20 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
-    pub fn solve_truncating_forces<G: Shape>(&self, model: &Machine<G>, guess: &Orbit) -> Result<Orbit, BalanceError> {
+    pub fn solve_truncating_forces<G: Shape>(
+        &self,
+        model: &Machine<G>,
+        guess: &Orbit,
+    ) -> Result<Orbit, BalanceError> {
         self.solve_truncating_within(model, guess, &self.budget.begin())
     }
 
-    fn solve_truncating_within<G: Shape>(&self, model: &Machine<G>, guess: &Orbit, meter: &Meter<'_>) -> Result<Orbit, BalanceError> {
+    fn solve_truncating_within<G: Shape>(
+        &self,
+        model: &Machine<G>,
+        guess: &Orbit,
+        meter: &Meter<'_>,
+    ) -> Result<Orbit, BalanceError> {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
@@ -226,7 +259,11 @@ impl Balance {
     }
 
     /// The equations with integrals twice as fine.
-    fn finer_equations<'m, M: Periodic + ?Sized>(&self, model: &'m M, near: &Orbit) -> Result<BalanceEquations<'m, M>, BalanceError> {
+    fn finer_equations<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &Orbit,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
     }
 
@@ -256,11 +293,21 @@ impl Balance {
     ///
     /// # Errors
     /// As [`linearised`](Balance::linearised).
-    pub fn flank_jacobian<M: Periodic + ?Sized>(&self, model: &M, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+    pub fn flank_jacobian<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        flank: Piece,
+        near: &Orbit,
+    ) -> Result<FirstJacobian, BalanceError> {
         self.flank_jacobian_any(&model, flank, near)
     }
 
-    fn flank_jacobian_any(&self, model: &dyn Periodic, flank: Piece, near: &Orbit) -> Result<FirstJacobian, BalanceError> {
+    fn flank_jacobian_any(
+        &self,
+        model: &dyn Periodic,
+        flank: Piece,
+        near: &Orbit,
+    ) -> Result<FirstJacobian, BalanceError> {
         couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
@@ -281,7 +328,8 @@ impl Balance {
     ) -> Result<Orbit, BalanceError> {
         let orbit = |root: &Root| {
             let mut orbit = equations.orbit(&root.x);
-            (orbit.iterations, orbit.evaluations, orbit.residual) = (root.iterations, root.evaluations, root.residual);
+            (orbit.iterations, orbit.evaluations, orbit.residual) =
+                (root.iterations, root.evaluations, root.residual);
             orbit.notes = equations.notes();
             orbit
         };
@@ -293,19 +341,27 @@ impl Balance {
                 history: last.history,
             },
             // A residual that was not evaluated any more is not a number.
-            RootError::NotFinite { last, .. } | RootError::NotConverged { last } | RootError::Singular { last, .. }
+            RootError::NotFinite { last, .. }
+            | RootError::NotConverged { last }
+            | RootError::Singular { last, .. }
                 if let Some(exhausted) = meter.exhausted() =>
             {
                 BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
             }
-            RootError::Singular { .. } if let Some(contact) = held_in_gap => BalanceError::StartInGap { contact },
+            RootError::Singular { .. } if let Some(contact) = held_in_gap => {
+                BalanceError::StartInGap { contact }
+            }
             RootError::Singular { unknown, last } => BalanceError::Floating {
                 coordinate: equations.layout.coordinate(unknown),
                 last: Box::new(orbit(&last)),
                 history: last.history,
             },
-            RootError::NotConverged { last } => BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history },
-            RootError::NotFinite { last, .. } => BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history },
+            RootError::NotConverged { last } => {
+                BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history }
+            }
+            RootError::NotFinite { last, .. } => {
+                BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history }
+            }
             other => BalanceError::Root(other),
         })
     }

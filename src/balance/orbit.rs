@@ -93,7 +93,9 @@ impl Orbit {
     ) -> Result<Self, Failed> {
         let span = model.period() * harmonics.periods() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
-        if let Err(error) = harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)) {
+        if let Err(error) =
+            harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS))
+        {
             return Err(Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(n, start.t)) });
         }
         let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
@@ -134,7 +136,10 @@ impl Orbit {
     /// The same orbit without the orders above `highest`, if some are left.
     pub(super) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
-        Harmonics::list(&orders).and_then(|h| h.over_periods(self.harmonics.periods())).ok().map(|harmonics| self.on(&harmonics))
+        Harmonics::list(&orders)
+            .and_then(|h| h.over_periods(self.harmonics.periods()))
+            .ok()
+            .map(|harmonics| self.on(&harmonics))
     }
 
     /// The harmonics.
@@ -205,7 +210,13 @@ impl Orbit {
     }
 
     /// Coordinates and velocities at several instants, side by side, from sin ωt and cos ωt there.
-    pub(super) fn motions<const K: usize>(&self, t: [f64; K], turn: [[f64; K]; 2], q: &mut [[f64; K]], v: &mut [[f64; K]]) {
+    pub(super) fn motions<const K: usize>(
+        &self,
+        t: [f64; K],
+        turn: [[f64; K]; 2],
+        q: &mut [[f64; K]],
+        v: &mut [[f64; K]],
+    ) {
         let (omega, means) = (self.frequency(), usize::from(self.harmonics.has_mean()));
         let orders = &self.harmonics.orders()[means..];
         let first = orders.first().copied().unwrap_or(0);
@@ -225,7 +236,10 @@ impl Orbit {
                 while here < order {
                     here += 1;
                     for k in 0..K {
-                        (sin[k], cos[k]) = (sin[k] * turn[1][k] + cos[k] * turn[0][k], cos[k] * turn[1][k] - sin[k] * turn[0][k]);
+                        (sin[k], cos[k]) = (
+                            sin[k] * turn[1][k] + cos[k] * turn[0][k],
+                            cos[k] * turn[1][k] - sin[k] * turn[0][k],
+                        );
                     }
                 }
                 for k in 0..K {
@@ -261,11 +275,19 @@ impl Orbit {
     ///
     /// # Errors
     /// [`ShootingError`].
-    pub fn polish_within<M: Periodic + ?Sized>(&self, model: &M, budget: &Budget) -> Result<Cycle, ShootingError> {
+    pub fn polish_within<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        budget: &Budget,
+    ) -> Result<Cycle, ShootingError> {
         self.polish_metered(&model, &budget.begin())
     }
 
-    pub(super) fn polish_metered(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
+    pub(super) fn polish_metered(
+        &self,
+        model: &dyn Periodic,
+        meter: &Meter<'_>,
+    ) -> Result<Cycle, ShootingError> {
         let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
         Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
     }
@@ -366,7 +388,8 @@ impl Orbit {
         }
         let ranges: Vec<f64> = (0..n).map(|j| self.peak_to_peak(j)).collect();
         let moving = largest(&ranges);
-        let most = if moving > 0.0 { moving } else { (0..n).fold(0.0, |m: f64, j| m.max(self.mean(j).abs())) };
+        let most =
+            if moving > 0.0 { moving } else { (0..n).fold(0.0, |m: f64, j| m.max(self.mean(j).abs())) };
         let m = samples_for(self.harmonics.highest().max(other.harmonics.highest()));
         let mut transform = Transform::new(m);
         let (mut a, mut b) = (vec![Complex64::ZERO; m], vec![Complex64::ZERO; m]);
@@ -376,7 +399,9 @@ impl Orbit {
             spread(other.coefficients(j), &other.harmonics, 0.0, &mut b);
             a.iter_mut().zip(&b).for_each(|(a, b)| *a -= b);
             transform.synthesise(&mut a);
-            let apart = a.iter().fold(0.0, |m: f64, a| if a.re.is_finite() { m.max(a.re.abs()) } else { f64::INFINITY });
+            let apart = a
+                .iter()
+                .fold(0.0, |m: f64, a| if a.re.is_finite() { m.max(a.re.abs()) } else { f64::INFINITY });
             if apart.is_infinite() {
                 return f64::INFINITY;
             }
@@ -401,6 +426,8 @@ pub(super) fn turned<const K: usize>(x: [f64; K]) -> [[f64; K]; 2] {
 fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
     let theta = a.im / (a.im - b.im);
     let (p, q) = (theta, 1.0 - theta);
-    let value = |p: f64, q: f64| a.re * q * q * (1.0 + 2.0 * p) + b.re * p * p * (1.0 + 2.0 * q) + h * p * q * (a.im * q - b.im * p);
+    let value = |p: f64, q: f64| {
+        a.re * q * q * (1.0 + 2.0 * p) + b.re * p * p * (1.0 + 2.0 * q) + h * p * q * (a.im * q - b.im * p)
+    };
     value(p, q)
 }

@@ -89,7 +89,8 @@ impl Panels {
             if let Some((slopes, couplings)) = &mut wanted {
                 slopes.at(None, &self.u, &self.q, &self.v);
                 for (sum, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
-                    let d = share * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+                    let d =
+                        share * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
                     sum.iter_mut().zip(&self.phasors).for_each(|(sum, z)| *sum += z * d);
                 }
             }

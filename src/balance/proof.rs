@@ -56,12 +56,19 @@ impl Balance {
         self.prove_within(&model, orbit, &self.budget.begin())
     }
 
-    fn prove_within(&self, model: &dyn Periodic, orbit: &Orbit, meter: &Meter<'_>) -> Result<Proof, BalanceError> {
+    fn prove_within(
+        &self,
+        model: &dyn Periodic,
+        orbit: &Orbit,
+        meter: &Meter<'_>,
+    ) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).solve_within(model, orbit, meter)?;
         let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
         let better = match self.integrals {
             _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
-            Integrals::Sampled { .. } if model.contacts() > 0 => Balance::new(self.harmonics().clone()).equations(model, orbit)?,
+            Integrals::Sampled { .. } if model.contacts() > 0 => {
+                Balance::new(self.harmonics().clone()).equations(model, orbit)?
+            }
             _ => self.finer_equations(model, orbit)?,
         };
         proof(model, orbit, finer, correction(better, orbit), meter)
@@ -72,7 +79,11 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one.
-    pub fn prove_truncating_forces<G: Shape>(&self, model: &Machine<G>, orbit: &Orbit) -> Result<Proof, BalanceError> {
+    pub fn prove_truncating_forces<G: Shape>(
+        &self,
+        model: &Machine<G>,
+        orbit: &Orbit,
+    ) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
         let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
         let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
@@ -85,7 +96,13 @@ impl Balance {
     /// # Errors
     /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders, or when no orbit is found on more; [`BalanceError`] if there is none
     /// from the guess.
-    pub fn solve_to<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit, accuracy: f64, highest: usize) -> Result<Proof, BalanceError> {
+    pub fn solve_to<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        guess: &Orbit,
+        accuracy: f64,
+        highest: usize,
+    ) -> Result<Proof, BalanceError> {
         crate::error::check::positive("accuracy", accuracy)?;
         let least = self.harmonics().highest();
         if highest < least {
@@ -97,13 +114,25 @@ impl Balance {
         loop {
             let further = balance.harmonics().extended();
             if further.highest() > highest {
-                return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit), cause: None });
+                return Err(BalanceError::Accuracy {
+                    wanted: accuracy,
+                    reached,
+                    highest,
+                    best: Box::new(orbit),
+                    cause: None,
+                });
             }
             let proof = match balance.prove_within(&model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
                     let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
-                    return Err(BalanceError::Accuracy { wanted: accuracy, reached, highest, best: Box::new(orbit), cause });
+                    return Err(BalanceError::Accuracy {
+                        wanted: accuracy,
+                        reached,
+                        highest,
+                        best: Box::new(orbit),
+                        cause,
+                    });
                 }
             };
             reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
@@ -116,7 +145,13 @@ impl Balance {
     }
 }
 
-fn proof(model: &dyn Periodic, orbit: &Orbit, finer: Orbit, aliasing: f64, meter: &Meter<'_>) -> Result<Proof, BalanceError> {
+fn proof(
+    model: &dyn Periodic,
+    orbit: &Orbit,
+    finer: Orbit,
+    aliasing: f64,
+    meter: &Meter<'_>,
+) -> Result<Proof, BalanceError> {
     let polished = orbit.polish_metered(model, meter).ok();
     if let Some(exhausted) = meter.exhausted() {
         return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
@@ -161,9 +196,13 @@ fn mean_force<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 
     for s in 0..grid.samples() {
         grid.state(s, &mut q, &mut v);
         grid.model.accel(grid.drives(s), &q, &v, &mut a);
-        seen.iter_mut().zip(&a).for_each(|([sum, largest], a)| (*sum, *largest) = (*sum + a, largest.max(a.abs())));
+        seen.iter_mut()
+            .zip(&a)
+            .for_each(|([sum, largest], a)| (*sum, *largest) = (*sum + a, largest.max(a.abs())));
     }
-    let share = |[sum, largest]: [f64; 2]| if largest > 0.0 { (sum / grid.samples() as f64).abs() / largest } else { 0.0 };
+    let share = |[sum, largest]: [f64; 2]| {
+        if largest > 0.0 { (sum / grid.samples() as f64).abs() / largest } else { 0.0 }
+    };
     seen.into_iter().map(share).fold(0.0, f64::max)
 }
 

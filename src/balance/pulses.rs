@@ -24,7 +24,8 @@ const MOST_OF_ALL: usize = 1 << 16;
 /// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
 pub(super) fn pulses<M: Periodic + ?Sized>(model: &M, near: &Orbit, harmonics: &Harmonics) -> Vec<f64> {
     let (size, period) = (sizes(near), model.period());
-    let rates: Vec<f64> = size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
+    let rates: Vec<f64> =
+        size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
     let held = (model.contacts() > 0 && holds_pieces(model)).then(|| vec![Piece::Upper; model.contacts()]);
     let mut drives = Drives::new(model, [&size, &rates], vec![held]);
     let mut breaks = drive_edges(model, period);
@@ -46,7 +47,8 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         let signals = self.drives.signals();
         let (basis, nodes) = (lagrange(), nodes());
         // The polynomial of every signal on every panel, as the coefficients of x^m.
-        let (mut foreseen, mut largest) = (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
+        let (mut foreseen, mut largest) =
+            (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
         let mut now = vec![0.0; signals];
         for (foreseen, &(middle, half)) in foreseen.iter_mut().zip(&panels) {
             for ((node, _), basis) in nodes.iter().zip(&basis) {
@@ -77,11 +79,9 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
                 }
                 self.drives.read(t, None, &mut now);
                 let x = (t - middle) / half;
-                let departs = now
-                    .iter()
-                    .zip(foreseen)
-                    .zip(&largest)
-                    .any(|((now, p), largest)| (now - p.iter().rev().fold(0.0, |sum, p| sum * x + p)).abs() > DEPARTS * largest);
+                let departs = now.iter().zip(foreseen).zip(&largest).any(|((now, p), largest)| {
+                    (now - p.iter().rev().fold(0.0, |sum, p| sum * x + p)).abs() > DEPARTS * largest
+                });
                 if !departs {
                     continue;
                 }
@@ -100,7 +100,14 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
     }
 
     /// Halves a stretch until its integrals settle.
-    fn halve(&mut self, (start, end): (f64, f64), largest: &[f64], depth: usize, most: usize, ends: &mut Vec<f64>) {
+    fn halve(
+        &mut self,
+        (start, end): (f64, f64),
+        largest: &[f64],
+        depth: usize,
+        most: usize,
+        ends: &mut Vec<f64>,
+    ) {
         let middle = 0.5 * (start + end);
         if depth >= DEEPEST || ends.len() >= most || middle <= start || middle >= end {
             return;

@@ -74,7 +74,13 @@ pub(super) enum Method<'m, M: ?Sized> {
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
-    pub(super) fn new(model: &'m M, harmonics: &Harmonics, integrals: Integrals, near: &Orbit, finer: usize) -> Result<Self, BalanceError> {
+    pub(super) fn new(
+        model: &'m M,
+        harmonics: &Harmonics,
+        integrals: Integrals,
+        near: &Orbit,
+        finer: usize,
+    ) -> Result<Self, BalanceError> {
         let n = model.dof();
         refuse_stops(model)?;
         check::scale("period of the model", model.period())?;
@@ -93,14 +99,19 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
         let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
-        let by_panels = integrals == Integrals::Panels || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
+        let by_panels = integrals == Integrals::Panels
+            || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
         let ways = match holds {
             false => vec![None],
-            true => [Piece::Gap, Piece::Lower, Piece::Upper].map(|piece| Some(vec![piece; contacts])).to_vec(),
+            true => {
+                [Piece::Gap, Piece::Lower, Piece::Upper].map(|piece| Some(vec![piece; contacts])).to_vec()
+            }
         };
         let mut drives = Drives::new(model, [&size, &rates], ways);
         let samples = match integrals {
-            Integrals::Closed | Integrals::Kinks if edges || !holds => return Err(BalanceError::NotOffered { integrals }),
+            Integrals::Closed | Integrals::Kinks if edges || !holds => {
+                return Err(BalanceError::NotOffered { integrals });
+            }
             Integrals::Sampled { samples } if samples <= 2 * highest || samples < NODES => {
                 return Err(BalanceError::Samples { samples, highest });
             }
@@ -108,13 +119,20 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             // Without contacts a smooth force has few orders more than motion and drives.
             Integrals::Exact if contacts == 0 => (6 * highest).next_power_of_two().max(64),
             // Panels follow the drives themselves; their samples only have to show where the tooth edges are.
-            _ => samples_following(&mut drives, if by_panels { Signals::Edges } else { Signals::All }, harmonics),
+            _ => samples_following(
+                &mut drives,
+                if by_panels { Signals::Edges } else { Signals::All },
+                harmonics,
+            ),
         };
-        let fits = |samples: usize| check::count("samples of the balance", &[finer, samples, n], MOST_SAMPLES);
+        let fits =
+            |samples: usize| check::count("samples of the balance", &[finer, samples, n], MOST_SAMPLES);
         fits(samples)?;
         let mut grid = Grid::new(model, harmonics, finer * samples);
         if integrals == Integrals::Exact && contacts == 0 && !by_panels {
-            let needed = drives.orders(Signals::All, Some(&grid)).map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+            let needed = drives
+                .orders(Signals::All, Some(&grid))
+                .map_or(0, |orders| 3 * orders.highest * harmonics.periods());
             if needed > samples {
                 fits(needed.next_power_of_two())?;
                 grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
@@ -124,7 +142,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let sampled = || Samples::new(n, varying, samples);
         let method = match integrals {
             _ if by_panels => {
-                let pulses = if integrals == Integrals::Panels { pulses(model, near, harmonics) } else { Vec::new() };
+                let pulses =
+                    if integrals == Integrals::Panels { pulses(model, near, harmonics) } else { Vec::new() };
                 Method::Panels(Panels::new(&grid, varying, &mut drives, finer, &pulses))
             }
             Integrals::Sampled { .. } => Method::Sampled(sampled()),
@@ -172,7 +191,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         for rigid in &self.layout.rigid {
             let along: f64 = rigid.iter().map(|r| r * r).sum();
-            let alpha: f64 = rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
+            let alpha: f64 =
+                rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
             x.push(alpha / self.layout.rigid_scale);
         }
         // The position along a rigid motion is held by one mean, which is zero: the guess has to stand there.
@@ -195,7 +215,11 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         let mut orbit = Orbit::of(&self.layout.harmonics, self.grid.span(), coefficients, n);
         for (rigid, alpha) in self.layout.rigid.iter().zip(&x[n * width..]) {
-            orbit.mean_acceleration.iter_mut().zip(rigid).for_each(|(a, r)| *a += r * alpha * self.layout.rigid_scale);
+            orbit
+                .mean_acceleration
+                .iter_mut()
+                .zip(rigid)
+                .for_each(|(a, r)| *a += r * alpha * self.layout.rigid_scale);
         }
         orbit
     }
@@ -203,7 +227,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// How the integrals are taken.
     pub fn integrals(&self) -> Integrals {
         match self.method {
-            Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => Integrals::Sampled { samples: self.grid.samples() },
+            Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => {
+                Integrals::Sampled { samples: self.grid.samples() }
+            }
             Method::Kinks(_) => Integrals::Kinks,
             Method::Panels(_) => Integrals::Panels,
             Method::Closed(_) => Integrals::Closed,
@@ -223,7 +249,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         let width = self.layout.harmonics.unknowns();
         if !known {
-            for ((part, x), scale) in self.coefficients.chunks_exact_mut(width).zip(x.chunks_exact(width)).zip(&self.layout.scales) {
+            for ((part, x), scale) in
+                self.coefficients.chunks_exact_mut(width).zip(x.chunks_exact(width)).zip(&self.layout.scales)
+            {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
             self.grid.set(&self.coefficients);
@@ -260,7 +288,14 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 }
                 if slopes_too {
                     samples.slopes(grid, None, &mut self.slopes, &self.couplings);
-                    kinks.correct_slopes(grid, self.stencil, &self.switching, &mut self.slopes, &self.couplings, samples);
+                    kinks.correct_slopes(
+                        grid,
+                        self.stencil,
+                        &self.switching,
+                        &mut self.slopes,
+                        &self.couplings,
+                        samples,
+                    );
                     samples.transform_slopes(grid, out);
                     kinks.jumps(grid, self.stencil, &self.switching, out);
                 }
@@ -316,7 +351,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             self.slopes.at(None, self.grid.drives(s), &q, &v);
             for i in 0..n {
                 for j in 0..n {
-                    mean[(i, j)] += self.slopes.jacobian.q[(i, j)] / (self.layout.rigid_scale / self.layout.scales[0]);
+                    mean[(i, j)] +=
+                        self.slopes.jacobian.q[(i, j)] / (self.layout.rigid_scale / self.layout.scales[0]);
                 }
             }
         }

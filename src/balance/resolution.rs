@@ -57,7 +57,9 @@ pub(super) struct Drives<'m, M: ?Sized> {
 impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
     /// At a state of the size of coordinates and velocities.
     pub(super) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
-        let part = |half: usize| size[half].iter().enumerate().map(|(j, s)| s * (2.0 * even(0, 1 + 2 * j + half) - 1.0)).collect();
+        let part = |half: usize| {
+            size[half].iter().enumerate().map(|(j, s)| s * (2.0 * even(0, 1 + 2 * j + half) - 1.0)).collect()
+        };
         Drives {
             model,
             ways,
@@ -103,7 +105,11 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
     pub(super) fn orders(&mut self, of: Signals, known: Option<&Grid<'_, M>>) -> Option<Orders> {
         let mut samples = 64;
         loop {
-            let orders = self.settled(of, samples, known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1));
+            let orders = self.settled(
+                of,
+                samples,
+                known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1),
+            );
             if orders.is_some() || samples == MOST {
                 return orders;
             }
@@ -121,11 +127,14 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
             values.iter_mut().zip(&now).for_each(|(values, now)| values[s] = (*now).into());
         }
         let mut transform = Transform::new(samples);
-        let mut spectra: Vec<Series> = values.iter_mut().map(|values| series(&mut transform, values)).collect::<Option<_>>()?;
+        let mut spectra: Vec<Series> =
+            values.iter_mut().map(|values| series(&mut transform, values)).collect::<Option<_>>()?;
         let (mut highest, mut weighed) = (0, 0.0f64);
         for spectrum in &mut spectra {
             let largest = spectrum.iter().fold(0.0, |m: f64, c| m.max(c.norm()));
-            spectrum.truncate(spectrum.iter().rposition(|c| c.norm() > COUNTS * largest).map_or(0, |last| last + 1));
+            spectrum.truncate(
+                spectrum.iter().rposition(|c| c.norm() > COUNTS * largest).map_or(0, |last| last + 1),
+            );
             highest = highest.max(spectrum.len().saturating_sub(1));
             for (k, c) in spectrum.iter().enumerate() {
                 weighed = weighed.max(k as f64 * (c.norm() / largest).sqrt().sqrt().sqrt().sqrt());
@@ -136,7 +145,11 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
             let share = even(look, 0);
             self.read(period * share, None, &mut now);
             let size = |spectrum: &Series| spectrum.iter().map(|c| c.norm()).sum::<f64>();
-            if now.iter().zip(&spectra).any(|(now, spectrum)| (now - value_at(spectrum, share)).abs() > AGREE * size(spectrum)) {
+            if now
+                .iter()
+                .zip(&spectra)
+                .any(|(now, spectrum)| (now - value_at(spectrum, share)).abs() > AGREE * size(spectrum))
+            {
                 return None;
             }
         }
@@ -152,12 +165,16 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
             quadrature(breaks, span, order, |t, share| {
                 self.model.drive(t, Side::After, &mut self.u);
                 let mut sums = sums.iter_mut();
-                for (pieces, scale) in self.ways.iter().flat_map(|way| STATES.iter().map(move |scale| (way.as_deref(), scale))) {
+                for (pieces, scale) in
+                    self.ways.iter().flat_map(|way| STATES.iter().map(move |scale| (way.as_deref(), scale)))
+                {
                     self.far.iter_mut().zip(&self.q).for_each(|(far, q)| *far = scale * q);
                     accelerate(self.model, pieces, &self.u, &self.far, &self.v, &mut self.a);
                     for (a, sums) in self.a.iter().zip(&mut sums) {
                         let x = t / span;
-                        sums.iter_mut().zip([a.abs(), *a, a * x, a * x * x]).for_each(|(sum, value)| *sum += share * value);
+                        sums.iter_mut()
+                            .zip([a.abs(), *a, a * x, a * x * x])
+                            .for_each(|(sum, value)| *sum += share * value);
                     }
                 }
             });
@@ -166,7 +183,9 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
         let (mut order, mut rough) = (least, integrals(least));
         while order <= (16 * least).max(512) {
             let fine = integrals(2 * order);
-            let agree = |(rough, fine): (&[f64; 4], &[f64; 4])| (1..4).all(|k| (rough[k] - fine[k]).abs() <= AGREE * fine[0]);
+            let agree = |(rough, fine): (&[f64; 4], &[f64; 4])| {
+                (1..4).all(|k| (rough[k] - fine[k]).abs() <= AGREE * fine[0])
+            };
             if rough.iter().zip(&fine).all(agree) {
                 return order;
             }
@@ -177,7 +196,11 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
 }
 
 /// Samples for located switches: fine enough for the kept orders and for those of the drives.
-pub(super) fn samples_following<M: Periodic + ?Sized>(drives: &mut Drives<'_, M>, of: Signals, harmonics: &Harmonics) -> usize {
+pub(super) fn samples_following<M: Periodic + ?Sized>(
+    drives: &mut Drives<'_, M>,
+    of: Signals,
+    harmonics: &Harmonics,
+) -> usize {
     let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.periods());
     samples_for(harmonics.highest().max(of_drives))
 }

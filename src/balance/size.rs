@@ -18,7 +18,14 @@ pub(super) fn sizes_apart(orbit: &Orbit, rigid: &[Vec<f64>]) -> Vec<f64> {
         let share: f64 = r.iter().zip(&means).map(|(r, mean)| r * mean).sum();
         means.iter_mut().zip(r).for_each(|(mean, r)| *mean -= share * r);
     }
-    let swing = |j: usize| orbit.coefficients(j).iter().skip(usize::from(orbit.harmonics().has_mean())).map(|c| c.abs()).sum::<f64>();
+    let swing = |j: usize| {
+        orbit
+            .coefficients(j)
+            .iter()
+            .skip(usize::from(orbit.harmonics().has_mean()))
+            .map(|c| c.abs())
+            .sum::<f64>()
+    };
     let own: Vec<f64> = means.iter().enumerate().map(|(j, mean)| mean.abs() + swing(j)).collect();
     let most = largest(&own);
     let fallback = if most > 0.0 { most } else { 1.0 };

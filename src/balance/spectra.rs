@@ -116,7 +116,11 @@ impl Samples {
     }
 
     /// Forces to coefficients at the kept orders.
-    pub(super) fn transform_forces<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, out: &mut Spectra) {
+    pub(super) fn transform_forces<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &mut Grid<'_, M>,
+        out: &mut Spectra,
+    ) {
         let width = out.force.len();
         for pair in (0..width).step_by(2) {
             let second = if pair + 1 < width { Some(&self.force[pair + 1]) } else { None };
@@ -134,14 +138,19 @@ impl Samples {
     }
 
     /// Slopes to coefficients 0 ..= 2H.
-    pub(super) fn transform_slopes<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, out: &mut Spectra) {
+    pub(super) fn transform_slopes<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &mut Grid<'_, M>,
+        out: &mut Spectra,
+    ) {
         let width = out.slopes.len();
         for pair in (0..width).step_by(2) {
             let second = if pair + 1 < width { Some(&self.slopes[pair + 1]) } else { None };
             pack(&mut self.buffer, &self.slopes[pair], second.map(|s| &s[..]));
             grid.transform.analyse(&mut self.buffer);
             // A slope that is zero must not look like rounding of its companion.
-            let largest = self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm_sqr())) / (self.buffer.len() as f64).powi(2);
+            let largest = self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm_sqr()))
+                / (self.buffer.len() as f64).powi(2);
             let clean = |z: Complex64| if z.norm_sqr() <= 1e-30 * largest { Complex64::ZERO } else { z };
             for k in 0..=out.slopes[pair].reach() {
                 let (x, y) = unpack(&self.buffer, k);

@@ -7,7 +7,16 @@ use std::sync::LazyLock;
 pub(super) const NODES: usize = 16;
 
 /// ζ(-m, 1/2) = -B_{m+1}(1/2)/(m + 1) for odd m; zero for even m.   Bernoulli numbers: Abramowitz & Stegun, Table 23.2.
-const BERNOULLI: [f64; 8] = [1.0 / 6.0, -1.0 / 30.0, 1.0 / 42.0, -1.0 / 30.0, 5.0 / 66.0, -691.0 / 2730.0, 7.0 / 6.0, -3617.0 / 510.0];
+const BERNOULLI: [f64; 8] = [
+    1.0 / 6.0,
+    -1.0 / 30.0,
+    1.0 / 42.0,
+    -1.0 / 30.0,
+    5.0 / 66.0,
+    -691.0 / 2730.0,
+    7.0 / 6.0,
+    -3617.0 / 510.0,
+];
 
 /// Lagrange polynomials on the nodes.
 pub(super) struct Stencil {

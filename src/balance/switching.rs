@@ -85,8 +85,10 @@ impl Switching {
             grid.state(s, &mut self.q, &mut self.v);
             grid.model.contact(grid.drives(s), &self.q, &self.v, &mut self.contacts);
             for (c, contact) in self.contacts.iter().enumerate() {
-                self.lower[c][s] = [contact.deflection - contact.lower, step * (contact.rate - contact.lower_rate)];
-                self.upper[c][s] = [contact.deflection - contact.upper, step * (contact.rate - contact.upper_rate)];
+                self.lower[c][s] =
+                    [contact.deflection - contact.lower, step * (contact.rate - contact.lower_rate)];
+                self.upper[c][s] =
+                    [contact.deflection - contact.upper, step * (contact.rate - contact.upper_rate)];
             }
         }
         for c in 0..self.contacts.len() {
@@ -142,7 +144,10 @@ impl Switching {
             let Some(extreme) = polynomial.extreme().filter(|&y| polynomial.at(y).0 < 0.0) else {
                 continue;
             };
-            for (from, to, phi) in [(piece, other, polynomial.root(-0.5, extreme)), (other, piece, polynomial.root(extreme, 0.5))] {
+            for (from, to, phi) in [
+                (piece, other, polynomial.root(-0.5, extreme)),
+                (other, piece, polynomial.root(extreme, 0.5)),
+            ] {
                 self.events.push(Event { contact, from, to, cell, phi, slope: sign * polynomial.at(phi).1 });
             }
         }

@@ -19,7 +19,8 @@ impl Transform {
     pub(super) fn new(samples: usize) -> Self {
         let mut planner = PLANNER.lock().unwrap_or_else(PoisonError::into_inner);
         let (forward, inverse) = (planner.plan_fft_forward(samples), planner.plan_fft_inverse(samples));
-        let scratch = vec![Complex64::ZERO; forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())];
+        let scratch =
+            vec![Complex64::ZERO; forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())];
         Transform { forward, inverse, scratch }
     }
 

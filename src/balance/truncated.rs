@@ -57,7 +57,13 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    pub(super) fn new(dof: usize, drives: usize, contacts: usize, harmonics: &Harmonics, samples: usize) -> Self {
+    pub(super) fn new(
+        dof: usize,
+        drives: usize,
+        contacts: usize,
+        harmonics: &Harmonics,
+        samples: usize,
+    ) -> Self {
         let tables = |count: usize| (0..count).map(|_| Table::new(harmonics.highest())).collect::<Vec<_>>();
         let zero = Slopes::from(0.0);
         Forces {
@@ -98,7 +104,8 @@ impl Forces {
             pack(&mut self.buffer, &pair[0], pair.get(1).map(|y| &y[..]));
             grid.transform.analyse(&mut self.buffer);
             let (first, second) = (tables.next(), pair.get(1).and_then(|_| tables.next()));
-            for (table, which) in first.into_iter().map(|t| (t, 0)).chain(second.into_iter().map(|t| (t, 1))) {
+            for (table, which) in first.into_iter().map(|t| (t, 0)).chain(second.into_iter().map(|t| (t, 1)))
+            {
                 for k in 0..=table.reach() {
                     let (x, y) = unpack(&self.buffer, k);
                     table.set(k, if which == 0 { x } else { y });
@@ -137,7 +144,9 @@ impl<G: Shape> Truncated<Machine<G>> for Forces {
             forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
             let (u, rest) = self.duals.split_at_mut(drives);
             let (variables, a) = rest.split_at_mut(2 * n + c);
-            let set = |to: &mut [Slopes], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x));
+            let set = |to: &mut [Slopes], from: &[f64]| {
+                to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
+            };
             set(u, grid.drives(s));
             set(&mut variables[..n], q);
             set(&mut variables[n..2 * n], v);
@@ -171,8 +180,9 @@ impl<G: Shape> Truncated<Machine<G>> for Forces {
         let levers: Vec<DMatrix<f64>> = self.levers.iter().map(|table| operator(table, harmonics)).collect();
         for j in 0..n {
             for half in 0..2 {
-                let slopes: Vec<DMatrix<f64>> =
-                    (0..self.contacts).map(|c| operator(&self.slopes[c * 2 * n + half * n + j], harmonics)).collect();
+                let slopes: Vec<DMatrix<f64>> = (0..self.contacts)
+                    .map(|c| operator(&self.slopes[c * 2 * n + half * n + j], harmonics))
+                    .collect();
                 for i in 0..n {
                     let mut block = operator(&self.direct[i * 2 * n + half * n + j], harmonics);
                     for (c, slope) in slopes.iter().enumerate() {
@@ -189,8 +199,12 @@ impl<G: Shape> Truncated<Machine<G>> for Forces {
                                 (_, 0) => (at + 1, -rate),
                                 _ => (at, rate),
                             };
-                            let target = &mut out.column_mut(j * width + at + parity)[i * width..(i + 1) * width];
-                            target.iter_mut().zip(&block.column(column)).for_each(|(t, b)| *t += scale * share * b);
+                            let target =
+                                &mut out.column_mut(j * width + at + parity)[i * width..(i + 1) * width];
+                            target
+                                .iter_mut()
+                                .zip(&block.column(column))
+                                .for_each(|(t, b)| *t += scale * share * b);
                         }
                     }
                 }

@@ -29,7 +29,11 @@ impl Line {
     /// The finite edges of a gap that has a width.
     pub(super) fn edges(&self) -> Vec<f64> {
         let Contact { lower, upper, .. } = self.contact;
-        if upper > lower { [lower, upper].into_iter().filter(|edge| edge.is_finite()).collect() } else { Vec::new() }
+        if upper > lower {
+            [lower, upper].into_iter().filter(|edge| edge.is_finite()).collect()
+        } else {
+            Vec::new()
+        }
     }
 
     /// The length to measure by at an edge: the gap, or what there is if it is open to one side.
@@ -56,7 +60,11 @@ impl Change {
     fn of(f: [f64; 6], h: f64) -> Self {
         let [left, right] = [2.0 * f[2] - f[1], 2.0 * f[3] - f[4]];
         let slopes = [(f[2] - f[1]) / h, (f[4] - f[3]) / h];
-        Change { jump: right - left, bend: slopes[1] - slopes[0], curve: [f[0] - 2.0 * f[1] + f[2], f[5] - 2.0 * f[4] + f[3]] }
+        Change {
+            jump: right - left,
+            bend: slopes[1] - slopes[0],
+            curve: [f[0] - 2.0 * f[1] + f[2], f[5] - 2.0 * f[4] + f[3]],
+        }
     }
 
     /// Whether it is no smooth function, from the change at a long and at a short distance.
@@ -64,7 +72,8 @@ impl Change {
         let [left, right] = far.curve;
         (near.bend.abs() * h > 8.0 * noise && near.bend.abs() > SMOOTH * far.bend.abs())
             || (near.jump.abs() > 8.0 * noise && near.jump.abs() > SMOOTH * far.jump.abs())
-            || ((right - left).abs() > 8.0 * noise && (right - left).abs() > 0.3 * left.abs().max(right.abs()))
+            || ((right - left).abs() > 8.0 * noise
+                && (right - left).abs() > 0.3 * left.abs().max(right.abs()))
     }
 }
 
@@ -114,7 +123,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 }
                 let [still, moving] = [&speeds[0], &speeds[1]].map(|v| self.look(contact, &line, v, edge));
                 let (Some(still), Some(moving)) = (still, moving) else { continue };
-                let is_edge = |(row, changes): (usize, &[Change; 2])| Change::is_edge(*changes, still.h, ROUNDING * self.terms[row]);
+                let is_edge = |(row, changes): (usize, &[Change; 2])| {
+                    Change::is_edge(*changes, still.h, ROUNDING * self.terms[row])
+                };
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
                     // A switch of a law may be idle here and act at other velocities.
                     if !self.moves_with_velocities(contact) {
@@ -122,7 +133,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
                     }
                     continue;
                 }
-                if self.ignores_pieces(contact, &line, edge) && !findings.iter().any(|f| matches!(f, Finding::PiecesIgnored { .. })) {
+                if self.ignores_pieces(contact, &line, edge)
+                    && !findings.iter().any(|f| matches!(f, Finding::PiecesIgnored { .. }))
+                {
                     findings.push(Finding::PiecesIgnored { contact, edge });
                 }
                 seen[0].push(still);
@@ -153,8 +166,11 @@ impl<M: Model + ?Sized> Point<'_, M> {
         };
         let [still, moving] = self.speeds(contact, line);
         let swing = moving.iter().zip(&still).map(|(a, b)| a - b);
-        let mut v: Vec<f64> =
-            still.iter().zip(swing).map(|(still, swing)| still + if on == Piece::Lower { -swing } else { swing }).collect();
+        let mut v: Vec<f64> = still
+            .iter()
+            .zip(swing)
+            .map(|(still, swing)| still + if on == Piece::Lower { -swing } else { swing })
+            .collect();
         let approach = -leaving(&v);
         if approach.is_nan() || approach <= 0.0 {
             return None; // the stop runs away faster
@@ -169,7 +185,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
     fn speeds(&self, contact: usize, line: &Line) -> [Vec<f64>; 2] {
         let State { q, v, .. } = &self.state;
         let c = self.contacts(q, v)[contact];
-        let at = |rate: f64| -> Vec<f64> { v.iter().zip(&line.per_deflection).map(|(v, g)| v + (rate - c.rate) * g).collect() };
+        let at = |rate: f64| -> Vec<f64> {
+            v.iter().zip(&line.per_deflection).map(|(v, g)| v + (rate - c.rate) * g).collect()
+        };
         let largest = line.per_deflection.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
         [at(0.0), at(c.rate.abs().max(self.size[1] / largest))]
     }
@@ -190,7 +208,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
             let at = |h: f64| [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0].map(|k| line.to(edge + k * h));
             let accelerations = distances.map(|h| at(h).map(|q| self.accel(&q, v)));
             let forces = distances.map(|h| at(h).map(|q| self.contacts(&q, v)[contact].force));
-            let change = |row: usize, i: usize| Change::of(std::array::from_fn(|k| accelerations[i][k][row]), distances[i]);
+            let change = |row: usize, i: usize| {
+                Change::of(std::array::from_fn(|k| accelerations[i][k][row]), distances[i])
+            };
             return Some(Seen {
                 edge,
                 h: distances[1],
@@ -218,7 +238,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
     fn force(&self, contact: usize, edges: &[Seen]) -> Option<Finding> {
         // The component that bends the most at all edges, against its own noise: one mass for all of them.
         let strength = |row: usize| {
-            let of = |seen: &Seen| (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE);
+            let of = |seen: &Seen| {
+                (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE)
+            };
             edges.iter().map(of).sum::<f64>()
         };
         let row = (0..self.model.dof()).max_by(|a, b| strength(*a).total_cmp(&strength(*b))).unwrap_or(0);
@@ -235,7 +257,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
             }
             let ratio = *per_force.get_or_insert(a.bend / w.bend);
             // Slopes, then limits, as forces over the distance looked at.
-            let least = 1e-3 * w.bend.abs() * h + 8.0 * noise + 64.0 * ROUNDING * (self.terms[row] / ratio).abs();
+            let least =
+                1e-3 * w.bend.abs() * h + 8.0 * noise + 64.0 * ROUNDING * (self.terms[row] / ratio).abs();
             for (given, expected) in [(w.bend * h, a.bend / ratio * h), (w.jump, a.jump / ratio)] {
                 if (given - expected).abs() > 1e-2 * given.abs().max(expected.abs()) + least {
                     return Some(Finding::Force { contact, edge: seen.edge, given, expected });

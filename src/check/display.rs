@@ -30,7 +30,10 @@ impl fmt::Display for Finding {
                  deflection, drives included"
             ),
             Finding::EdgeRate { contact, given, differences } => {
-                write!(f, "contact {contact}: the rate of an edge is {given}, but the edge moves at {differences}")
+                write!(
+                    f,
+                    "contact {contact}: the rate of an edge is {given}, but the edge moves at {differences}"
+                )
             }
             Finding::Kink { contact, edge } => write!(
                 f,
@@ -48,7 +51,10 @@ impl fmt::Display for Finding {
                  so that solvers can locate it"
             ),
             Finding::NoForce { contact, edge } => {
-                write!(f, "contact {contact}: accel bends at its edge {edge}, but its force does not; was the force left at its default 0?")
+                write!(
+                    f,
+                    "contact {contact}: accel bends at its edge {edge}, but its force does not; was the force left at its default 0?"
+                )
             }
             Finding::Force { contact, edge, given, expected } => write!(
                 f,
@@ -59,13 +65,23 @@ impl fmt::Display for Finding {
                 write!(f, "contact {contact}: its lower edge {lower} lies above its upper edge {upper}")
             }
             Finding::EdgeBehind { t, edge } => {
-                write!(f, "next_edge: asked at t = {t} it says {edge}, which does not lie ahead; it must be later than t")
+                write!(
+                    f,
+                    "next_edge: asked at t = {t} it says {edge}, which does not lie ahead; it must be later than t"
+                )
             }
             Finding::UnannouncedJump { drive, t } => {
-                write!(f, "drive {drive} jumps at t = {t}, where next_edge announces nothing; solvers stop only at announced edges")
+                write!(
+                    f,
+                    "drive {drive} jumps at t = {t}, where next_edge announces nothing; solvers stop only at announced edges"
+                )
             }
             Finding::State { given, dof } => {
-                write!(f, "the typical state has {} coordinates and {} velocities, the model {dof} degrees of freedom", given[0], given[1])
+                write!(
+                    f,
+                    "the typical state has {} coordinates and {} velocities, the model {dof} degrees of freedom",
+                    given[0], given[1]
+                )
             }
             Finding::BadPeriod { period } => write!(f, "period: {period} is not positive and finite"),
             Finding::Period { what, index, t, first, second } => {

@@ -12,7 +12,12 @@ const EDGES: usize = 8;
 const KEPT: f64 = 0.75;
 
 /// Edges lie ahead, and between them the drives do not jump: over the period, or without one over spans of several sizes.
-pub(super) fn check<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>, findings: &mut Vec<Finding>) {
+pub(super) fn check<M: Model + ?Sized>(
+    model: &M,
+    typical: &State,
+    period: Option<f64>,
+    findings: &mut Vec<Finding>,
+) {
     let start = typical.t;
     let mut t = start;
     for _ in 0..8 {
@@ -99,7 +104,13 @@ fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> 
 }
 
 /// Halves the interval of a change down to neighbouring times, as long as one half keeps most of the largest change met on the way.
-fn narrow<M: Model + ?Sized>(model: &M, drive: usize, mut lo: (f64, f64), mut hi: (f64, f64), u: &mut [f64]) -> Option<(f64, f64)> {
+fn narrow<M: Model + ?Sized>(
+    model: &M,
+    drive: usize,
+    mut lo: (f64, f64),
+    mut hi: (f64, f64),
+    u: &mut [f64],
+) -> Option<(f64, f64)> {
     let mut least = KEPT * (hi.1 - lo.1).abs();
     loop {
         let t = 0.5 * (lo.0 + hi.0);

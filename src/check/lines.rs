@@ -72,7 +72,10 @@ impl<M: Model + ?Sized> Point<'_, M> {
             for component in 0..n {
                 let f: Vec<f64> = values[first..=first + WINDOW].iter().map(|a| a[component]).collect();
                 let bend = Bend::of(&f);
-                if !f.iter().all(|f| f.is_finite()) || bend.share < SUSPECT || bend.strength <= self.noise(component, &f) {
+                if !f.iter().all(|f| f.is_finite())
+                    || bend.share < SUSPECT
+                    || bend.strength <= self.noise(component, &f)
+                {
                     continue;
                 }
                 let (lo, hi) = (node(first + bend.node), node(first + bend.node + 3));
@@ -94,11 +97,18 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// Follows a bend into ever shorter windows, until rounding ends it.
-    fn narrow(&self, line: &dyn Fn(f64) -> Vec<f64>, component: usize, mut lo: f64, mut hi: f64) -> Option<f64> {
+    fn narrow(
+        &self,
+        line: &dyn Fn(f64) -> Vec<f64>,
+        component: usize,
+        mut lo: f64,
+        mut hi: f64,
+    ) -> Option<f64> {
         let (mut certain, mut last) = (None, 0.0);
         for level in 0..LEVELS {
             let node = |i: usize| lo + (hi - lo) * i as f64 / WINDOW as f64;
-            let f: Vec<f64> = (0..=WINDOW).map(|i| self.accel(&line(node(i)), &self.state.v)[component]).collect();
+            let f: Vec<f64> =
+                (0..=WINDOW).map(|i| self.accel(&line(node(i)), &self.state.v)[component]).collect();
             let bend = Bend::of(&f);
             let seen = bend.strength > self.noise(component, &f);
             if !seen {
@@ -119,7 +129,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
     fn told(&self, line: &dyn Fn(f64) -> Vec<f64>, lo: f64, hi: f64) -> bool {
         let [a, b] = [lo, hi].map(|s| self.contacts(&line(s), &self.state.v));
         a.iter().zip(&b).any(|(a, b)| {
-            (a.deflection - a.lower) * (b.deflection - b.lower) <= 0.0 || (a.deflection - a.upper) * (b.deflection - b.upper) <= 0.0
+            (a.deflection - a.lower) * (b.deflection - b.lower) <= 0.0
+                || (a.deflection - a.upper) * (b.deflection - b.upper) <= 0.0
         })
     }
 }

@@ -63,7 +63,8 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         let State { q, v, .. } = self.state.clone();
         let mut terms: Vec<f64> = self.accel(&q, &v).iter().map(|a| a.abs()).collect();
         let mut reach: Vec<f64> = self.contacts(&q, &v).iter().map(|c| c.deflection.abs()).collect();
-        let deflections = |q: &[f64]| -> Vec<f64> { self.contacts(q, &v).iter().map(|c| c.deflection).collect() };
+        let deflections =
+            |q: &[f64]| -> Vec<f64> { self.contacts(q, &v).iter().map(|c| c.deflection).collect() };
         for j in 0..q.len() {
             let h = 1e-4 * self.size[0];
             let (mut plus, mut minus) = (q.clone(), q.clone());
@@ -84,7 +85,9 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
                 let h = self.size[0] * 0.5f64.powi(k);
                 let (mut plus, mut minus) = (q.clone(), q.clone());
                 (plus[j], minus[j]) = (q[j] + h, q[j] - h);
-                for (((terms, here), plus), minus) in terms.iter_mut().zip(&here).zip(self.accel(&plus, &v)).zip(self.accel(&minus, &v)) {
+                for (((terms, here), plus), minus) in
+                    terms.iter_mut().zip(&here).zip(self.accel(&plus, &v)).zip(self.accel(&minus, &v))
+                {
                     *terms = terms.max((plus - 2.0 * here + minus).abs() / f64::EPSILON);
                 }
             }
@@ -138,9 +141,11 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
                 let (a, b) = (self.accel(&plus[0], &plus[1]), self.accel(&minus[0], &minus[1]));
                 for row in 0..n {
                     let differences = (a[row] - b[row]) / twice;
-                    let rounding = ROUNDING * (self.terms[row] + entries[row].abs() * self.size[half]) / twice;
+                    let rounding =
+                        ROUNDING * (self.terms[row] + entries[row].abs() * self.size[half]) / twice;
                     let apart = (entries[row] - differences).abs();
-                    if apart.is_nan() || apart > ROUGH * entries[row].abs().max(differences.abs()) + rounding {
+                    if apart.is_nan() || apart > ROUGH * entries[row].abs().max(differences.abs()) + rounding
+                    {
                         wrong[row].get_or_insert(differences);
                     } else {
                         cleared[row] = true;
@@ -148,7 +153,12 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
                 }
             }
             for row in (0..n).filter(|row| !cleared[*row]) {
-                findings.extend(wrong[row].map(|differences| Finding::Jacobian { row, column, given: entries[row], differences }));
+                findings.extend(wrong[row].map(|differences| Finding::Jacobian {
+                    row,
+                    column,
+                    given: entries[row],
+                    differences,
+                }));
             }
         }
     }

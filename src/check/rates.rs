@@ -52,9 +52,12 @@ impl<M: Model + ?Sized> Point<'_, M> {
         }
         let a = self.accel(q, v);
         let still = v.iter().all(|v| *v == 0.0);
-        let longest = 1e-3 * period.unwrap_or(if still { 1.0 } else { (self.size[0] / self.size[1]).min(1.0) });
+        let longest =
+            1e-3 * period.unwrap_or(if still { 1.0 } else { (self.size[0] / self.size[1]).min(1.0) });
         let mut moved = |h: f64| {
-            let along = |x: &[f64], rate: &[f64]| -> Vec<f64> { x.iter().zip(rate).map(|(x, rate)| x + h * rate).collect() };
+            let along = |x: &[f64], rate: &[f64]| -> Vec<f64> {
+                x.iter().zip(rate).map(|(x, rate)| x + h * rate).collect()
+            };
             probe.read_contacts(t + h, Side::After, &along(q, v), &along(v, &a)).to_vec()
         };
         let steps: Vec<f64> = (0..STEPS).map(|i| longest * 0.1f64.powi(i)).filter(|h| t + h > t).collect();
@@ -79,7 +82,11 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 (c.lower_rate, wrong(c.lower_rate, c.lower.abs(), &|c| c.lower)),
                 (c.upper_rate, wrong(c.upper_rate, c.upper.abs(), &|c| c.upper)),
             ] {
-                findings.extend(differences.map(|differences| Finding::EdgeRate { contact, given, differences }));
+                findings.extend(differences.map(|differences| Finding::EdgeRate {
+                    contact,
+                    given,
+                    differences,
+                }));
             }
         }
     }
@@ -108,7 +115,11 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 })
                 .collect();
             if let Some(slope) = contradiction(given, &quotients) {
-                return Some(Finding::ContactRate { contact, given: fast.rate, differences: c.rate + slope * gained });
+                return Some(Finding::ContactRate {
+                    contact,
+                    given: fast.rate,
+                    differences: c.rate + slope * gained,
+                });
             }
         }
         None

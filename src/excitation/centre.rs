@@ -31,7 +31,9 @@ impl InstantCentre {
     /// An eccentric ratio so far from 1 that 1 - 2 ε + ε² is not lost in rounding.
     pub(crate) fn check_ratio(name: &str, eccentric: f64) -> Result<f64, ParameterError> {
         match check::fraction(name, eccentric)? {
-            value if value > 0.999_999 => Err(ParameterError::OutOfRange { name: name.into(), value, allowed: "[0, 0.999999]" }),
+            value if value > 0.999_999 => {
+                Err(ParameterError::OutOfRange { name: name.into(), value, allowed: "[0, 0.999999]" })
+            }
             value => Ok(value),
         }
     }

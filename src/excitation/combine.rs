@@ -133,7 +133,11 @@ impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Function<F> {
     pub fn with_edges(self, angles: &[f64]) -> Result<Self, ParameterError> {
         for (i, &value) in angles.iter().enumerate() {
             if !(0.0..std::f64::consts::TAU).contains(&value) {
-                return Err(ParameterError::OutOfRange { name: format!("edges[{i}] of the function"), value, allowed: "[0, 2π)" });
+                return Err(ParameterError::OutOfRange {
+                    name: format!("edges[{i}] of the function"),
+                    value,
+                    allowed: "[0, 2π)",
+                });
             }
         }
         Ok(Function { edges: angles.to_vec(), ..self })

@@ -43,7 +43,8 @@ impl Fourier {
             check::quantity(format!("amplitude of order {}", i + 1), pair[0])?;
             check::quantity(format!("phase of order {}", i + 1), pair[1])?;
         }
-        let pairs: Vec<_> = amplitudes.iter().map(|&[a, phi]| [a * libm::cos(phi), -a * libm::sin(phi)]).collect();
+        let pairs: Vec<_> =
+            amplitudes.iter().map(|&[a, phi]| [a * libm::cos(phi), -a * libm::sin(phi)]).collect();
         Fourier::new(mean, &pairs)
     }
 

@@ -44,7 +44,11 @@ impl RectangularWave {
     pub fn from_contact_ratio(contact_ratio: f64, low: f64, high: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
         if check::quantity(name, contact_ratio)? < 1.0 {
-            return Err(ParameterError::OutOfRange { name: name.into(), value: contact_ratio, allowed: "[1, ∞)" });
+            return Err(ParameterError::OutOfRange {
+                name: name.into(),
+                value: contact_ratio,
+                allowed: "[1, ∞)",
+            });
         }
         RectangularWave::new(low, high, contact_ratio.fract())
     }
@@ -66,7 +70,8 @@ impl RectangularWave {
     /// An order above 10 000; levels so far apart that a derivative of the series overflows.
     pub fn series(&self, order: usize) -> Result<Fourier, ParameterError> {
         check::count("order of the series", &[order], check::ORDERS)?;
-        let amplitude = |j: usize| 2.0 * (self.high - self.low) / (j as f64 * PI) * libm::sin(j as f64 * PI * self.duty);
+        let amplitude =
+            |j: usize| 2.0 * (self.high - self.low) / (j as f64 * PI) * libm::sin(j as f64 * PI * self.duty);
         let pairs: Vec<_> = (1..=order).map(|j| [amplitude(j), 0.0]).collect();
         Fourier::new(self.mean(), &pairs)
     }
@@ -83,7 +88,11 @@ impl Excitation for RectangularWave {
         Jet::constant(if from_middle < self.half() { self.high } else { self.low })
     }
     fn edges(&self) -> Vec<f64> {
-        if self.duty > 0.0 && self.low != self.high { vec![self.half(), TAU - self.half()] } else { Vec::new() }
+        if self.duty > 0.0 && self.low != self.high {
+            vec![self.half(), TAU - self.half()]
+        } else {
+            Vec::new()
+        }
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

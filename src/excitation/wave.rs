@@ -46,8 +46,12 @@ const MOST_EDGES: usize = 1 << 20;
 impl Wave {
     /// f(φ).
     pub fn new(excitation: impl Excitation) -> Self {
-        let mut edges: Vec<f64> =
-            excitation.edges().iter().filter(|edge| edge.is_finite()).map(|edge| edge.rem_euclid(TAU) % TAU).collect();
+        let mut edges: Vec<f64> = excitation
+            .edges()
+            .iter()
+            .filter(|edge| edge.is_finite())
+            .map(|edge| edge.rem_euclid(TAU) % TAU)
+            .collect();
         edges.sort_by(f64::total_cmp);
         edges.dedup_by(|next, edge| *next - *edge < APART);
         if let (Some(first), Some(last)) = (edges.first(), edges.last())
@@ -119,11 +123,16 @@ impl Wave {
     /// The value of this wave and the jet of another one: one reduction of the angle where both are of one order and phase, and smooth.
     #[inline]
     pub(crate) fn value_beside(&self, other: &Wave, angle: f64, side: Side) -> (f64, Jet) {
-        if self.order != other.order || self.ahead != other.ahead || !self.edges.is_empty() || !other.edges.is_empty() {
+        if self.order != other.order
+            || self.ahead != other.ahead
+            || !self.edges.is_empty()
+            || !other.edges.is_empty()
+        {
             return (self.value(angle, side), other.jet(angle, side));
         }
         let (own, n) = (self.own(angle, side), f64::from(self.order));
-        let (value, Jet { value: other, rate, second }) = (self.excitation.value(own), other.excitation.jet(own));
+        let (value, Jet { value: other, rate, second }) =
+            (self.excitation.value(own), other.excitation.jet(own));
         (value, Jet { value: other, rate: n * rate, second: n * n * second })
     }
 
@@ -204,7 +213,9 @@ impl Wave {
 
     /// Whether both hold one and the same function, not only an equal one.
     pub(crate) fn is(&self, other: &Wave) -> bool {
-        Arc::ptr_eq(&self.excitation, &other.excitation) && self.order == other.order && self.ahead == other.ahead
+        Arc::ptr_eq(&self.excitation, &other.excitation)
+            && self.order == other.order
+            && self.ahead == other.ahead
     }
 }
 
@@ -228,6 +239,9 @@ pub(crate) fn reduced(angle: f64) -> f64 {
 
 impl PartialEq for Wave {
     fn eq(&self, other: &Self) -> bool {
-        self.is(other) || (self.order == other.order && self.ahead == other.ahead && self.excitation.same_as(&*other.excitation))
+        self.is(other)
+            || (self.order == other.order
+                && self.ahead == other.ahead
+                && self.excitation.same_as(&*other.excitation))
     }
 }

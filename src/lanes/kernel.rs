@@ -207,7 +207,8 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         q.copy_from_slice(&self.bundle.q);
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
-        let mut work = Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
+        let mut work =
+            Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
         self.advance::<true, METERED>(N, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);

@@ -1,5 +1,8 @@
 //! What is measured while lanes run.
-#![allow(clippy::needless_range_loop, reason = "index loops over arrays become vector instructions, iterators do not")]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
 
 use super::number::Number;
 use crate::analysis::Summary;
@@ -88,7 +91,13 @@ impl<S: Number> Meters<S> {
     pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
         let zero = S::Part::from(0.0);
         let channel = ChannelMeter::all(zero);
-        let contact = Flanks { visits: [zero; 2], next: [S::Part::from(1.0); 2], deepest: [zero; 2], loosest: zero, overlap: zero };
+        let contact = Flanks {
+            visits: [zero; 2],
+            next: [S::Part::from(1.0); 2],
+            deepest: [zero; 2],
+            loosest: zero,
+            overlap: zero,
+        };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
             Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
             Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
@@ -271,7 +280,16 @@ impl ChannelMeter<f64> {
     pub(crate) fn of(summary: &Summary, weight: f64) -> Self {
         let Summary { mean, rms, min, max, deviation } = *summary;
         let off_square = deviation * deviation * weight;
-        ChannelMeter { sum: mean * weight, square: rms * rms * weight, min, max, origin: mean, off: 0.0, off_square, fresh: 0.0 }
+        ChannelMeter {
+            sum: mean * weight,
+            square: rms * rms * weight,
+            min,
+            max,
+            origin: mean,
+            off: 0.0,
+            off_square,
+            fresh: 0.0,
+        }
     }
     /// Mean, and sum of the squares about it, of a stretch of this weight.
     pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
@@ -358,15 +376,24 @@ mod tests {
                         assert_eq!(meter.sum, x.iter().fold(0.0, |sum, x| sum + x));
                         assert_eq!(meter.square, x.iter().fold(0.0, |sum, x| sum + x * x));
                         assert_eq!(meter.off, x.iter().fold(0.0, |sum, y| sum + (y - x[0])));
-                        assert_eq!(meter.off_square, x.iter().fold(0.0, |sum, y| sum + (y - x[0]) * (y - x[0])));
+                        assert_eq!(
+                            meter.off_square,
+                            x.iter().fold(0.0, |sum, y| sum + (y - x[0]) * (y - x[0]))
+                        );
                         assert_eq!(meter.min, x.iter().copied().fold(f64::INFINITY, f64::min));
                         assert_eq!(meter.max, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
                     }
                     Reading::Contact(_, meter) => {
                         assert_eq!(meter.samples[1], above.iter().filter(|above| **above).count() as f64);
                         assert_eq!(meter.impacts[1], entries as f64, "{stretch} {lane}");
-                        assert_eq!(meter.deepest[1], x.iter().map(|x| x - 1.0).fold(f64::NEG_INFINITY, f64::max));
-                        assert_eq!(meter.loosest, x.iter().map(|x| (-1.0 - x).max(x - 1.0)).fold(f64::INFINITY, f64::min));
+                        assert_eq!(
+                            meter.deepest[1],
+                            x.iter().map(|x| x - 1.0).fold(f64::NEG_INFINITY, f64::max)
+                        );
+                        assert_eq!(
+                            meter.loosest,
+                            x.iter().map(|x| (-1.0 - x).max(x - 1.0)).fold(f64::INFINITY, f64::min)
+                        );
                     }
                 });
             }

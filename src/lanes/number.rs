@@ -1,5 +1,8 @@
 //! Several numbers that go through the same algebra together.
-#![allow(clippy::needless_range_loop, reason = "index loops over arrays become vector instructions, iterators do not")]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
 
 use crate::scalar::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -17,7 +17,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum TableError {
     /// No steps, or too many.
-    #[error("a table of {steps} steps per period for {drives} drives: at least one step, at most {MOST} numbers, two rows a step")]
+    #[error(
+        "a table of {steps} steps per period for {drives} drives: at least one step, at most {MOST} numbers, two rows a step"
+    )]
     Size {
         /// Steps per period.
         steps: usize,
@@ -88,22 +90,38 @@ impl Table {
     /// Whether there is room for one.
     pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
         let numbers = steps.checked_mul(2).and_then(|rows| rows.checked_mul(drives.max(1)));
-        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) { Ok(()) } else { Err(TableError::Size { steps, drives }) }
+        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) {
+            Ok(())
+        } else {
+            Err(TableError::Size { steps, drives })
+        }
     }
 
     /// The waves that all lanes share. `None`: not to go on.
-    pub(crate) fn of_waves<G: Shape>(model: &Machine<G>, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
+    pub(crate) fn of_waves<G: Shape>(
+        model: &Machine<G>,
+        steps: usize,
+        go_on: impl Fn() -> bool,
+    ) -> Result<Option<Self>, TableError> {
         let (shape, waves) = (model.shape(), model.size().waves);
         let turn = TAU / f64::from(shape.repeats());
         let next = |share: f64| shape.next_edge(turn * share).map(|edge| edge / turn);
-        Table::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| shape.waves(turn * share, side, out))
+        Table::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| {
+            shape.waves(turn * share, side, out)
+        })
     }
 
     /// All drives of one model. `None`: not to go on.
-    pub(crate) fn of_drives<M: Periodic + ?Sized>(model: &M, steps: usize, go_on: impl Fn() -> bool) -> Result<Option<Self>, TableError> {
+    pub(crate) fn of_drives<M: Periodic + ?Sized>(
+        model: &M,
+        steps: usize,
+        go_on: impl Fn() -> bool,
+    ) -> Result<Option<Self>, TableError> {
         let period = model.period();
         let next = |share: f64| model.next_edge(share * period).map(|edge| edge / period);
-        Table::new(model, model.drives(), steps, go_on, next, |share, side, out: &mut [f64]| model.drive(share * period, side, out))
+        Table::new(model, model.drives(), steps, go_on, next, |share, side, out: &mut [f64]| {
+            model.drive(share * period, side, out)
+        })
     }
 
     fn new<M: Periodic + ?Sized>(
@@ -139,7 +157,11 @@ impl Table {
         let missing = |i: usize| values[i].is_infinite() && same(i) && finite_at_rest(model);
         if let Some(bad) = (0..values.len()).find(|&i| !values[i].is_finite() && !missing(i % columns)) {
             let (row, drive) = (bad / columns, bad % columns);
-            return Err(TableError::NotFinite { drive, value: values[bad], phase: (0.5 * row as f64 / n).min(1.0) });
+            return Err(TableError::NotFinite {
+                drive,
+                value: values[bad],
+                phase: (0.5 * row as f64 / n).min(1.0),
+            });
         }
         let start = values[..columns].to_vec();
         let varies = |c: usize| values.iter().skip(c).step_by(columns).any(|x| *x != start[c]);

@@ -16,7 +16,15 @@ struct Witness {
 }
 
 impl Law<f64> for Witness {
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: f64, rate: f64, lower: f64, upper: f64) -> f64 {
+    fn force<N: Nonlinearity>(
+        &self,
+        i: usize,
+        nonlinearity: &N,
+        x: f64,
+        rate: f64,
+        lower: f64,
+        upper: f64,
+    ) -> f64 {
         self.asked.borrow_mut().push((i, [lower, upper]));
         AsIs.force(i, nonlinearity, x, rate, lower, upper)
     }
@@ -31,7 +39,11 @@ impl<G: Shape> Machine<G> {
     pub(super) fn check_shape(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, .. } = self.size();
         if dof == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom of the shape".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew {
+                name: "degrees of freedom of the shape".into(),
+                value: 0,
+                least: 1,
+            });
         }
         let turn = TAU / f64::from(self.repeats()?);
         // Angles without a ratio to any order, each seen twice.
@@ -47,7 +59,10 @@ impl<G: Shape> Machine<G> {
             }
             let size = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             if values.chunks(2).any(|two| two[0] != two[1] && (two[0] - two[1]).abs() > 1e-6 * size) {
-                return Err(ParameterError::NotPeriodic { name: format!("wave {wave} of the shape"), period: turn });
+                return Err(ParameterError::NotPeriodic {
+                    name: format!("wave {wave} of the shape"),
+                    period: turn,
+                });
             }
         }
         self.check_contacts()
@@ -65,7 +80,10 @@ impl<G: Shape> Machine<G> {
                 return Err(ParameterError::NoSuchContact { contact: i, contacts });
             }
             let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
-            if edges.iter().any(|x| x.is_finite()) && contact.lower.is_infinite() && contact.upper.is_infinite() {
+            if edges.iter().any(|x| x.is_finite())
+                && contact.lower.is_infinite()
+                && contact.upper.is_infinite()
+            {
                 return Err(ParameterError::NoEdges { contact: i });
             }
         }
@@ -79,12 +97,18 @@ impl<G: Shape> Machine<G> {
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(waves, &u);
         let number = |a: &[f64], how: &str| match a.iter().position(|a| !a.is_finite()) {
-            Some(i) => Err(ParameterError::NotFinite { name: format!("acceleration {i} of the shape at rest{how}"), value: a[i] }),
+            Some(i) => Err(ParameterError::NotFinite {
+                name: format!("acceleration {i} of the shape at rest{how}"),
+                value: a[i],
+            }),
             None => Ok(()),
         };
         self.shape().accel(&AsIs, u, &rest, &rest, &mut a);
         number(&a, "")?;
-        for (flank, how) in [(Piece::Lower, ", contacts on their lower flanks"), (Piece::Upper, ", contacts on their upper flanks")] {
+        for (flank, how) in [
+            (Piece::Lower, ", contacts on their lower flanks"),
+            (Piece::Upper, ", contacts on their upper flanks"),
+        ] {
             let piece = |i: usize| {
                 let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
                 let edge = if flank == Piece::Lower { contact.lower } else { contact.upper };

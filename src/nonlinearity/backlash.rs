@@ -140,7 +140,10 @@ impl AsymmetricBacklash {
     /// # Errors
     /// A slope that is not positive or is above 1e50.
     pub fn with_slopes(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
-        let slopes = [check::positive("slope of the lower flank", lower)?, check::positive("slope of the upper flank", upper)?];
+        let slopes = [
+            check::positive("slope of the lower flank", lower)?,
+            check::positive("slope of the upper flank", upper)?,
+        ];
         Ok(AsymmetricBacklash { slopes, ..self })
     }
 }

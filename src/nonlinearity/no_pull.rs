@@ -32,7 +32,8 @@ impl NoPullBacklash {
     /// # Errors
     /// A half width that is negative or above 1e50; a τ that is not positive or is above 1e50.
     pub fn new(half_width: f64, time: f64) -> Result<Self, ParameterError> {
-        let (half_width, time) = (check::not_negative("half width b", half_width)?, check::positive("damping time", time)?);
+        let (half_width, time) =
+            (check::not_negative("half width b", half_width)?, check::positive("damping time", time)?);
         Ok(NoPullBacklash { half_width, time })
     }
 }

@@ -39,7 +39,11 @@ impl PowerLaw {
         let b = check::not_negative("half width b", half_width)?;
         let exponent = check::quantity("exponent", exponent)?;
         if !(1.0..=100.0).contains(&exponent) {
-            return Err(ParameterError::OutOfRange { name: "exponent".into(), value: exponent, allowed: "[1, 100]" });
+            return Err(ParameterError::OutOfRange {
+                name: "exponent".into(),
+                value: exponent,
+                allowed: "[1, 100]",
+            });
         }
         Ok(PowerLaw { lower: -b, upper: b, exponent, depth: check::scale("reference depth", depth)? })
     }

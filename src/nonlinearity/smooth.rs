@@ -41,7 +41,10 @@ impl Cubic {
     /// # Errors
     /// A coefficient beyond ±1e50.
     pub fn new(linear: f64, cubic: f64) -> Result<Self, ParameterError> {
-        Ok(Cubic { linear: check::quantity("linear slope", linear)?, cubic: check::quantity("cubic coefficient", cubic)? })
+        Ok(Cubic {
+            linear: check::quantity("linear slope", linear)?,
+            cubic: check::quantity("cubic coefficient", cubic)?,
+        })
     }
 }
 

@@ -33,7 +33,8 @@ impl<T: Tableau> Default for Adaptive<T> {
 impl<T: Tableau> Adaptive<T> {
     /// rtol 1e-9, atol 1e-12, edges located, no limit on the step, 10⁸ steps at most.
     pub fn new() -> Self {
-        let tolerances = Tolerances { rtol: 1e-9, atol: vec![1e-12], first: None, max: f64::INFINITY, beta: T::BETA };
+        let tolerances =
+            Tolerances { rtol: 1e-9, atol: vec![1e-12], first: None, max: f64::INFINITY, beta: T::BETA };
         Adaptive { tolerances, limits: Limits::default(), tableau: PhantomData }
     }
     /// Relative tolerance, positive.

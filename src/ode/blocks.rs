@@ -72,7 +72,13 @@ impl Blocks {
 
     /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), in the order of the components.
     #[inline(always)]
-    pub(super) fn squares(ends: [&Self; 2], k: &[Self; SLOTS], atol: &Self, rtol: f64, row: &[(usize, f64)]) -> f64 {
+    pub(super) fn squares(
+        ends: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        row: &[(usize, f64)],
+    ) -> f64 {
         squares(ends, k, atol, rtol, row)
     }
 
@@ -97,7 +103,13 @@ fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
 }
 
 #[inline(never)]
-fn squares([y, y1]: [&Blocks; 2], k: &[Blocks; SLOTS], atol: &Blocks, rtol: f64, row: &[(usize, f64)]) -> f64 {
+fn squares(
+    [y, y1]: [&Blocks; 2],
+    k: &[Blocks; SLOTS],
+    atol: &Blocks,
+    rtol: f64,
+    row: &[(usize, f64)],
+) -> f64 {
     y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
 }
 

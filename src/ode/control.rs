@@ -55,12 +55,19 @@ impl StepRule<'_> {
                 tolerances.first.map_or(Ok(()), |step| positive("first_step", step))?;
                 tolerances.atol.iter().try_for_each(|&atol| positive("atol", atol))?;
                 if !(0.0..0.2).contains(&tolerances.beta) {
-                    return Err(IntegrateError::Setting { name: "pi_beta", value: tolerances.beta, allowed: "[0, 0.2)" });
+                    return Err(IntegrateError::Setting {
+                        name: "pi_beta",
+                        value: tolerances.beta,
+                        allowed: "[0, 0.2)",
+                    });
                 }
                 match tolerances.atol[..] {
                     [one] => Ok(vec![one; components]),
                     _ if tolerances.atol.len() == components => Ok(tolerances.atol.clone()),
-                    _ => Err(IntegrateError::ToleranceLength { expected: components, found: tolerances.atol.len() }),
+                    _ => Err(IntegrateError::ToleranceLength {
+                        expected: components,
+                        found: tolerances.atol.len(),
+                    }),
                 }
             }
         }
@@ -88,7 +95,15 @@ impl Pace {
     pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
         let next = if T::ADAPTIVE { h } else { start + h };
         let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
-        Pace { h, next, after: start + 2.0 * h, start, count: 2.0, max, controller: Controller::new::<T>(beta) }
+        Pace {
+            h,
+            next,
+            after: start + 2.0 * h,
+            start,
+            count: 2.0,
+            max,
+            controller: Controller::new::<T>(beta),
+        }
     }
 
     /// The end of the step from `t`, at `stop` at the latest.
@@ -140,7 +155,13 @@ impl Controller {
     const SAFETY: f64 = 0.9;
 
     pub(crate) fn new<T: Tableau>(beta: f64) -> Self {
-        Controller { exponent: T::EXPONENT - 0.75 * beta, beta, factors: T::FACTORS, old_error: 1e-4, rejected: false }
+        Controller {
+            exponent: T::EXPONENT - 0.75 * beta,
+            beta,
+            factors: T::FACTORS,
+            old_error: 1e-4,
+            rejected: false,
+        }
     }
 
     /// The next step after an error estimate, and whether the one just made stands.
@@ -168,12 +189,16 @@ impl Controller {
 }
 
 /// A first step from the size of the solution, its slope and its curvature.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
-pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, longest: f64) -> f64 {
+pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    longest: f64,
+) -> f64 {
     let rms = |v: &mut dyn Iterator<Item = f64>| {
         let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
         f64::sqrt(sum / f64::max(count, 1.0))
     };
-    let size: Vec<f64> = e.y.slice().iter().zip(e.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+    let size: Vec<f64> =
+        e.y.slice().iter().zip(e.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
     let slope: Vec<f64> = e.k[0].slice().to_vec();
     let d0 = rms(&mut e.y.slice().iter().zip(&size).map(|(y, s)| y / s));
     let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));

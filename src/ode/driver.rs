@@ -120,10 +120,16 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
-    fn new<T: Tableau, const LOCATE: bool>(rule: StepRule<'_>, model: &'m M, start: &State, t_end: f64) -> Result<Self, IntegrateError> {
+    fn new<T: Tableau, const LOCATE: bool>(
+        rule: StepRule<'_>,
+        model: &'m M,
+        start: &State,
+        t_end: f64,
+    ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
         let mut e = Engine::<M, V>::new::<T>(model, start, LOCATE);
-        let mut locator = Locator::new(if LOCATE { model.contacts() } else { 0 }, Stops::new::<M, LOCATE>(model));
+        let mut locator =
+            Locator::new(if LOCATE { model.contacts() } else { 0 }, Stops::new::<M, LOCATE>(model));
         if LOCATE {
             locator.measure_noise(&mut e);
             locator.classify(&mut e, true);
@@ -136,7 +142,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             return Err(IntegrateError::NotFinite { t: e.t, component });
         }
         let pace = match rule {
-            StepRule::Fixed(h) if h <= RESOLUTION * e.t.abs().max(t_end.abs()) => return Err(IntegrateError::StepUnderflow { t: e.t, h }),
+            StepRule::Fixed(h) if h <= RESOLUTION * e.t.abs().max(t_end.abs()) => {
+                return Err(IntegrateError::StepUnderflow { t: e.t, h });
+            }
             StepRule::Fixed(h) => Pace::new::<T>(e.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
@@ -147,7 +155,16 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         };
         let edge = edge_after(model, e.t)?;
         let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
-        Ok(Run { e, pace, locator, crossings, edge, stop: edge.min(t_end), retreats: 0, stats: Stats::default() })
+        Ok(Run {
+            e,
+            pace,
+            locator,
+            crossings,
+            edge,
+            stop: edge.min(t_end),
+            retreats: 0,
+            stats: Stats::default(),
+        })
     }
 
     /// Whether the step just made is good enough; if not, the pace has a shorter one.
@@ -194,7 +211,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                     return stall(e.t, exit);
                 }
                 let (pieces, stops) = (&e.pieces, &self.locator.stops);
-                let crossing = |Exit { contact, to }| Crossing { contact, from: pieces[contact], to, rebounds: stops.rigid(contact, to) };
+                let crossing = |Exit { contact, to }| Crossing {
+                    contact,
+                    from: pieces[contact],
+                    to,
+                    rebounds: stops.rigid(contact, to),
+                };
                 self.crossings.push(crossing(exit));
                 self.crossings.extend(self.locator.together(pieces, &e.contacts, exit).map(crossing));
                 self.locator.strike_at_end(e, &mut self.crossings)?;
@@ -218,9 +240,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
 
     /// Starts afresh behind tooth edges and behind a jump of the drives.
     #[inline(always)]
-    fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool, t_end: f64) -> Result<(), IntegrateError> {
+    fn pass_edges<T: Tableau, const LOCATE: bool>(
+        &mut self,
+        at_edge: bool,
+        t_end: f64,
+    ) -> Result<(), IntegrateError> {
         let e = &mut self.e;
-        let unknown = LOCATE && !at_edge && self.crossings.iter().any(|c| !c.rebounds && self.locator.jumps[c.contact].is_none());
+        let unknown = LOCATE
+            && !at_edge
+            && self.crossings.iter().any(|c| !c.rebounds && self.locator.jumps[c.contact].is_none());
         if unknown {
             e.accept::<T, LOCATE>(); // the derivative on the old pieces, to compare with
         } else {
@@ -286,8 +314,13 @@ fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
 /// Which component was the first that is not a number: in the order of the stages, then of the result.
 fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
     let n = e.model.dof();
-    let stages = e.k[..T::SLOTS].iter().flat_map(|k| k.slice()[n..].iter().position(|a| !a.is_finite()).map(|i| n + i));
-    let component = stages.chain(e.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST)).next().unwrap_or(0);
+    let stages = e.k[..T::SLOTS]
+        .iter()
+        .flat_map(|k| k.slice()[n..].iter().position(|a| !a.is_finite()).map(|i| n + i));
+    let component = stages
+        .chain(e.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST))
+        .next()
+        .unwrap_or(0);
     IntegrateError::NotFinite { t: e.t, component }
 }
 
@@ -299,7 +332,12 @@ fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M,
 
 /// Re-steps to an edge at θ of the step. With pieces held the trajectory is smooth past the edge and once is enough, unless the
 /// force jumps there; without, the dense output was bent by the edge and the step is corrected until it meets it.
-fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &Locator, theta: f64, exit: Exit) -> bool {
+fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    locator: &Locator,
+    theta: f64,
+    exit: Exit,
+) -> bool {
     let t1 = e.t + theta * e.h();
     let far = e.t1;
     if t1 <= e.t {
@@ -354,7 +392,11 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, 
 }
 
 /// Compares the acceleration on both sides of an edge: a force that jumps there asks for a closer location.
-fn note_jumps<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>, locator: &mut Locator, crossings: &[Crossing]) {
+fn note_jumps<M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    locator: &mut Locator,
+    crossings: &[Crossing],
+) {
     e.look.slice_mut().copy_from_slice(e.k[0].slice());
     e.derivative_at_start();
     let before = e.look.slice();

@@ -161,14 +161,18 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
-        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
+            accelerate::<M, HELD>(model, pieces, u, q, v, a)
+        });
     }
 
     /// The same with the drives at the end.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
-        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
+        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
+            accelerate::<M, HELD>(model, pieces, u, q, v, a)
+        });
     }
 
     /// y1 = y0 + h Σ b k.
@@ -280,7 +284,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
         }
         // Only with a tolerance above the motion itself a step passes whose coefficients overflow. Without them its ends are met still.
-        for coefficient in self.dense.iter_mut().flat_map(|column| column.slice_mut()).filter(|x| x.is_nan() || x.abs() > LARGEST) {
+        for coefficient in self
+            .dense
+            .iter_mut()
+            .flat_map(|column| column.slice_mut())
+            .filter(|x| x.is_nan() || x.abs() > LARGEST)
+        {
             *coefficient = 0.0;
         }
         self.ready.dense = true;
@@ -305,7 +314,8 @@ pub(super) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 }
 
 pub(super) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
-    let columns: [&[f64]; DENSE] = std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
+    let columns: [&[f64]; DENSE] =
+        std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
     // Side by side, since the sums of one component wait for each other.
     let whole = out.len() - out.len() % 8;
     for j in (0..whole).step_by(8) {
@@ -334,12 +344,25 @@ fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f
 
 /// (q', v') = (v, a).
 #[inline(always)]
-fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], y: &V, out: &mut V) {
+fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(
+    model: &M,
+    pieces: &[Piece],
+    u: &[f64],
+    y: &V,
+    out: &mut V,
+) {
     V::derivative(out, y, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
 }
 
 #[inline(always)]
-fn accelerate<M: Model + ?Sized, const HELD: bool>(model: &M, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+fn accelerate<M: Model + ?Sized, const HELD: bool>(
+    model: &M,
+    pieces: &[Piece],
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+) {
     if HELD {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {

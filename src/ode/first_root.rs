@@ -37,7 +37,10 @@ pub(super) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     let (mut a, mut da) = (0.0, d0);
     // Just past the edge, or on it: it may have come in from there, or be on its way out.
     let on_edge = d0.value <= slack;
-    if on_edge && d0.rate <= 0.0 && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack) {
+    if on_edge
+        && d0.rate <= 0.0
+        && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack)
+    {
         return Some(0.0);
     }
     // If locating left the contact outside its edge by δ, δ is tolerated for this step.
@@ -52,7 +55,8 @@ pub(super) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
         let m = a + MIDDLE * (b - a);
         let dm = look(m);
         // A slope that is off tells of a wave that the middle meets by chance.
-        let off = (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
+        let off =
+            (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
         let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
         let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
         if dm.value < -slack && db.value >= -slack && m > a {

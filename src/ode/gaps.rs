@@ -100,15 +100,19 @@ impl Gaps {
             for way in 0..2 {
                 let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
                 let from = e.pieces[i];
-                let (d0, d, d1) =
-                    (exit.distance(from, &start[i], h), exit.distance(from, &e.contacts[i], h), exit.distance(from, &end[i], h));
+                let (d0, d, d1) = (
+                    exit.distance(from, &start[i], h),
+                    exit.distance(from, &e.contacts[i], h),
+                    exit.distance(from, &end[i], h),
+                );
                 if !d.value.is_finite() {
                     self.off[i][way] = 0.0;
                     continue;
                 }
                 let seen = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
                 let (missed, length) = self.known[i][way];
-                let off = seen.max(if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 });
+                let off =
+                    seen.max(if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 });
                 self.off[i][way] = off;
                 if e.pieces[i] == Piece::Gap {
                     ratio = ratio.max(off / allowed(&end[i], noise[i], [d0.value, d.value, d1.value]));
@@ -155,7 +159,8 @@ impl Gaps {
             e.contacts_on_cubic::<T>(theta);
             for (i, places) in self.places.iter_mut().enumerate() {
                 for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                    places[p][way] = exit.map_or(f64::INFINITY, |exit| exit.distance(e.pieces[i], &e.contacts[i], h).value);
+                    places[p][way] = exit
+                        .map_or(f64::INFINITY, |exit| exit.distance(e.pieces[i], &e.contacts[i], h).value);
                 }
             }
         }
@@ -201,5 +206,7 @@ fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
 
 /// The cubic through four points.
 fn lagrange(x: [f64; 4], f: [f64; 4], at: f64) -> f64 {
-    (0..4).map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>()).sum()
+    (0..4)
+        .map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>())
+        .sum()
 }

@@ -24,7 +24,10 @@ impl Hermite {
     #[inline]
     pub(super) fn new(d0: Distance, d1: Distance) -> Self {
         let rise = d1.value - d0.value;
-        Hermite { value: d0.value, powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise] }
+        Hermite {
+            value: d0.value,
+            powers: [d0.rate, 3.0 * rise - 2.0 * d0.rate - d1.rate, d0.rate + d1.rate - 2.0 * rise],
+        }
     }
 
     /// Whether the ends alone say that the cubic has no dip and stays above `floor`: it lies between control points a third of a rate off.
@@ -70,7 +73,9 @@ impl Hermite {
     /// Where it is lowest inside the stretch.
     pub(super) fn lowest(&self) -> Option<f64> {
         match self.extrema() {
-            [Some(first), Some(second)] => Some(if self.at(second).total_cmp(&self.at(first)).is_lt() { second } else { first }),
+            [Some(first), Some(second)] => {
+                Some(if self.at(second).total_cmp(&self.at(first)).is_lt() { second } else { first })
+            }
             [first, second] => first.or(second),
         }
     }

@@ -23,7 +23,8 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         }
         let (h, n) = (self.h, self.model.dof());
         let (rest, wave) = (1.0 - theta, 6.0 * theta * (1.0 - theta) / h);
-        let [a, b, c] = [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
+        let [a, b, c] =
+            [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
         let [d, e] = [rest * (1.0 - 3.0 * theta), theta * (3.0 * theta - 2.0)];
         let (y0, y1, out) = (self.y.slice(), &self.y1.slice()[..2 * n], &mut self.look.slice_mut()[..2 * n]);
         for j in 0..n {

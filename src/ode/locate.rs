@@ -137,7 +137,12 @@ impl Locator {
 
     /// Every other contact that reaches its edge together with the located one: within the slack, or within the time by which that
     /// one's edge was missed.
-    pub(crate) fn together<'a>(&'a self, pieces: &'a [Piece], contacts: &'a [Contact], located: Exit) -> impl Iterator<Item = Exit> + 'a {
+    pub(crate) fn together<'a>(
+        &'a self,
+        pieces: &'a [Piece],
+        contacts: &'a [Contact],
+        located: Exit,
+    ) -> impl Iterator<Item = Exit> + 'a {
         let (value, rate, _) = self.miss(pieces, contacts, located);
         let time = if rate == 0.0 { 0.0 } else { 2.0 * (value / rate).abs() };
         let others = (0..contacts.len()).filter(move |&i| i != located.contact);
@@ -145,13 +150,17 @@ impl Locator {
             Exit::of(i, pieces[i]).into_iter().flatten().filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
                 let length = scale(&contacts[i]);
-                d.rate < 0.0 && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
+                d.rate < 0.0
+                    && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
             })
         })
     }
 
     /// The first exit inside the step just made; its end contacts are in `e.contacts`.
-    pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> Found {
+    pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Engine<'_, M, V>,
+    ) -> Found {
         let h = e.h();
         let mut limit = 1.0;
         let mut first = Found::Nothing;
@@ -175,7 +184,9 @@ impl Locator {
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);
                 }
-                let clear = d1.value >= -slack && !hermite.may_dip(d0, d1) && (doubt <= slack || hermite.stays_above(doubt));
+                let clear = d1.value >= -slack
+                    && !hermite.may_dip(d0, d1)
+                    && (doubt <= slack || hermite.stays_above(doubt));
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }

@@ -52,22 +52,33 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`IntegrateError`]; what the observer has seen until then is still with the observer.
-    fn run<M: Model + ?Sized, O: Observer>(&self, model: &M, start: &State, t_end: f64, observer: &mut O)
-    -> Result<Finish, IntegrateError>;
+    fn run<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+        observer: &mut O,
+    ) -> Result<Finish, IntegrateError>;
 
     /// The state at `t_end`.
     ///
     /// # Errors
     /// [`IntegrateError`].
     fn end<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<State, IntegrateError> {
-        self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).map(|finish| finish.state)
+        self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .map(|finish| finish.state)
     }
 
     /// Every accepted step, the start included.
     ///
     /// # Errors
     /// [`Failed`], which holds the trajectory up to the failure.
-    fn trajectory<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<Trajectory, Failed> {
+    fn trajectory<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+    ) -> Result<Trajectory, Failed> {
         let mut trajectory = Trajectory::empty(model.dof(), start.t);
         if let Err(error) = start.check(model.dof()) {
             return trajectory.or_failed(Err(error.into()));
@@ -84,9 +95,18 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`Failed`], which holds the states up to the failure.
-    fn sample<M: Model + ?Sized>(&self, model: &M, start: &State, times: &[f64]) -> Result<Trajectory, Failed> {
+    fn sample<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        times: &[f64],
+    ) -> Result<Trajectory, Failed> {
         let mut trajectory = Trajectory::empty(model.dof(), start.t);
-        if let Err(error) = start.check(model.dof()).map_err(IntegrateError::from).and_then(|()| trajectory::check_times(start.t, times)) {
+        if let Err(error) = start
+            .check(model.dof())
+            .map_err(IntegrateError::from)
+            .and_then(|()| trajectory::check_times(start.t, times))
+        {
             return trajectory.or_failed(Err(error));
         }
         let mut left = times;
@@ -186,7 +206,9 @@ pub enum IntegrateError {
         end: f64,
     },
     /// Output times out of order, before the start, or not numbers.
-    #[error("output time {index} is {value}: times must be finite, increasing, and not before the start at {start}")]
+    #[error(
+        "output time {index} is {value}: times must be finite, increasing, and not before the start at {start}"
+    )]
     OutputTime {
         /// Its place in the list.
         index: usize,
@@ -206,7 +228,9 @@ pub enum IntegrateError {
         allowed: &'static str,
     },
     /// A list of absolute tolerances that does not fit the model.
-    #[error("{found} absolute tolerances for {expected} components: give one, or one for each coordinate and velocity")]
+    #[error(
+        "{found} absolute tolerances for {expected} components: give one, or one for each coordinate and velocity"
+    )]
     ToleranceLength {
         /// Components of the state.
         expected: usize,
@@ -264,7 +288,9 @@ pub enum IntegrateError {
         edge: f64,
     },
     /// A gap whose edges have passed each other: a negative backlash.
-    #[error("the gap of contact {contact} reaches from {lower} to {upper} at t = {t}: the half width is negative")]
+    #[error(
+        "the gap of contact {contact} reaches from {lower} to {upper} at t = {t}: the half width is negative"
+    )]
     NegativeGap {
         /// When it was seen.
         t: f64,
@@ -285,7 +311,9 @@ pub enum IntegrateError {
     },
     /// A contact that comes to rest on a rigid stop, after impacts without number or at once: from there on it would be pressed against the
     /// stop, which is not modelled.
-    #[error("contact {contact} comes to rest on its rigid stop at t = {t}: motion along a stop is not modelled")]
+    #[error(
+        "contact {contact} comes to rest on its rigid stop at t = {t}: motion along a stop is not modelled"
+    )]
     RestsOnStop {
         /// When.
         t: f64,

@@ -37,7 +37,8 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
-    pub(crate) const NONE: Flight = Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
+    pub(crate) const NONE: Flight =
+        Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
 
     /// The next impact, behind which the contact leaves at `speed`: whether it rests, since it no longer flies any higher than `slack`, or than
     /// rounding of its highest flight.
@@ -88,7 +89,9 @@ impl Stops {
     /// Whether contact `i` has a stop on that flank.
     #[inline]
     pub(crate) fn rigid(&self, i: usize, on: Piece) -> bool {
-        self.rigid.get(i).is_some_and(|[lower, upper]| (on == Piece::Lower && *lower) || (on == Piece::Upper && *upper))
+        self.rigid
+            .get(i)
+            .is_some_and(|[lower, upper]| (on == Piece::Lower && *lower) || (on == Piece::Upper && *upper))
     }
 
     /// Whether contact `i` has a stop.
@@ -201,7 +204,8 @@ impl Locator {
         loop {
             model.contact(u, q, &self.stops.v, contacts);
             let next = self.stops.exits().find(|exit| {
-                let met = crossings.iter().any(|c| c.rebounds && (c.contact, c.to) == (exit.contact, exit.to));
+                let met =
+                    crossings.iter().any(|c| c.rebounds && (c.contact, c.to) == (exit.contact, exit.to));
                 let c = &contacts[exit.contact];
                 let d = exit.distance(Piece::Gap, c, 1.0);
                 d.rate < -APPROACHES * fastest && (met || d.value <= self.slack(exit.contact, c))

@@ -157,7 +157,9 @@ pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, Paramet
     check::count("steps of time", &[count], check::NUMBERS)?;
     check::all_finite("ends of the time", &[t0, t1])?;
     check::representable("distance from start to end of the time", t1 - t0, &[t0, t1])?;
-    Ok((0..=count).map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) }).collect())
+    Ok((0..=count)
+        .map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) })
+        .collect())
 }
 
 pub(super) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {

@@ -21,14 +21,26 @@ pub trait Vector: Clone {
     /// Velocities and accelerations at `y` into `out`; `f` writes the accelerations at given coordinates and velocities.
     fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
     /// The same into k_s, at y + Σ (h a_l) k_l of earlier slots.
-    fn stage<const L: usize>(k: &mut [Self; SLOTS], s: usize, y: &Self, h: f64, row: &Row<L>, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    );
     /// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
     fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
     /// out = h Σ d_l k_l.
     fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
     /// Σ (e/size)² with e = Σ e_l k_l and size = atol + rtol max(|y|, |y1|), for each of the rows.
-    fn squares<const L: usize, const R: usize>(ends: [&Self; 2], k: &[Self; SLOTS], atol: &Self, rtol: f64, rows: [&Row<L>; R])
-    -> [f64; R];
+    fn squares<const L: usize, const R: usize>(
+        ends: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        rows: [&Row<L>; R],
+    ) -> [f64; R];
     /// Σ |y|, in any order.
     fn size(&self) -> f64;
 }
@@ -58,7 +70,14 @@ impl<const M: usize> Vector for [f64; M] {
         *out = k;
     }
     #[inline(always)]
-    fn stage<const L: usize>(k: &mut [Self; SLOTS], s: usize, y: &Self, h: f64, row: &Row<L>, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
         let mut stage = [0.0; M];
         Self::combine(&mut stage, y, k, h, row);
         Self::derivative(&mut k[s], &stage, f);
@@ -134,7 +153,14 @@ impl Vector for Blocks {
         f(q, v, &mut out.slice_mut()[n..]);
     }
     #[inline(always)]
-    fn stage<const L: usize>(k: &mut [Self; SLOTS], s: usize, y: &Self, h: f64, row: &Row<L>, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
         let (earlier, later) = k.split_at_mut(s);
         let [q, v, a] = later[0].stage(y, earlier, h, row);
         f(q, v, a);

@@ -50,7 +50,12 @@ pub(super) fn past(piece: Piece, c: &Contact) -> f64 {
 }
 
 /// ∂h/∂q, then ∂h/∂v, by central differences.
-pub(super) fn gradient(h: &mut dyn FnMut(&[f64], &[f64]) -> f64, y: &mut [f64], scale: &[f64], out: &mut [f64]) {
+pub(super) fn gradient(
+    h: &mut dyn FnMut(&[f64], &[f64]) -> f64,
+    y: &mut [f64],
+    scale: &[f64],
+    out: &mut [f64],
+) {
     let n = y.len() / 2;
     for j in 0..y.len() {
         let here = y[j];
@@ -70,7 +75,8 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
         let (n, contacts) = (model.dof(), model.contacts());
         let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; n], vec![0.0; n]);
         model.drive(0.0, Side::After, &mut u);
-        let own = contacts == 0 || model.accel_on_pieces(&vec![Piece::Gap; contacts], &u, &rest, &rest, &mut a);
+        let own =
+            contacts == 0 || model.accel_on_pieces(&vec![Piece::Gap; contacts], &u, &rest, &rest, &mut a);
         let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
         let room = Room {
             contacts: vec![Contact::default(); room],
@@ -137,7 +143,10 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
                 let square: f64 = slope.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
                 if miss > 1e-3 * margin && square > 0.0 {
                     moved = true;
-                    inside.iter_mut().zip(slope.iter().zip(self.scale)).for_each(|(y, (g, s))| *y -= miss / square * g * s * s);
+                    inside
+                        .iter_mut()
+                        .zip(slope.iter().zip(self.scale))
+                        .for_each(|(y, (g, s))| *y -= miss / square * g * s * s);
                 }
             }
             if !moved {
@@ -192,7 +201,14 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         a.iter_mut().zip(&room.a).for_each(|(a, further)| *a += (*a - further) / share);
         true
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         let Some(held) = pieces.filter(|_| !self.own) else {
             return self.model.jacobian(pieces, u, q, v, out);
         };

@@ -57,13 +57,17 @@ impl Cycle {
     ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
         let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
-        let multipliers = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| ShootingError::NotConverged {
-            component: 0,
-            range: segments.range()[0],
-            correction: f64::NAN,
-            last: last(),
-        })?;
-        let other = looser.and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
+        let multipliers =
+            Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| {
+                ShootingError::NotConverged {
+                    component: 0,
+                    range: segments.range()[0],
+                    correction: f64::NAN,
+                    last: last(),
+                }
+            })?;
+        let other = looser
+            .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = Cycle {
             end: segments.end(),
@@ -175,10 +179,13 @@ impl Cycle {
         let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
         let from = &self.states[node];
         let held = Continued::new(model, &self.scale);
-        let mut state = if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
+        let mut state =
+            if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
         // The rigid motion gains the drift with every turn, and what its speed has gained adds up.
         let since = inside - start;
-        for ((q, v), (dq, dv)) in state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1])) {
+        for ((q, v), (dq, dv)) in
+            state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1]))
+        {
             *q += turns * (dq + (0.5 * (turns - 1.0) * period + since) * dv);
             *v += turns * dv;
         }
@@ -190,12 +197,17 @@ impl Cycle {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn observe<M: Model + ?Sized, O: Observer>(&self, model: &M, observer: &mut O) -> Result<Stats, IntegrateError> {
+    pub fn observe<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        observer: &mut O,
+    ) -> Result<Stats, IntegrateError> {
         let held = Continued::new(model, &self.scale);
         let mut all = Stats::default();
         for (i, from) in self.states.iter().enumerate() {
             let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
-            let run = self.solver(from).run(&held, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
+            let run =
+                self.solver(from).run(&held, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
             all.steps += run.stats.steps;
             all.rejected += run.stats.rejected;
             all.evaluations += run.stats.evaluations;

@@ -35,12 +35,18 @@ impl Cyclic {
         let mut stages = Vec::with_capacity(rest.len());
         for x in rest {
             let qr = below(&c, x).qr();
-            let (mut first, mut next) = (below(&a, &DMatrix::zeros(m, m)), below(&DMatrix::zeros(m, m), &-DMatrix::identity(m, m)));
+            let (mut first, mut next) =
+                (below(&a, &DMatrix::zeros(m, m)), below(&DMatrix::zeros(m, m), &-DMatrix::identity(m, m)));
             qr.q_tr_mul(&mut first);
             qr.q_tr_mul(&mut next);
             (a, c) = (first.rows(m, m).into_owned(), next.rows(m, m).into_owned());
             let own = qr.r();
-            stages.push(Stage { qr, own, first: first.rows(0, m).into_owned(), next: next.rows(0, m).into_owned() });
+            stages.push(Stage {
+                qr,
+                own,
+                first: first.rows(0, m).into_owned(),
+                next: next.rows(0, m).into_owned(),
+            });
         }
         let mut close = DMatrix::zeros(m + k, m + k);
         close.view_mut((0, 0), (m, m)).copy_from(&(&a + &c));
@@ -101,7 +107,8 @@ mod tests {
     /// Against the whole matrix, in one piece.
     #[test]
     fn ring_of_blocks() -> Result<(), &'static str> {
-        let entry = |i: usize, j: usize, k: usize| ((1 + i + 5 * j + 11 * k) as f64 * 0.618).fract() * 2.0 - 0.7;
+        let entry =
+            |i: usize, j: usize, k: usize| ((1 + i + 5 * j + 11 * k) as f64 * 0.618).fract() * 2.0 - 0.7;
         for (nodes, m, k) in [(1, 2, 0), (5, 2, 0), (4, 4, 2), (1, 4, 2)] {
             let x: Vec<_> = (0..nodes).map(|i| DMatrix::from_fn(m, m, |a, b| entry(i, a, b))).collect();
             let rigid = DMatrix::from_fn(m, k, |a, b| entry(9, a, b));

@@ -94,7 +94,12 @@ pub(super) struct Directions<'s> {
 
 impl<'s> Directions<'s> {
     pub(super) fn new(count: usize, scale: &'s [f64]) -> Self {
-        Directions { columns: vec![0.0; count * scale.len()], lengths: vec![0.0; count], growth: vec![0.0; count], scale }
+        Directions {
+            columns: vec![0.0; count * scale.len()],
+            lengths: vec![0.0; count],
+            growth: vec![0.0; count],
+            scale,
+        }
     }
 
     /// Directions at random, orthonormal; the same for the same start.   Source: splitmix64 of Steele, Lea & Flood, OOPSLA 2014.

@@ -40,7 +40,9 @@ pub enum ShootingError {
     #[error("shooting: {0}")]
     Parameter(#[from] ParameterError),
     /// States of the guess out of order, or past the period.
-    #[error("state {index} of the guess stands at t = {time}: times must increase and stay within the period from {from} to {to}")]
+    #[error(
+        "state {index} of the guess stands at t = {time}: times must increase and stay within the period from {from} to {to}"
+    )]
     GuessTime {
         /// Its place in the list.
         index: usize,
@@ -95,9 +97,9 @@ impl ShootingError {
     pub fn last(&self) -> Option<&Iterate> {
         match self {
             ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,
-            ShootingError::Flow { last, .. } | ShootingError::Singular { last, .. } | ShootingError::NotConverged { last, .. } => {
-                Some(last)
-            }
+            ShootingError::Flow { last, .. }
+            | ShootingError::Singular { last, .. }
+            | ShootingError::NotConverged { last, .. } => Some(last),
         }
     }
 }

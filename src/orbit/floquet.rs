@@ -138,7 +138,8 @@ impl Multipliers {
     pub(crate) fn distance(&self, other: &Self) -> f64 {
         let mut left = other.values.clone();
         self.values.iter().fold(0.0, |worst: f64, a| {
-            let nearest = (0..left.len()).min_by(|&i, &j| (left[i] - a).norm().total_cmp(&(left[j] - a).norm()));
+            let nearest =
+                (0..left.len()).min_by(|&i, &j| (left[i] - a).norm().total_cmp(&(left[j] - a).norm()));
             nearest.map_or(f64::INFINITY, |i| worst.max((left.swap_remove(i) - a).norm()))
         })
     }

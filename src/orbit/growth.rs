@@ -75,7 +75,11 @@ impl Growth {
 
     /// Per period.
     pub(super) fn mean(&self) -> f64 {
-        if self.periods.is_empty() { f64::NAN } else { self.periods.iter().sum::<f64>() / self.periods.len() as f64 }
+        if self.periods.is_empty() {
+            f64::NAN
+        } else {
+            self.periods.iter().sum::<f64>() / self.periods.len() as f64
+        }
     }
 
     /// The standard error of the mean: two of them hold it in 95 % of all cases. Infinite with fewer than three periods.
@@ -111,8 +115,13 @@ impl Growth {
     fn ends(&self) -> f64 {
         let periods = self.periods.len();
         // Before the span all that is there; within it the span has to be shortened.
-        let moves = if self.before { self.head.len().min(self.tail.len()) } else { self.parts * (periods / 8).clamp(1, ENDS) };
-        let length = if self.before { periods as f64 } else { periods as f64 - moves as f64 / self.parts as f64 };
+        let moves = if self.before {
+            self.head.len().min(self.tail.len())
+        } else {
+            self.parts * (periods / 8).clamp(1, ENDS)
+        };
+        let length =
+            if self.before { periods as f64 } else { periods as f64 - moves as f64 / self.parts as f64 };
         let (head, tail) = (self.head.len(), self.tail.len());
         // The sum over a span without that over the last one.
         let gained = |i: usize| if self.before { self.head[head - i] } else { self.head[moves - i] };
@@ -121,10 +130,13 @@ impl Growth {
             Some(*sum)
         });
         let sums: Vec<f64> = std::iter::once(0.0).chain(sums).collect();
-        let moment = |about: f64, power: i32| sums.iter().map(|sum| (sum - about).powi(power)).sum::<f64>() / sums.len() as f64;
+        let moment = |about: f64, power: i32| {
+            sums.iter().map(|sum| (sum - about).powi(power)).sum::<f64>() / sums.len() as f64
+        };
         let middle = moment(0.0, 1);
         let square = moment(middle, 2);
-        let kurtosis = if square > 0.0 { (moment(middle, 4) / (square * square)).clamp(1.5, 3.0) } else { 3.0 };
+        let kurtosis =
+            if square > 0.0 { (moment(middle, 4) / (square * square)).clamp(1.5, 3.0) } else { 3.0 };
         let two = SINE + (NORMAL - SINE) * (kurtosis - 1.5) / 1.5;
         0.5 * two * square.sqrt() / length
     }

@@ -32,7 +32,12 @@ const MOST: usize = 128;
 const SAME: f64 = 1e-9;
 
 impl Guess {
-    pub(super) fn of(model: &dyn Periodic, plan: &Plan, guess: &[State], meter: &Meter<'_>) -> Result<Guess, ShootingError> {
+    pub(super) fn of(
+        model: &dyn Periodic,
+        plan: &Plan,
+        guess: &[State],
+        meter: &Meter<'_>,
+    ) -> Result<Guess, ShootingError> {
         let Some(first) = guess.first() else {
             return Err(ParameterError::Empty { name: "guess".into(), least: 1 }.into());
         };
@@ -65,7 +70,8 @@ impl Guess {
         for (i, state) in states.iter().enumerate() {
             sizes.see(state.t, &state.q, &state.v);
             let until = states.get(i + 1).map_or(end, |next| next.t);
-            metered(&solver, model, state, until, &mut (&mut sizes, &mut rounding), meter).map_err(|error| fail(i, error, &states))?;
+            metered(&solver, model, state, until, &mut (&mut sizes, &mut rounding), meter)
+                .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
             let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MOST));
@@ -84,7 +90,8 @@ impl Guess {
                 ControlFlow::Continue(())
             };
             if let Some(&last) = times[1..].last() {
-                metered(&solver, model, first, last, &mut keep, meter).map_err(|error| fail(0, error, &states))?;
+                metered(&solver, model, first, last, &mut keep, meter)
+                    .map_err(|error| fail(0, error, &states))?;
             }
             states = nodes;
         }

@@ -68,7 +68,15 @@ impl Lyapunov {
     /// The full spectrum over 200 periods, after 100 to settle and 10 more for the directions to align, made orthonormal 16 times a
     /// period, the flow held to 1e-9.
     pub fn new() -> Self {
-        Lyapunov { count: None, settle: 100, align: 10, periods: 200, renormalisations: 16, tolerance: 1e-9, budget: Budget::new() }
+        Lyapunov {
+            count: None,
+            settle: 100,
+            align: 10,
+            periods: 200,
+            renormalisations: 16,
+            tolerance: 1e-9,
+            budget: Budget::new(),
+        }
     }
     /// Only the largest `count`: 1 costs least.
     pub fn count(self, count: usize) -> Self {
@@ -111,7 +119,12 @@ impl Lyapunov {
     ///
     /// # Errors
     /// [`LyapunovError`], with the exponents over the spans that succeeded.
-    pub fn run_over<M: Model + ?Sized>(&self, model: &M, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
+    pub fn run_over<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        span: f64,
+    ) -> Result<Exponents, LyapunovError> {
         self.run_while(model, start, span, &|| true)
     }
 
@@ -126,12 +139,23 @@ impl Lyapunov {
         self.run_any(&model, start, span, go_on)
     }
 
-    fn run_any(&self, model: &dyn Model, start: &State, span: f64, go_on: &dyn Fn() -> bool) -> Result<Exponents, LyapunovError> {
+    fn run_any(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        span: f64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Exponents, LyapunovError> {
         let components = 2 * model.dof();
         let count = self.count.unwrap_or(components);
         self.check(count, components, start, span)?;
         let meter = self.budget.begin();
-        let mut exponents = Exponents { span, grown: vec![Growth::new(self.renormalisations); count], floor: 0.0, state: start.clone() };
+        let mut exponents = Exponents {
+            span,
+            grown: vec![Growth::new(self.renormalisations); count],
+            floor: 0.0,
+            state: start.clone(),
+        };
         let mut sizes = Sizes::new(model.dof(), &rigid_modes(model, span));
         if let Err(failure) = self.settle_down(model, span, &mut sizes, &mut exponents.state, &meter) {
             return Err(failure.with(exponents));
@@ -139,8 +163,13 @@ impl Lyapunov {
         let scale = sizes.ranges();
         let tangent = Tangent::new(model, count, &scale, self.tolerance);
         exponents.floor = FLOOR * self.tolerance;
-        let mut flow =
-            Flow { tangent: &tangent, tolerance: self.tolerance, meter: &meter, directions: Directions::new(count, &scale), halvings: 0 };
+        let mut flow = Flow {
+            tangent: &tangent,
+            tolerance: self.tolerance,
+            meter: &meter,
+            directions: Directions::new(count, &scale),
+            halvings: 0,
+        };
         let (from, mut all) = (exponents.state.t, tangent.start(&exponents.state));
         flow.directions.draw(start, &mut all);
         let parts = self.renormalisations as f64;
@@ -172,7 +201,14 @@ impl Lyapunov {
 
     /// Runs to where the motion has settled; `state` is always the last one reached. The sizes are those of the last period, or of the first
     /// one if nothing is to settle.
-    fn settle_down(&self, model: &dyn Model, span: f64, sizes: &mut Sizes, state: &mut State, meter: &Meter<'_>) -> Result<(), Failure> {
+    fn settle_down(
+        &self,
+        model: &dyn Model,
+        span: f64,
+        sizes: &mut Sizes,
+        state: &mut State,
+        meter: &Meter<'_>,
+    ) -> Result<(), Failure> {
         let settled = state.t + self.settle as f64 * span;
         if self.settle > 1 {
             let start = state.clone();
@@ -200,7 +236,9 @@ impl Lyapunov {
     /// What can be told without a model.
     pub(crate) fn check_settings(&self) -> Result<(), ParameterError> {
         let count = self.count.unwrap_or(1);
-        for (name, value) in [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)] {
+        for (name, value) in
+            [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)]
+        {
             if value == 0 {
                 return Err(ParameterError::TooFew { name: name.into(), value, least: 1 });
             }
@@ -215,11 +253,15 @@ impl Lyapunov {
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
         self.check_settings()?;
         if components == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into());
+            return Err(
+                ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into()
+            );
         }
         if count > components {
             let allowed = "1 to the number of coordinates and velocities";
-            return Err(ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into());
+            return Err(
+                ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into()
+            );
         }
         check::scale("span", span)?;
         Ok(start.check(components / 2)?)

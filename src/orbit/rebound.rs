@@ -38,7 +38,8 @@ impl Impact {
 /// Differences of the velocities behind an impact are taken over this share of the size of the motion.
 const STEP: f64 = 3e-4;
 /// Weights of a central difference of fourth order.
-const CENTRAL: [(f64, f64); 4] = [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
+const CENTRAL: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
 /// A start this close to a stop, in shares of the deflection, is on it.
 const ON_STOP: f64 = 1e-12;
 /// Quarterings of that share in search of a span without an edge of the drives.
@@ -106,9 +107,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
 
     /// The derivative of the velocities behind an impact along (dt, direction).
     fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64) {
-        let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) = (self.model, self.n, &mut self.impact);
+        let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) =
+            (self.model, self.n, &mut self.impact);
         let (of_q, of_v) = self.scale.split_at(n);
-        let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        let largest =
+            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         // A time in which the motion moves by as much.
         let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
         let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time);

@@ -82,7 +82,9 @@ fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<
         if !contacts.is_empty() {
             model.contact(u, q, v, &mut contacts);
         }
-        let met = |(c, r): (&Contact, &[bool; 2])| (c.rate, (r[0] && c.lower.is_finite()) || (r[1] && c.upper.is_finite()));
+        let met = |(c, r): (&Contact, &[bool; 2])| {
+            (c.rate, (r[0] && c.lower.is_finite()) || (r[1] && c.upper.is_finite()))
+        };
         contacts.iter().zip(&rigid).map(met).collect()
     };
     let (mut v, mut slopes) = (vec![0.0; n], DMatrix::zeros(rigid.len(), n));
@@ -179,8 +181,12 @@ mod tests {
 
     #[test]
     fn plain_models() {
-        let laws: [fn(f64) -> f64; 4] =
-            [|x| x, |x| x * x * x, |x| (x - 1e-5).max(0.0) - (-x - 1e-5).max(0.0), |x| (x - 30.0).max(0.0) - (-x - 30.0).max(0.0)];
+        let laws: [fn(f64) -> f64; 4] = [
+            |x| x,
+            |x| x * x * x,
+            |x| (x - 1e-5).max(0.0) - (-x - 1e-5).max(0.0),
+            |x| (x - 30.0).max(0.0) - (-x - 30.0).max(0.0),
+        ];
         for law in laws {
             let modes = rigid_modes(&Plain { law }, 1.0);
             assert_eq!(modes.len(), 1);

@@ -147,7 +147,9 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
         let part = if square > 0.0 { missed / square } else { 0.0 };
         let here = self.q[..self.n].iter().chain(&self.v[..self.n]);
-        for ((on_edge, y), (g, s)) in self.on_edge.iter_mut().zip(here).zip(self.gradient.iter().zip(self.scale)) {
+        for ((on_edge, y), (g, s)) in
+            self.on_edge.iter_mut().zip(here).zip(self.gradient.iter().zip(self.scale))
+        {
             *on_edge = y - part * g * s * s;
         }
     }
@@ -201,7 +203,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
         let (dq, dv, mut changed) = (&self.q[n..], &mut self.v[n..], false);
-        let largest = |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        let largest =
+            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         let (of_q, of_v) = self.scale.split_at(n);
         let jump = largest(&self.jump, of_v);
         let (by_q, by_v) = self.gradient.split_at(n);

@@ -60,7 +60,8 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         meter: &Meter<'_>,
     ) -> Result<Round, (usize, IntegrateError, Vec<State>)> {
         let count = states.len();
-        let (mut transitions, mut defects, mut crossings) = (Vec::with_capacity(count), Vec::with_capacity(count), 0);
+        let (mut transitions, mut defects, mut crossings) =
+            (Vec::with_capacity(count), Vec::with_capacity(count), 0);
         for (i, state) in states.iter().enumerate() {
             let next = states.get(i + 1).unwrap_or(&states[0]);
             let until = if i + 1 < count { next.t } else { self.end };
@@ -91,9 +92,17 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
 
     /// A part of a Newton step.
-    pub(super) fn moved(&self, from: &Round, step: &[DVector<f64>], slack: &DVector<f64>, part: f64) -> (Vec<State>, DVector<f64>) {
+    pub(super) fn moved(
+        &self,
+        from: &Round,
+        step: &[DVector<f64>],
+        slack: &DVector<f64>,
+        part: f64,
+    ) -> (Vec<State>, DVector<f64>) {
         let (of_q, of_v) = self.scale.split_at(self.scale.len() / 2);
-        let shift = |x: &[f64], by: &[f64], scale: &[f64]| x.iter().zip(by).zip(scale).map(|((x, z), s)| x + part * z * s).collect();
+        let shift = |x: &[f64], by: &[f64], scale: &[f64]| {
+            x.iter().zip(by).zip(scale).map(|((x, z), s)| x + part * z * s).collect()
+        };
         let node = |(state, z): (&State, &DVector<f64>)| {
             let (z_q, z_v) = z.as_slice().split_at(of_q.len());
             State { t: state.t, q: shift(&state.q, z_q, of_q), v: shift(&state.v, z_v, of_v) }

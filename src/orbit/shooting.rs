@@ -60,7 +60,14 @@ impl Shooting {
     /// Orbits of one period, to corrections of 1e-12 of the range of motion, within 40 iterations, the flow held to 1e-13, within the
     /// default [`Budget`].
     pub fn new() -> Self {
-        Shooting { multiple: 1, segments: None, tolerance: 1e-12, flow_tolerance: 1e-13, most_iterations: 40, budget: Budget::new() }
+        Shooting {
+            multiple: 1,
+            segments: None,
+            tolerance: 1e-12,
+            flow_tolerance: 1e-13,
+            most_iterations: 40,
+            budget: Budget::new(),
+        }
     }
     /// Periods of the drives in one period of the orbit; at most 10⁶.
     pub fn multiple(self, multiple: usize) -> Self {
@@ -99,9 +106,15 @@ impl Shooting {
     }
 
     /// The same within what is left of a budget.
-    pub(crate) fn run_within(&self, model: &dyn Periodic, guess: &[State], meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
+    pub(crate) fn run_within(
+        &self,
+        model: &dyn Periodic,
+        guess: &[State],
+        meter: &Meter<'_>,
+    ) -> Result<Cycle, ShootingError> {
         self.check(model.dof())?;
-        let plan = Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
+        let plan =
+            Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
 
@@ -112,15 +125,23 @@ impl Shooting {
     pub fn again<M: Periodic + ?Sized>(&self, model: &M, cycle: &Cycle) -> Result<Cycle, ShootingError> {
         let multiple = cycle.period_multiple();
         let stretch = multiple as f64 * model.period() / cycle.period();
-        let moved = |state: &State| State { t: state.t * stretch, q: state.q.clone(), v: state.v.iter().map(|v| v / stretch).collect() };
+        let moved = |state: &State| State {
+            t: state.t * stretch,
+            q: state.q.clone(),
+            v: state.v.iter().map(|v| v / stretch).collect(),
+        };
         let guess: Vec<State> = cycle.states().iter().map(moved).collect();
         Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
     fn check(&self, dof: usize) -> Result<(), ShootingError> {
         let segments = self.segments.unwrap_or(1);
-        let counts =
-            [("multiple", self.multiple), ("segments", segments), ("most_iterations", self.most_iterations), ("degrees of freedom", dof)];
+        let counts = [
+            ("multiple", self.multiple),
+            ("segments", segments),
+            ("most_iterations", self.most_iterations),
+            ("degrees of freedom", dof),
+        ];
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
             return Err(ParameterError::TooFew { name: name.into(), value, least: 1 }.into());
         }
@@ -135,20 +156,27 @@ impl Shooting {
         let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut most) = (0.0, f64::INFINITY, (0, f64::NAN));
-        let fail = |states: &[State], corrections: &[f64]| Iterate { states: states.to_vec(), corrections: corrections.to_vec() };
+        let fail = |states: &[State], corrections: &[f64]| Iterate {
+            states: states.to_vec(),
+            corrections: corrections.to_vec(),
+        };
         let not_converged = |(component, share): (usize, f64), last: Iterate| {
             let range = segments.range()[component];
             ShootingError::NotConverged { component, range, correction: share * range, last }
         };
         let mut here = match segments.round(guess.states, None, self.flow_tolerance, meter) {
             Ok(round) => round,
-            Err((segment, error, states)) => return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) }),
+            Err((segment, error, states)) => {
+                return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) });
+            }
         };
         for _ in 0..self.most_iterations {
             let last = |corrections: &[f64]| fail(&here.states, corrections);
             let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
                 Ok(system) => system,
-                Err(component) => return Err(ShootingError::Singular { component, last: last(&corrections) }),
+                Err(component) => {
+                    return Err(ShootingError::Singular { component, last: last(&corrections) });
+                }
             };
             let (step, slack) = system.solve(&here.defects);
             let size = segments.norm(&step);
@@ -185,7 +213,9 @@ impl Shooting {
             };
             here = match next {
                 Some(round) => round,
-                None if size <= NOISE => return self.finish(model, &segments, here, first, corrections, meter),
+                None if size <= NOISE => {
+                    return self.finish(model, &segments, here, first, corrections, meter);
+                }
                 None => return Err(not_converged(most, last(&corrections))),
             };
         }
@@ -201,7 +231,9 @@ impl Shooting {
         corrections: Vec<f64>,
         meter: &Meter<'_>,
     ) -> Result<Cycle, ShootingError> {
-        let looser = segments.round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
+        let looser = segments
+            .round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter)
+            .ok();
         Cycle::new(model, segments, round, looser, self, first, corrections)
     }
 

@@ -46,7 +46,8 @@ impl Sizes {
         y_q.copy_from_slice(q);
         y_v.copy_from_slice(v);
         if !self.rigid.is_empty() {
-            self.largest = [(self.largest[0], q), (self.largest[1], v)].map(|(m, y)| y.iter().fold(m, |m, y| m.max(y.abs())));
+            self.largest = [(self.largest[0], q), (self.largest[1], v)]
+                .map(|(m, y)| y.iter().fold(m, |m, y| m.max(y.abs())));
         }
         for r in &self.rigid {
             remove(r, y_q);
@@ -69,10 +70,17 @@ impl Sizes {
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let fellows = |part: std::ops::Range<usize>| part.map(range).fold(0.0, f64::max);
-        let q: Vec<f64> = (0..n).map(|i| positive(range(i)).or(positive(fellows(0..n))).or(positive(value(i))).unwrap_or(1.0)).collect();
+        let q: Vec<f64> = (0..n)
+            .map(|i| positive(range(i)).or(positive(fellows(0..n))).or(positive(value(i))).unwrap_or(1.0))
+            .collect();
         let span = self.last - self.first;
         let rate = |i: usize| if span > 0.0 { TAU * q[i] / span } else { q[i] };
-        let v = (0..n).map(|i| positive(range(n + i)).or(positive(fellows(n..2 * n))).or(positive(value(n + i))).unwrap_or(rate(i)));
+        let v = (0..n).map(|i| {
+            positive(range(n + i))
+                .or(positive(fellows(n..2 * n)))
+                .or(positive(value(n + i)))
+                .unwrap_or(rate(i))
+        });
         let v: Vec<f64> = v.collect();
         [q, v].concat()
     }
@@ -137,7 +145,8 @@ impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
         accelerate(model, step.pieces(), &self.u, q, v, &mut self.a);
         self.slopes.at(step.pieces(), &self.u, q, v);
         let (by_q, by_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
-        let term = |slope: f64, y: f64| Some((slope * y).abs()).filter(|term| term.is_finite()).unwrap_or(0.0);
+        let term =
+            |slope: f64, y: f64| Some((slope * y).abs()).filter(|term| term.is_finite()).unwrap_or(0.0);
         for i in 0..n {
             let sum: f64 = (0..n).map(|j| term(by_q[(i, j)], q[j]) + term(by_v[(i, j)], v[j])).sum();
             self.terms[i] = sum + term(1.0, self.a[i]);

@@ -60,7 +60,9 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
         let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
             let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
-            motion.chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s))).collect()
+            motion
+                .chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s)))
+                .collect()
         };
         let (q, v) = self.scale.split_at(self.n);
         Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
@@ -70,7 +72,9 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
         let (of_q, of_v) = self.scale.split_at(self.n);
         let column = self.n * (1 + k);
-        let largest = |x: &[f64], scale: &[f64]| x[column..].iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        let largest = |x: &[f64], scale: &[f64]| {
+            x[column..].iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()))
+        };
         largest(q, of_q).max(largest(v, of_v))
     }
 
@@ -110,9 +114,16 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 
     /// Runs to `t_end` with tolerances that follow the differences as they grow: their rounding does, and a fixed tolerance falls below it.
-    pub(crate) fn flow(&self, tolerance: f64, start: State, t_end: f64, meter: &Meter<'_>) -> Result<(State, u64), IntegrateError> {
+    pub(crate) fn flow(
+        &self,
+        tolerance: f64,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
         let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state, step| {
-            let sizes: Vec<f64> = (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
+            let sizes: Vec<f64> =
+                (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
             let solver = self.solver_for(tolerance, state, &sizes);
             let solver = if step > 0.0 { solver.first_step(step) } else { solver };
             (solver, sizes.iter().map(|size| GROWTH * size).collect())
@@ -124,9 +135,22 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 
     /// Runs to `t_end` with the solvers that are chosen on the way.
-    fn follow(&self, start: State, t_end: f64, meter: Option<&Meter<'_>>, solver: &mut Choose<'_>) -> Result<(State, u64), IntegrateError> {
+    fn follow(
+        &self,
+        start: State,
+        t_end: f64,
+        meter: Option<&Meter<'_>>,
+        solver: &mut Choose<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
-        let mut watch = Watch { tangent: self, meter, saltation: Saltation::new(self), serves: Vec::new(), stop: Stop::Jump, step };
+        let mut watch = Watch {
+            tangent: self,
+            meter,
+            saltation: Saltation::new(self),
+            serves: Vec::new(),
+            stop: Stop::Jump,
+            step,
+        };
         watch.saltation.begin(&mut state);
         for _ in 0..RESTARTS {
             let (solver, serves) = solver(&state, step);
@@ -162,7 +186,12 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
                 if component % (self.n * (1 + self.columns)) >= self.n =>
             {
-                IntegrateError::Slope { t, acceleration, of: if velocity { "velocity" } else { "coordinate" }, coordinate }
+                IntegrateError::Slope {
+                    t,
+                    acceleration,
+                    of: if velocity { "velocity" } else { "coordinate" },
+                    coordinate,
+                }
             }
             (error, _) => error,
         }

@@ -59,13 +59,22 @@ impl Variation {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn run<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
+    pub fn run<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+    ) -> Result<Transition, IntegrateError> {
         self.run_any(&model, start, t_end)
     }
 
     fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
         if !(1e-16..1.0).contains(&self.tolerance) {
-            return Err(IntegrateError::Setting { name: "tolerance", value: self.tolerance, allowed: "in [1e-16, 1)" });
+            return Err(IntegrateError::Setting {
+                name: "tolerance",
+                value: self.tolerance,
+                allowed: "in [1e-16, 1)",
+            });
         }
         let meter = self.budget.begin();
         let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));
@@ -118,7 +127,9 @@ pub(crate) fn metered<M: Model + ?Sized>(
 ) -> Result<State, IntegrateError> {
     let crude = vec![largest(start); 2 * model.dof()];
     let (model, mut spend) = (&Continued::new(model, &crude), meter);
-    let mut watch = |step: &mut Step<'_>| if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) };
+    let mut watch = |step: &mut Step<'_>| {
+        if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
+    };
     let finish = solver.run(model, start, t_end, &mut watch)?;
     match meter.exhausted() {
         Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),

@@ -63,7 +63,12 @@ impl Pairs {
 
     fn times_pairs(&self, other: &Self) -> Self {
         let product = |(x, y): (&[f64; 4], &[f64; 4])| {
-            [x[0] * y[0] + x[1] * y[2], x[0] * y[1] + x[1] * y[3], x[2] * y[0] + x[3] * y[2], x[2] * y[1] + x[3] * y[3]]
+            [
+                x[0] * y[0] + x[1] * y[2],
+                x[0] * y[1] + x[1] * y[3],
+                x[2] * y[0] + x[3] * y[2],
+                x[2] * y[1] + x[3] * y[3],
+            ]
         };
         Pairs { width: self.width, list: self.list.iter().zip(&other.list).map(product).collect() }
     }
@@ -144,10 +149,15 @@ impl Block {
     fn less(x: Option<Block>, y: Block) -> Block {
         match (x, y) {
             (None, Block::Dense(y)) => Block::Dense(-&y),
-            (None, Block::Pairs(y)) => Block::Pairs(Pairs { width: y.width, list: y.list.iter().map(|m| m.map(|x| -x)).collect() }),
+            (None, Block::Pairs(y)) => {
+                Block::Pairs(Pairs { width: y.width, list: y.list.iter().map(|m| m.map(|x| -x)).collect() })
+            }
             (Some(Block::Pairs(x)), Block::Pairs(y)) => {
                 let difference = |(x, y): (&[f64; 4], &[f64; 4])| std::array::from_fn(|k| x[k] - y[k]);
-                Block::Pairs(Pairs { width: x.width, list: x.list.iter().zip(&y.list).map(difference).collect() })
+                Block::Pairs(Pairs {
+                    width: x.width,
+                    list: x.list.iter().zip(&y.list).map(difference).collect(),
+                })
             }
             (Some(x), y) => Block::Dense(&x.into_dense() - &y.into_dense()),
         }
@@ -251,9 +261,14 @@ impl Elimination {
             };
             let p = left.remove(at);
             let mut row = std::mem::take(&mut rows[p]);
-            let divisor = row.remove(&p).ok_or(a.start(p)).and_then(|d| Divisor::new(d).map_err(|local| a.start(p) + local))?;
-            let right: Vec<(usize, Block)> = row.into_iter().map(|(j, block)| (j, divisor.divide(block))).collect();
-            let below: Vec<(usize, Block)> = left.iter().filter_map(|&i| rows[i].remove(&p).map(|block| (i, block))).collect();
+            let divisor = row
+                .remove(&p)
+                .ok_or(a.start(p))
+                .and_then(|d| Divisor::new(d).map_err(|local| a.start(p) + local))?;
+            let right: Vec<(usize, Block)> =
+                row.into_iter().map(|(j, block)| (j, divisor.divide(block))).collect();
+            let below: Vec<(usize, Block)> =
+                left.iter().filter_map(|&i| rows[i].remove(&p).map(|block| (i, block))).collect();
             for (i, lower) in &below {
                 for (j, upper) in &right {
                     let product = lower.times(upper);
@@ -261,7 +276,8 @@ impl Elimination {
                     rows[*i].insert(*j, Block::less(before, product));
                 }
             }
-            let named = |list: Vec<(usize, Block)>| list.into_iter().map(|(i, block)| (range(i), block)).collect();
+            let named =
+                |list: Vec<(usize, Block)>| list.into_iter().map(|(i, block)| (range(i), block)).collect();
             steps.push(Step { rows: range(p), divisor, left: named(below), right: named(right) });
         }
         Ok(Elimination(steps))
@@ -277,7 +293,8 @@ impl Elimination {
         let mut size = vec![0.0; b.len()];
         a.each(|row, _, value| size[row] += value.abs());
         let most = largest(&found);
-        let close = |((again, b), size): ((&f64, &f64), &f64)| (again - b).abs() <= SOUND * (size * most + b.abs());
+        let close =
+            |((again, b), size): ((&f64, &f64), &f64)| (again - b).abs() <= SOUND * (size * most + b.abs());
         again.iter().zip(&b).zip(&size).all(close)
     }
 

@@ -56,7 +56,13 @@ impl Default for Broyden {
 impl Broyden {
     /// The good method from the identity, to a correction of 1e-10 of the largest unknown in at most 300 iterations, never restarted.
     pub fn new() -> Self {
-        Broyden { tolerance: 1e-10, max_iterations: 300, restart: usize::MAX, bad: false, first: FirstJacobian::Identity }
+        Broyden {
+            tolerance: 1e-10,
+            max_iterations: 300,
+            restart: usize::MAX,
+            bad: false,
+            first: FirstJacobian::Identity,
+        }
     }
     /// The bad method.
     pub fn bad(self) -> Self {
@@ -98,7 +104,9 @@ impl Broyden {
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
         let mut jacobian = match &self.first {
-            FirstJacobian::Given(matrix) if matrix.size() != n => return Err(RootError::Length { expected: n, found: matrix.size() }),
+            FirstJacobian::Given(matrix) if matrix.size() != n => {
+                return Err(RootError::Length { expected: n, found: matrix.size() });
+            }
             FirstJacobian::Given(matrix) => Some(matrix.clone()),
             FirstJacobian::Own => {
                 let mut matrix = equations.matrix();
@@ -107,7 +115,11 @@ impl Broyden {
             }
             FirstJacobian::Identity => None,
         };
-        let factors = match jacobian.as_ref().map(|matrix| Factors::new(matrix).map_err(|floating| (floating, matrix))).transpose() {
+        let factors = match jacobian
+            .as_ref()
+            .map(|matrix| Factors::new(matrix).map_err(|floating| (floating, matrix)))
+            .transpose()
+        {
             Ok(factors) => factors,
             Err((floating, matrix)) => return Err(root.singular(floating, matrix)),
         };
@@ -159,7 +171,8 @@ struct Inverse {
 
 impl Inverse {
     fn apply(&self, x: &mut [f64]) {
-        let shares: Vec<f64> = if self.bad { self.updates.iter().map(|(_, b)| dot(b, x)).collect() } else { Vec::new() };
+        let shares: Vec<f64> =
+            if self.bad { self.updates.iter().map(|(_, b)| dot(b, x)).collect() } else { Vec::new() };
         if let Some(factors) = &self.factors {
             factors.solve(x);
         }

@@ -82,7 +82,9 @@ pub(super) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usiz
 mod tests {
     use super::Factors;
     use crate::root::Residual;
-    use crate::{Balance, Dop853, Frame, Harmonics, Integrator, Model, Orbit, Periodic, Ring, RingSet, State};
+    use crate::{
+        Balance, Dop853, Frame, Harmonics, Integrator, Model, Orbit, Periodic, Ring, RingSet, State,
+    };
 
     /// Along a run no gear loses its neighbours, and blocks need no pivots from outside.
     #[test]

@@ -49,7 +49,11 @@ impl Matrix {
     /// If it is larger than 65 536.
     pub fn dense(size: usize) -> Self {
         assert!(size <= MOST_DENSE, "a dense matrix of size {size}: at most {MOST_DENSE} are stored");
-        Matrix { starts: vec![0, size], parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }], last: None }
+        Matrix {
+            starts: vec![0, size],
+            parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }],
+            last: None,
+        }
     }
 
     /// Zeros in blocks of the given heights; `pattern` lists (block row, block column) of those that are stored.
@@ -64,7 +68,11 @@ impl Matrix {
         for (k, &(i, j)) in pattern.iter().enumerate() {
             if i.max(j) >= heights.len() || pattern[..k].contains(&(i, j)) {
                 let value = if i >= heights.len() { i } else { j } as f64;
-                return Err(ParameterError::OutOfRange { name: format!("block {k}"), value, allowed: "the matrix, each block once" });
+                return Err(ParameterError::OutOfRange {
+                    name: format!("block {k}"),
+                    value,
+                    allowed: "the matrix, each block once",
+                });
             }
             entries = entries.saturating_add(heights[i].saturating_mul(heights[j]));
             check::count("stored entries", &[entries], MOST_ENTRIES)?;
@@ -159,11 +167,17 @@ impl Matrix {
         let starts = &self.starts;
         for part in &mut self.parts {
             let (first, height) = (starts[part.i], starts[part.i + 1] - starts[part.i]);
-            let Some(column) = j.checked_sub(starts[part.j]).filter(|c| *c < starts[part.j + 1] - starts[part.j]) else {
+            let Some(column) =
+                j.checked_sub(starts[part.j]).filter(|c| *c < starts[part.j + 1] - starts[part.j])
+            else {
                 continue;
             };
-            let (rows, stored) = if part.pairs { (Pairs::rows(height, column), 2) } else { (0..height, height) };
-            part.values[column * stored..(column + 1) * stored].iter_mut().zip(rows).for_each(|(x, row)| *x = value(first + row));
+            let (rows, stored) =
+                if part.pairs { (Pairs::rows(height, column), 2) } else { (0..height, height) };
+            part.values[column * stored..(column + 1) * stored]
+                .iter_mut()
+                .zip(rows)
+                .for_each(|(x, row)| *x = value(first + row));
         }
     }
 
@@ -181,7 +195,9 @@ impl Matrix {
             let stored = if part.pairs { 2 } else { height };
             for (column, values) in part.values.chunks_exact(stored.max(1)).enumerate() {
                 let rows = if part.pairs { Pairs::rows(height, column) } else { 0..height };
-                rows.zip(values).for_each(|(row, value)| visit(self.starts[part.i] + row, self.starts[part.j] + column, *value));
+                rows.zip(values).for_each(|(row, value)| {
+                    visit(self.starts[part.i] + row, self.starts[part.j] + column, *value)
+                });
             }
         }
     }
@@ -199,7 +215,11 @@ impl Matrix {
 
     pub(crate) fn block(&self, part: &Part) -> Block {
         let (height, width) = (self.height(part.i), self.height(part.j));
-        if part.pairs { Block::Pairs(Pairs::new(&part.values, width)) } else { Block::dense(&part.values, height, width) }
+        if part.pairs {
+            Block::Pairs(Pairs::new(&part.values, width))
+        } else {
+            Block::dense(&part.values, height, width)
+        }
     }
 }
 

@@ -104,7 +104,13 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
 
 /// Whether x is a root: |J⁻¹ r| <= `bound` with the Jacobian of this very place, which `jacobian` then holds. A Jacobian taken elsewhere may be
 /// so much larger that every correction looks small. Where J is singular, |r_i| <= `bound` Σ_j |J_ij| decides alone.
-pub(crate) fn is_root<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
+pub(crate) fn is_root<R: Residual + ?Sized>(
+    equations: &mut R,
+    x: &[f64],
+    r: &[f64],
+    bound: f64,
+    jacobian: &mut Matrix,
+) -> bool {
     jacobian_of(equations, x, jacobian);
     let mut reach = vec![0.0; r.len()];
     jacobian.each(|row, _, slope| reach[row] += slope.abs());
@@ -236,7 +242,11 @@ impl RootError {
 
 impl Root {
     /// The guess, checked.
-    fn start<R: Residual + ?Sized>(equations: &mut R, guess: &[f64], r: &mut [f64]) -> Result<Self, RootError> {
+    fn start<R: Residual + ?Sized>(
+        equations: &mut R,
+        guess: &[f64],
+        r: &mut [f64],
+    ) -> Result<Self, RootError> {
         if guess.len() != equations.size() {
             return Err(RootError::Length { expected: equations.size(), found: guess.len() });
         }
@@ -245,7 +255,8 @@ impl Root {
         }
         equations.residual(guess, r);
         let residual = largest(r);
-        let root = Root { x: guess.to_vec(), residual, iterations: 0, evaluations: 1, history: vec![residual] };
+        let root =
+            Root { x: guess.to_vec(), residual, iterations: 0, evaluations: 1, history: vec![residual] };
         match r.iter().position(|r| !r.is_finite()) {
             Some(equation) => Err(RootError::NotFinite { equation, last: Box::new(root) }),
             None => Ok(root),
@@ -283,7 +294,11 @@ impl Root {
 
 /// A share of the unknowns or of a correction.
 fn check_share(name: &'static str, value: f64) -> Result<(), RootError> {
-    if value > 0.0 && value < 1.0 { Ok(()) } else { Err(RootError::Setting { name, value, allowed: "above 0 and below 1" }) }
+    if value > 0.0 && value < 1.0 {
+        Ok(())
+    } else {
+        Err(RootError::Setting { name, value, allowed: "above 0 and below 1" })
+    }
 }
 
 #[cfg(test)]

@@ -104,7 +104,10 @@ impl Newton {
                 let residual = largest(&trial);
                 if residual.is_finite() {
                     // A correction within the tolerance needs no test of monotonicity.
-                    if damping == 1.0 && size <= bound && is_met(equations, &x, &trial, &step, bound, &mut matrix) {
+                    if damping == 1.0
+                        && size <= bound
+                        && is_met(equations, &x, &trial, &step, bound, &mut matrix)
+                    {
                         root.step_to(&x, residual);
                         return Ok(root);
                     }
@@ -114,7 +117,10 @@ impl Newton {
                     if contraction <= 1.0 - 0.25 * damping {
                         break Some(contraction);
                     }
-                    let bent = next.iter().zip(&step).fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
+                    let bent = next
+                        .iter()
+                        .zip(&step)
+                        .fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
                     damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
                 } else {
                     damping *= 0.5;
@@ -161,10 +167,18 @@ impl Newton {
 
 /// Whether x is a root to `bound`: every residual is at most half of Σ_j |J_ij s_j|, with the Jacobian at hand and the correction s that led
 /// here, or the Jacobian at x itself asks for no correction above `bound`.
-fn is_met<R: Residual + ?Sized>(equations: &mut R, x: &[f64], r: &[f64], step: &[f64], bound: f64, jacobian: &mut Matrix) -> bool {
+fn is_met<R: Residual + ?Sized>(
+    equations: &mut R,
+    x: &[f64],
+    r: &[f64],
+    step: &[f64],
+    bound: f64,
+    jacobian: &mut Matrix,
+) -> bool {
     let mut foreseen = vec![0.0; r.len()];
     jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
-    r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen) || is_root(equations, x, r, bound, jacobian)
+    r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen)
+        || is_root(equations, x, r, bound, jacobian)
 }
 
 /// Where a Jacobian jumps, as that of a sampled dead zone does, the test of natural monotonicity passes no share of a correction, or only tiny

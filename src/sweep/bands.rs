@@ -60,14 +60,17 @@ impl Bands {
     }
 
     pub(super) fn add(&mut self, seen: &Seen) {
-        let add = |all: &mut [Distribution], values: &[f64]| all.iter_mut().zip(values).for_each(|(all, x)| all.add(*x));
+        let add = |all: &mut [Distribution], values: &[f64]| {
+            all.iter_mut().zip(values).for_each(|(all, x)| all.add(*x))
+        };
         self.impacts.resize(seen.impacts.len().max(self.impacts.len()), Distribution::new());
         add(&mut self.values, &seen.values);
         add(&mut self.peaks, &seen.peaks);
         add(&mut self.impacts, &seen.impacts);
         self.members += 1;
         if self.members.is_power_of_two() {
-            self.convergence.push((self.members, self.peaks.iter().map(|p| [p.mean(), p.standard_error()]).collect()));
+            self.convergence
+                .push((self.members, self.peaks.iter().map(|p| [p.mean(), p.standard_error()]).collect()));
         }
     }
 
@@ -95,8 +98,13 @@ impl Bands {
     /// [`ParameterError::NoSuchChannel`], and a time that there is not.
     pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
         let channel = index(&self.names, channel)?;
-        let at = i.checked_mul(self.names.len()).and_then(|first| self.values.get(first.checked_add(channel)?));
-        at.ok_or_else(|| ParameterError::Length { name: "times".into(), expected: i.saturating_add(1), found: self.times.len() })
+        let at =
+            i.checked_mul(self.names.len()).and_then(|first| self.values.get(first.checked_add(channel)?));
+        at.ok_or_else(|| ParameterError::Length {
+            name: "times".into(),
+            expected: i.saturating_add(1),
+            found: self.times.len(),
+        })
     }
     /// Quantile `p` of a channel over time.
     ///

@@ -53,7 +53,11 @@ impl Attractors {
         check::positive("tolerance of one motion", tolerance)?;
         // Without any row there is no motion, whatever was asked for.
         if rows.layout.strobes == 0 && rows.iter().next().is_some() {
-            return Err(SweepError::Setting { name: "strobe", value: 0.0, allowed: "at least the longest period to be told apart" });
+            return Err(SweepError::Setting {
+                name: "strobe",
+                value: 0.0,
+                allowed: "at least the longest period to be told apart",
+            });
         }
         let n = rows.layout.dof;
         let mut scale = [f64::MIN_POSITIVE; 2];
@@ -63,7 +67,10 @@ impl Attractors {
             }
         }
         let apart = |a: &[f64], b: &[f64]| {
-            a.iter().zip(b).enumerate().fold(0.0, |m: f64, (i, (a, b))| m.max((a - b).abs() / scale[usize::from(i >= n)]))
+            a.iter()
+                .zip(b)
+                .enumerate()
+                .fold(0.0, |m: f64, (i, (a, b))| m.max((a - b).abs() / scale[usize::from(i >= n)]))
         };
         let mut list: Vec<Attractor> = Vec::new();
         let mut label = |row: &Row<'_>| {
@@ -73,7 +80,10 @@ impl Attractors {
             let p = states.len();
             let same = |other: &Attractor| {
                 other.period == period
-                    && (p == 0 || (0..p).any(|shift| (0..p).all(|k| apart(&states[k], &other.states[(k + shift) % p]) <= tolerance)))
+                    && (p == 0
+                        || (0..p).any(|shift| {
+                            (0..p).all(|k| apart(&states[k], &other.states[(k + shift) % p]) <= tolerance)
+                        }))
             };
             let place = list.iter().position(same).unwrap_or_else(|| {
                 list.push(Attractor { period, states: states.clone(), rows: 0 });
@@ -82,7 +92,8 @@ impl Attractors {
             list[place].rows += 1;
             place
         };
-        let labels = rows.range().map(|index| rows.row(index).and_then(Result::ok).map(|row| label(&row))).collect();
+        let labels =
+            rows.range().map(|index| rows.row(index).and_then(Result::ok).map(|row| label(&row))).collect();
         Ok(Attractors { first: rows.range().start, labels, list })
     }
 

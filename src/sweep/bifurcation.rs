@@ -84,7 +84,9 @@ impl Bifurcation {
     {
         let points = self.sweep.points();
         check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
-        let model = (0..points.len()).take_while(|_| !watch.is_cancelled()).find_map(|i| family(&points.point(i)).ok());
+        let model = (0..points.len())
+            .take_while(|_| !watch.is_cancelled())
+            .find_map(|i| family(&points.point(i)).ok());
         let component = match model {
             Some(model) if self.strobed => component(&self.channel, model.dof())?,
             _ => 0,
@@ -105,7 +107,9 @@ impl Bifurcation {
         };
         let (up, down) = rayon::join(|| way(0, Carry::Up), || way(1, Carry::Down));
         let (up_rows, down_rows) = (up?, down?);
-        let branch = |rows: &Rows| rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>();
+        let branch = |rows: &Rows| {
+            rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>()
+        };
         Ok(Diagram { up: branch(&up_rows)?, down: branch(&down_rows)?, up_rows, down_rows })
     }
 
@@ -114,13 +118,19 @@ impl Bifurcation {
             true => row.strobes().map(|state| state[component]).collect(),
             false => row.extremes(&self.channel)?.concat(),
         };
-        Ok(DiagramPoint { index: row.index(), parameter: row.point().values()[0], values, period: row.period_multiple() })
+        Ok(DiagramPoint {
+            index: row.index(),
+            parameter: row.point().values()[0],
+            values,
+            period: row.period_multiple(),
+        })
     }
 }
 
 /// Where `q1`, `v1`, ... stand in a state.
 fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
-    let names: Vec<String> = ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
+    let names: Vec<String> =
+        ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
     let place = names.iter().position(|known| known == name);
     place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
 }
@@ -191,8 +201,9 @@ impl Diagram {
             let nearest = |x: &f64| b.iter().fold(f64::INFINITY, |m: f64, y| m.min((x - y).abs()));
             a.iter().map(nearest).fold(0.0, f64::max) > tolerance * (hi - lo)
         };
-        let differ =
-            |(a, b): (&DiagramPoint, &DiagramPoint)| (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter);
+        let differ = |(a, b): (&DiagramPoint, &DiagramPoint)| {
+            (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter)
+        };
         Ok(self.decided().filter_map(differ).collect())
     }
 
@@ -201,12 +212,17 @@ impl Diagram {
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();
-        (0..points.len()).filter(|i| decided.binary_search(i).is_err()).map(|i| points.point(i).values()[0]).collect()
+        (0..points.len())
+            .filter(|i| decided.binary_search(i).is_err())
+            .map(|i| points.point(i).values()[0])
+            .collect()
     }
 
     /// Both ways at the places where at least one of them repeats.
     fn decided(&self) -> impl Iterator<Item = (&DiagramPoint, &DiagramPoint)> {
-        let down = |a: &DiagramPoint| self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i]);
+        let down = |a: &DiagramPoint| {
+            self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i])
+        };
         let pairs = self.up.iter().filter_map(move |a| Some((a, down(a)?)));
         pairs.filter(|(a, b)| a.period.is_some() || b.period.is_some())
     }

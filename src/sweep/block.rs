@@ -85,7 +85,11 @@ where
         start.check(found[0]).map_err(PointError::Start)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(crate::ParameterError::OutOfRange { name, value, allowed: "0: runs begin with a period" }));
+            return Err(PointError::Start(crate::ParameterError::OutOfRange {
+                name,
+                value,
+                allowed: "0: runs begin with a period",
+            }));
         }
         Ok(Job { index, model, start })
     }

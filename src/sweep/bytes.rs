@@ -13,11 +13,16 @@ impl Rows {
     /// elsewhere. [`Sweep::rows_from_bytes`] reads them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let l = &self.layout;
-        let broken: Vec<(&usize, &PointError)> = self.checks.iter().filter_map(|(index, row)| Some((index, row.as_ref().err()?))).collect();
+        let broken: Vec<(&usize, &PointError)> =
+            self.checks.iter().filter_map(|(index, row)| Some((index, row.as_ref().err()?))).collect();
         let checks = self.checks.len() - broken.len();
         let head = [self.range.start, self.range.end, l.dof, l.channels, l.contacts, l.strobes, l.exponents];
         let mut words = vec![MARK, self.sweep];
-        words.extend(head.into_iter().chain([checks, self.errors.len(), broken.len(), self.exponent_errors.len()]).map(|x| x as u64));
+        words.extend(
+            head.into_iter()
+                .chain([checks, self.errors.len(), broken.len(), self.exponent_errors.len()])
+                .map(|x| x as u64),
+        );
         words.extend(self.done.iter().map(|done| u64::from(*done)));
         words.extend(self.data.iter().map(|x| x.to_bits()));
         for (index, row) in &self.checks {
@@ -63,12 +68,18 @@ impl Sweep {
         let [start, end, dof, channels, contacts, strobes, exponents] = read.sizes::<7>()?;
         let [checks, errors, broken, without] = read.sizes::<4>()?;
         let layout = Layout { dof, channels, contacts, strobes, exponents };
-        let count = end.checked_sub(start).filter(|_| end <= self.points().len()).ok_or(SweepError::Bytes { at: 16 })?;
+        let count = end
+            .checked_sub(start)
+            .filter(|_| end <= self.points().len())
+            .ok_or(SweepError::Bytes { at: 16 })?;
         // Nothing is set aside before the bytes for it are seen to be there.
-        let fits = |count: usize, each: usize| count.checked_mul(each).is_some_and(|words| words <= bytes.len() / 8);
+        let fits =
+            |count: usize, each: usize| count.checked_mul(each).is_some_and(|words| words <= bytes.len() / 8);
         let small = [dof, channels, contacts, strobes, exponents].iter().all(|x| *x <= bytes.len());
         let stride = if small { layout.stride_checked() } else { None };
-        let stride = stride.filter(|stride| fits(count, 1 + stride) && fits(checks, 1 + stride)).ok_or(SweepError::Bytes { at: 32 })?;
+        let stride = stride
+            .filter(|stride| fits(count, 1 + stride) && fits(checks, 1 + stride))
+            .ok_or(SweepError::Bytes { at: 32 })?;
         let mut rows = Rows::new(self, &layout, start..end);
         for done in &mut rows.done {
             *done = read.word()? != 0;

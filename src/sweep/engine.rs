@@ -84,7 +84,9 @@ pub(crate) fn kinds<M: Model + ?Sized>(model: &M, channels: &[usize]) -> Result<
             c if c < 2 * n => Ok(Kind::Velocity(c - n)),
             _ if of_contact < 3 * contacts && of_contact % 3 == 0 => Ok(Kind::Deflection(of_contact / 3)),
             _ if of_contact < 3 * contacts && of_contact % 3 == 1 => Ok(Kind::Force(of_contact / 3)),
-            _ => Err(SweepError::Channel { name: Probe::new(model).channels().get(channel).map_or_else(String::new, |c| c.name.clone()) }),
+            _ => Err(SweepError::Channel {
+                name: Probe::new(model).channels().get(channel).map_or_else(String::new, |c| c.name.clone()),
+            }),
         }
     };
     channels.iter().map(kind).collect()

@@ -91,11 +91,21 @@ impl Ensemble {
         }
         if members > MOST_MEMBERS {
             let value = usize::try_from(members).unwrap_or(usize::MAX);
-            return Err(ParameterError::TooMany { name: "members".into(), value, most: MOST_MEMBERS as usize });
+            return Err(ParameterError::TooMany {
+                name: "members".into(),
+                value,
+                most: MOST_MEMBERS as usize,
+            });
         }
         check::count("spans of time", &[spans], MOST_FIGURES)?;
         check::positive("end of the ensemble", end)?;
-        Ok(Ensemble { members, times: uniform_times(0.0, end, spans)?, channels: Vec::new(), peaks: Vec::new(), rattle: false })
+        Ok(Ensemble {
+            members,
+            times: uniform_times(0.0, end, spans)?,
+            channels: Vec::new(),
+            peaks: Vec::new(),
+            rattle: false,
+        })
     }
     /// Channels whose distribution at every time is wanted: at most 2¹⁸ distributions.
     pub fn channels(self, names: &[&str]) -> Self {
@@ -115,7 +125,11 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`EnsembleError`].
-    pub fn run<M, I, X>(&self, solver: &I, family: impl Fn(u64) -> Result<(M, State), X> + Sync) -> Result<Bands, EnsembleError>
+    pub fn run<M, I, X>(
+        &self,
+        solver: &I,
+        family: impl Fn(u64) -> Result<(M, State), X> + Sync,
+    ) -> Result<Bands, EnsembleError>
     where
         M: Model,
         I: Integrator + Sync,
@@ -139,16 +153,20 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
-        let figures =
-            check::count("distributions, one for each channel and time", &[self.channels.len(), self.times.len() - 1], MOST_FIGURES)?;
+        let figures = check::count(
+            "distributions, one for each channel and time",
+            &[self.channels.len(), self.times.len() - 1],
+            MOST_FIGURES,
+        )?;
         let mut failure = None;
-        let model = (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
-            Ok((model, _)) => Some(model),
-            Err(error) => {
-                failure.get_or_insert_with(|| PointError::Model(error.to_string()));
-                None
-            }
-        });
+        let model =
+            (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
+                Ok((model, _)) => Some(model),
+                Err(error) => {
+                    failure.get_or_insert_with(|| PointError::Model(error.to_string()));
+                    None
+                }
+            });
         // A name that the first model does not have is a mistake of the whole.
         if let Some(model) = &model {
             let probe = Probe::new(model);
@@ -169,7 +187,8 @@ impl Ensemble {
                 }
                 seen
             };
-            let seen: Vec<Option<Result<Seen, PointError>>> = (next..until).into_par_iter().map(run).collect();
+            let seen: Vec<Option<Result<Seen, PointError>>> =
+                (next..until).into_par_iter().map(run).collect();
             for (member, seen) in (next..until).zip(seen) {
                 match seen {
                     Some(Ok(seen)) => bands.add(&seen),
@@ -181,7 +200,9 @@ impl Ensemble {
         }
         match bands.first_failure {
             _ if bands.members > 0 => Ok(bands),
-            Some((_, first)) if bands.failed == self.members => Err(EnsembleError::AllFailed { members: self.members, first }),
+            Some((_, first)) if bands.failed == self.members => {
+                Err(EnsembleError::AllFailed { members: self.members, first })
+            }
             _ => Err(EnsembleError::Cancelled { members: self.members }),
         }
     }
@@ -198,10 +219,19 @@ impl Ensemble {
         start.check(model.dof()).map_err(PointError::Start)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(ParameterError::OutOfRange { name, value, allowed: "0: members begin at time 0" }));
+            return Err(PointError::Start(ParameterError::OutOfRange {
+                name,
+                value,
+                allowed: "0: members begin at time 0",
+            }));
         }
         let mut probe = Probe::new(&model);
-        let chosen = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>().map_err(PointError::Start)?;
+        let chosen = self
+            .channels
+            .iter()
+            .map(|name| probe.index(name))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(PointError::Start)?;
         let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
         let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Start)?;
         let mut rattle = self.rattle.then(|| Rattle::new(&model));

@@ -34,7 +34,9 @@ pub enum SweepError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// A channel that this engine does not measure.
-    #[error("the engine does not measure channel \"{name}\": it knows coordinates, velocities, deflections and mesh forces")]
+    #[error(
+        "the engine does not measure channel \"{name}\": it knows coordinates, velocities, deflections and mesh forces"
+    )]
     Channel {
         /// Which one.
         name: String,

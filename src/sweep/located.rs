@@ -68,7 +68,8 @@ impl<I: Integrator> Located<I> {
         start: &State,
         source: &dyn Source<M>,
     ) -> Result<Made, PointError> {
-        let names: Vec<String> = channels.iter().map(|&c| Probe::new(model).channels()[c].name.clone()).collect();
+        let names: Vec<String> =
+            channels.iter().map(|&c| Probe::new(model).channels()[c].name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut track = Track::new(plan, &start.q, &start.v);
         let mut rattle = Rattle::new(model);
@@ -93,14 +94,20 @@ impl<I: Integrator> Located<I> {
                     return Ok(None);
                 }
                 for (i, name) in names.iter().enumerate() {
-                    let x = statistics.summary(name).map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
+                    let x = statistics
+                        .summary(name)
+                        .map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
                     let (now, before) = (rattle.contact(i), *counted);
                     let time = |k: usize| now.time[k] - before.time[k];
                     let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
-                    track.add_contact(i, &ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]), time(0) + time(1) + time(2));
+                    track.add_contact(
+                        i,
+                        &ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]),
+                        time(0) + time(1) + time(2),
+                    );
                     *counted = now;
                 }
                 finish

@@ -167,11 +167,19 @@ impl Distribution {
     /// # Errors
     /// [`ParameterError::Overflow`] for values so far apart that it is beyond the largest number; their mean and its standard error are not.
     pub fn variance(&self) -> Result<f64, ParameterError> {
-        check::representable("variance", self.scaled_variance() / self.unit / self.unit, &[self.min, self.max])
+        check::representable(
+            "variance",
+            self.scaled_variance() / self.unit / self.unit,
+            &[self.min, self.max],
+        )
     }
     /// Standard error of the mean; infinite with fewer than two values.
     pub fn standard_error(&self) -> f64 {
-        if self.count > 1 { (self.scaled_variance() / self.count as f64).sqrt() / self.unit } else { f64::INFINITY }
+        if self.count > 1 {
+            (self.scaled_variance() / self.count as f64).sqrt() / self.unit
+        } else {
+            f64::INFINITY
+        }
     }
     /// The mean with `z` standard errors either side: z = 1.96 holds the true mean 19 times in 20.
     pub fn confidence(&self, z: f64) -> [f64; 2] {
@@ -196,7 +204,11 @@ impl Distribution {
     /// A share outside [0, 1], and no values.
     pub fn quantile(&self, p: f64) -> Result<f64, ParameterError> {
         if !(0.0..=1.0).contains(&check::finite("share of a quantile", p)?) {
-            return Err(ParameterError::OutOfRange { name: "share of a quantile".into(), value: p, allowed: "[0, 1]" });
+            return Err(ParameterError::OutOfRange {
+                name: "share of a quantile".into(),
+                value: p,
+                allowed: "[0, 1]",
+            });
         }
         if self.count == 0 {
             return Err(ParameterError::Empty { name: "values of the distribution".into(), least: 1 });
@@ -208,7 +220,8 @@ impl Distribution {
             let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
             let apart = above - below;
             // Values of either sign near the largest number.
-            let between = if apart.is_finite() { apart * at.fract() } else { above * at.fract() - below * at.fract() };
+            let between =
+                if apart.is_finite() { apart * at.fract() } else { above * at.fract() - below * at.fract() };
             return Ok(below + between);
         }
         let wanted = p * self.count as f64;
@@ -239,8 +252,13 @@ impl Distribution {
             return Err(ParameterError::Empty { name: "values of the distribution".into(), least: 1 });
         }
         let width = self.max / spans as f64 - self.min / spans as f64;
-        let mut counts: Vec<(f64, u64)> = (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
-        let bins = self.bins.iter().enumerate().map(|(i, &count)| ((self.first + i as f64 + 0.5) * self.width, count));
+        let mut counts: Vec<(f64, u64)> =
+            (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
+        let bins = self
+            .bins
+            .iter()
+            .enumerate()
+            .map(|(i, &count)| ((self.first + i as f64 + 0.5) * self.width, count));
         for (x, count) in self.pilot.iter().map(|x| (*x, 1)).chain(bins) {
             let place = ((x - self.min) / width).clamp(0.0, spans.saturating_sub(1) as f64);
             if let Some(span) = counts.get_mut(place as usize) {

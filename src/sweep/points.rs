@@ -27,7 +27,11 @@ impl Axis {
         check::quantity(format!("end of axis {name}"), to)?;
         check::positive(format!("length of axis {name}, its end less its start"), to - from)?;
         if count < 2 {
-            return Err(ParameterError::TooFew { name: format!("values on axis {name}"), value: count, least: 2 });
+            return Err(ParameterError::TooFew {
+                name: format!("values on axis {name}"),
+                value: count,
+                least: 2,
+            });
         }
         check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
         let last = (count - 1) as f64;
@@ -91,7 +95,11 @@ impl Points {
         let lengths = || axes.iter().map(|axis| axis.values.len());
         if lengths().try_fold(1, usize::checked_mul).is_none() {
             let value = lengths().map(|length| length as f64).product();
-            return Err(ParameterError::OutOfRange { name: "points of the grid".into(), value, allowed: "[1, usize::MAX]" });
+            return Err(ParameterError::OutOfRange {
+                name: "points of the grid".into(),
+                value,
+                allowed: "[1, usize::MAX]",
+            });
         }
         Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
     }

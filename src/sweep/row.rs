@@ -134,7 +134,8 @@ impl Row<'_> {
 
     fn differs(&self, fine: &Row<'_>) -> bool {
         let layout = &self.rows.layout;
-        let range = |row: &Row<'_>, i: usize| row.data[layout.channel(i) + 3] - row.data[layout.channel(i) + 2];
+        let range =
+            |row: &Row<'_>, i: usize| row.data[layout.channel(i) + 3] - row.data[layout.channel(i) + 2];
         let off = |i: usize| (range(self, i) - range(fine, i)).abs() > ANOTHER * range(fine, i);
         (0..layout.contacts).any(|i| self.state(i) != fine.state(i)) || (0..layout.channels).any(off)
     }
@@ -147,7 +148,9 @@ impl Row<'_> {
         let of = |index: usize| {
             let fine = self.rows.checks.get(&index)?.as_ref().ok()?;
             let (coarse, at) = (self.rows.row(index)?.ok()?.data, self.rows.layout.channel(i));
-            Some((0..4).fold(0.0, |m: f64, k| m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 })))
+            Some((0..4).fold(0.0, |m: f64, k| {
+                m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 })
+            }))
         };
         let checks = &self.rows.checks;
         if checks.contains_key(&self.index) {
@@ -172,6 +175,8 @@ impl Row<'_> {
         self.channel(name)?;
         let i = self.rows.names.iter().position(|n| n == name).unwrap_or(0);
         let layout = &self.rows.layout;
-        Ok((0..layout.strobes).map(|k| [self.data[layout.strobe(k) + 2 * i], self.data[layout.strobe(k) + 2 * i + 1]]).collect())
+        Ok((0..layout.strobes)
+            .map(|k| [self.data[layout.strobe(k) + 2 * i], self.data[layout.strobe(k) + 2 * i + 1]])
+            .collect())
     }
 }

@@ -104,7 +104,8 @@ impl PartialEq for Rows {
             (Ok(x), Ok(y)) => a.0 == b.0 && same_bits(x, y),
             _ => a == b,
         };
-        let checks = self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
+        let checks =
+            self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
         let errors = self.errors == other.errors && self.exponent_errors == other.exponent_errors;
         let figures = same_bits(&self.data, &other.data) && self.done == other.done;
         figures
@@ -151,7 +152,11 @@ impl Rows {
 
     /// Whether there is room for `rows` rows of `stride` figures.
     pub(crate) fn check_room(rows: usize, stride: Option<usize>) -> Result<(), SweepError> {
-        check::count("figures of the rows; chunks hold fewer", &[rows, stride.unwrap_or(usize::MAX)], MOST_FIGURES)?;
+        check::count(
+            "figures of the rows; chunks hold fewer",
+            &[rows, stride.unwrap_or(usize::MAX)],
+            MOST_FIGURES,
+        )?;
         Ok(())
     }
 
@@ -222,7 +227,10 @@ impl Rows {
 
     /// One column over all points, NaN where a point has no row: for pictures and for [Sobol indices](crate::SobolDesign).
     pub fn column(&self, of: impl Fn(&Row<'_>) -> f64) -> Vec<f64> {
-        self.range.clone().map(|index| self.row(index).and_then(Result::ok).map_or(f64::NAN, |row| of(&row))).collect()
+        self.range
+            .clone()
+            .map(|index| self.row(index).and_then(Result::ok).map_or(f64::NAN, |row| of(&row)))
+            .collect()
     }
 
     /// Puts the chunks of one sweep together, in any order: bit-equal to the whole. Points that a cancelled chunk did not reach stay open:
@@ -255,8 +263,11 @@ impl Rows {
     /// The first row at which sorted parts do not make a whole.
     fn misfit(parts: &[Rows]) -> Option<usize> {
         let (Some(first), Some(last)) = (parts.first(), parts.last()) else { return Some(0) };
-        let fits =
-            |pair: &&[Rows]| pair[1].range.start == pair[0].range.end && pair[1].sweep == first.sweep && pair[1].layout == first.layout;
+        let fits = |pair: &&[Rows]| {
+            pair[1].range.start == pair[0].range.end
+                && pair[1].sweep == first.sweep
+                && pair[1].layout == first.layout
+        };
         if let Some(pair) = parts.windows(2).find(|pair| !fits(pair)) {
             return Some(pair[0].range.end);
         }
@@ -269,7 +280,8 @@ impl Rows {
     /// A number that changes with any bit of any row or check, with the points that failed and with those that are missing: for comparing runs.
     pub fn fingerprint(&self) -> u64 {
         let figures = self.data.iter().map(|x| x.to_bits());
-        let without = self.range.clone().zip(&self.done).filter(|(_, done)| !**done).map(|(index, _)| index as u64);
+        let without =
+            self.range.clone().zip(&self.done).filter(|(_, done)| !**done).map(|(index, _)| index as u64);
         let check = |(index, row): (&usize, &Result<Vec<f64>, PointError>)| {
             let figures: Vec<u64> = row.iter().flatten().map(|x| x.to_bits()).collect();
             [*index as u64, u64::from(row.is_err())].into_iter().chain(figures)

@@ -252,14 +252,18 @@ impl Sweep {
             return Err(SweepError::Parts { row: rows.range.start });
         }
         let family = |point: &Point<'_>| family(point).map_err(|e| PointError::Model(e.to_string()));
-        let start = |point: &Point<'_>, model: &M| start(point, model).map_err(|e| PointError::Model(e.to_string()));
+        let start =
+            |point: &Point<'_>, model: &M| start(point, model).map_err(|e| PointError::Model(e.to_string()));
         let finer = if self.check_every > 0 { engine.finer() } else { None };
-        let total = self.line() * (self.missing(rows).len() + if finer.is_some() { self.unchecked(rows).len() } else { 0 });
+        let total = self.line()
+            * (self.missing(rows).len() + if finer.is_some() { self.unchecked(rows).len() } else { 0 });
         let Some(model) = self.first_model(rows, &family, watch, total) else { return Ok(()) };
         let probe = Probe::new(&model);
         let channels = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
         if model.dof() == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into());
+            return Err(
+                ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into()
+            );
         }
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {
@@ -272,11 +276,18 @@ impl Sweep {
             strobes: self.strobes.min(self.measure),
             exponents: self.exponents(),
         };
-        let plan = Plan { settle: self.settle, measure: self.measure, repeat: self.repeat, tolerance: self.tolerance, layout };
+        let plan = Plan {
+            settle: self.settle,
+            measure: self.measure,
+            repeat: self.repeat,
+            tolerance: self.tolerance,
+            layout,
+        };
         if !rows.shape(&plan.layout)? {
             return Err(SweepError::Parts { row: rows.range.start });
         }
-        let (lines, checks) = (self.missing(rows), if finer.is_some() { self.unchecked(rows) } else { Vec::new() });
+        let (lines, checks) =
+            (self.missing(rows), if finer.is_some() { self.unchecked(rows) } else { Vec::new() });
         let work = Work {
             sweep: self,
             plan: &plan,

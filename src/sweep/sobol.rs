@@ -28,7 +28,10 @@ pub struct Uncertain {
 
 impl std::fmt::Debug for Uncertain {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Uncertain").field("seed", &self.seed).field("names", &self.names).finish_non_exhaustive()
+        f.debug_struct("Uncertain")
+            .field("seed", &self.seed)
+            .field("names", &self.names)
+            .finish_non_exhaustive()
     }
 }
 
@@ -50,7 +53,8 @@ impl Uncertain {
     fn draw(&self, matrix: u64, k: u64) -> Vec<f64> {
         // Streams of parameters lie beside those of held processes, which count from 0.
         const BESIDE: u64 = 1 << 32;
-        let number = |(i, draw): (usize, &Drawn)| draw(&mut CounterRng::new(self.seed, k, BESIDE + i as u64, matrix));
+        let number =
+            |(i, draw): (usize, &Drawn)| draw(&mut CounterRng::new(self.seed, k, BESIDE + i as u64, matrix));
         self.draws.iter().enumerate().map(number).collect()
     }
     /// Samples 0 to `count - 1` as the points of a sweep.
@@ -70,7 +74,11 @@ impl Uncertain {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
         }
         let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
-        let mut rows = Vec::with_capacity(check::count("numbers of the samples", &[samples, count, width], check::NUMBERS)?);
+        let mut rows = Vec::with_capacity(check::count(
+            "numbers of the samples",
+            &[samples, count, width],
+            check::NUMBERS,
+        )?);
         for k in 0..samples as u64 {
             let (a, b) = (self.draw(0, k), self.draw(1, k));
             for i in 0..self.names.len() {
@@ -143,16 +151,24 @@ impl SobolDesign {
     pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
         check::length("measure", measure.len(), self.points.len())?;
         let n = self.parameters;
-        let samples: Vec<&[f64]> = measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
+        let samples: Vec<&[f64]> =
+            measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
         if samples.len() < 2 {
-            return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), least: 2 });
+            return Err(ParameterError::TooFew {
+                name: "good samples".into(),
+                value: samples.len(),
+                least: 2,
+            });
         }
         let both = super::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
         let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    super::moments::Distribution::of(samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance)).mean()
+                    super::moments::Distribution::of(
+                        samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance),
+                    )
+                    .mean()
                 };
                 let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
                 let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
@@ -169,7 +185,9 @@ impl SobolDesign {
 /// Standard errors of S and T from values at A_i, A and B: √((m - 1)/m Σ (x_k - x̄)²), x_k without sample k.
 fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
     // Sums over samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2.
-    let terms = |[mixed, a, b]: &[f64; 3]| [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)];
+    let terms = |[mixed, a, b]: &[f64; 3]| {
+        [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)]
+    };
     let mut sums = [0.0; 5];
     for sample in samples {
         sums.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum += x);

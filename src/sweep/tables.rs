@@ -4,7 +4,10 @@ use super::engine::{Job, Source, SweepEngine, kinds};
 use super::error::{PointError, SweepError};
 use super::track::{Next, Plan, Track};
 use crate::impact::first_stop;
-use crate::lanes::{Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table, TableError};
+use crate::lanes::{
+    Algebra, Bundle, InstructionSet, Kernel, Kind, Lanes, Meters, Number, Plain, Reading, Shared, Table,
+    TableError,
+};
 use crate::machine::Machine;
 use crate::model::{Model, Periodic, State};
 use crate::ode::IntegrateError;
@@ -110,7 +113,15 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
                 }
             }
             waiting.extend(pending.into_iter().chain(drawn));
-            let mut batch = Batch { plan, table: &table, kinds: &kinds, set: self.set, shares: &shares, waiting: &mut waiting, source };
+            let mut batch = Batch {
+                plan,
+                table: &table,
+                kinds: &kinds,
+                set: self.set,
+                shares: &shares,
+                waiting: &mut waiting,
+                source,
+            };
             if runs.len() == 1 {
                 batch.run::<f64, _>(&Shared(leader.model.shape()), &runs);
             } else {
@@ -121,7 +132,11 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
 }
 
 /// The table and the first run over it. `None`: cancelled.
-fn lead<G: Shape>(job: &Job<Machine<G>>, steps: usize, source: &dyn Source<Machine<G>>) -> Result<Option<(Table, Run)>, PointError> {
+fn lead<G: Shape>(
+    job: &Job<Machine<G>>,
+    steps: usize,
+    source: &dyn Source<Machine<G>>,
+) -> Result<Option<(Table, Run)>, PointError> {
     let run = Run::of(job)?;
     let table = Table::of_waves(&job.model, steps, || !source.is_cancelled())?;
     Ok(table.map(|table| (table, run)))
@@ -182,7 +197,15 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                     let never = |_: &Job<M>| false;
                     let set = InstructionSet::Baseline;
                     let run = Run { index, start, period: model.period(), constants: Vec::new() };
-                    let mut batch = Batch { plan, table: &table, kinds: &kinds, set, shares: &never, waiting: &mut waiting, source };
+                    let mut batch = Batch {
+                        plan,
+                        table: &table,
+                        kinds: &kinds,
+                        set,
+                        shares: &never,
+                        waiting: &mut waiting,
+                        source,
+                    };
                     batch.run_plain(&Plain(&model), &run);
                 }
             }
@@ -212,7 +235,12 @@ impl Run {
         let (model, constants) = (&job.model, job.model.own_drives());
         refuse_stops(model)?;
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
-            return Err(TableError::NotFinite { drive: model.size().waves + bad, value: constants[bad], phase: 0.0 }.into());
+            return Err(TableError::NotFinite {
+                drive: model.size().waves + bad,
+                value: constants[bad],
+                phase: 0.0,
+            }
+            .into());
         }
         Ok(Run { index: job.index, start: job.start.clone(), period: model.period(), constants })
     }
@@ -277,7 +305,12 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// One period of all lanes. `false`: cancelled.
-    fn period<S: Number, A: Algebra<S>>(&mut self, algebra: &A, bundle: &mut Bundle<S>, slots: &mut [Option<Slot>]) -> bool {
+    fn period<S: Number, A: Algebra<S>>(
+        &mut self,
+        algebra: &A,
+        bundle: &mut Bundle<S>,
+        slots: &mut [Option<Slot>],
+    ) -> bool {
         let steps = self.table.steps();
         let ranging = slots.iter().flatten().any(|slot| slot.track.ranging());
         let (mut from, mut looks) = (0, 0.0);
@@ -299,7 +332,12 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// What a period did to one lane. The state of a run that is over, if its line goes on.
-    fn account<S: Number>(&mut self, bundle: &mut Bundle<S>, slot: &mut Option<Slot>, lane: usize) -> Option<(usize, Vec<f64>)> {
+    fn account<S: Number>(
+        &mut self,
+        bundle: &mut Bundle<S>,
+        slot: &mut Option<Slot>,
+        lane: usize,
+    ) -> Option<(usize, Vec<f64>)> {
         let run = slot.as_mut()?;
         let weight = self.table.steps() as f64;
         if run.track.measuring() {

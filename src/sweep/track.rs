@@ -130,16 +130,24 @@ impl Track {
     pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
         let at = self.plan.layout.contact(i);
         let [lower, upper] = meter.samples;
-        for (k, x) in [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate() {
+        for (k, x) in
+            [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate()
+        {
             self.row[at + k] += x;
         }
         self.see(self.plan.layout.channels + i, 1.0 - (lower + upper) / weight);
         let depth = &mut self.depths[i];
-        *depth = [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
+        *depth =
+            [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
     /// A period is over: its weight in the means, the state at its end and the rigid modes of the model.
-    pub(crate) fn period(&mut self, weight: f64, q: impl Iterator<Item = f64>, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> Next {
+    pub(crate) fn period(
+        &mut self,
+        weight: f64,
+        q: impl Iterator<Item = f64>,
+        rigid: &dyn Fn() -> Vec<Vec<f64>>,
+    ) -> Next {
         let m = 2 * self.plan.layout.dof;
         self.periods += 1;
         self.under_way = false;
@@ -179,7 +187,8 @@ impl Track {
             return whole;
         }
         let modes = self.rigid.take().unwrap_or_else(rigid);
-        let found = if modes.is_empty() || modes.len() >= n { whole } else { self.repeats(tolerance, &modes) };
+        let found =
+            if modes.is_empty() || modes.len() >= n { whole } else { self.repeats(tolerance, &modes) };
         self.rigid = Some(modes);
         found
     }

@@ -5,7 +5,8 @@ use gear_dynamics::*;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-const WINDOWS: [Window; 5] = [Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop];
+const WINDOWS: [Window; 5] =
+    [Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop];
 
 /// A sine of amplitude 1 reads 1, a constant reads itself, under every window, for even and odd lengths.
 #[test]
@@ -29,7 +30,8 @@ fn amplitudes_are_scaled() {
 #[test]
 fn windows_between_lines() {
     let x: Vec<f64> = (0..512).map(|i| (TAU * 40.5 * f64::from(i) / 512.0).sin()).collect();
-    let peak = |window| Spectrum::of(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
+    let peak =
+        |window| Spectrum::of(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
     assert!((peak(Window::FlatTop) - 1.0).abs() < 2e-3);
     assert!((peak(Window::Hann) - 0.8488).abs() < 1e-3); // Harris 1978, Table I: 1.42 dB
     assert!((peak(Window::Rectangular) - 2.0 / std::f64::consts::PI).abs() < 5e-3); // 3.92 dB
@@ -64,7 +66,8 @@ impl Model for Spur {
         1
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        a[0] = 0.1 + 0.05 * self.w * self.w * (self.w * u[0]).cos() - 0.1 * v[0] - (q[0] - 1.0).max(0.0) + (-1.0 - q[0]).max(0.0);
+        a[0] = 0.1 + 0.05 * self.w * self.w * (self.w * u[0]).cos() - 0.1 * v[0] - (q[0] - 1.0).max(0.0)
+            + (-1.0 - q[0]).max(0.0);
     }
     fn contacts(&self) -> usize {
         1
@@ -94,8 +97,12 @@ fn coexisting_orbits_of_a_spur_pair() {
             let start = State::new(0.0, &[number("x0")], &[number("v0")]);
             let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
             assert_eq!(steady.period_multiple, 1);
-            assert!((steady.state.q[0] - number("x0")).abs() < 1e-8 && (steady.state.v[0] - number("v0")).abs() < 1e-8);
-            let (mut statistics, mut rattle) = (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
+            assert!(
+                (steady.state.q[0] - number("x0")).abs() < 1e-8
+                    && (steady.state.v[0] - number("v0")).abs() < 1e-8
+            );
+            let (mut statistics, mut rattle) =
+                (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
             let end = steady.state.t + model.period();
             let mut both = (&mut statistics, &mut rattle);
             let finish = solver.run(&model, &steady.state, end, &mut both).unwrap();
@@ -109,7 +116,8 @@ fn coexisting_orbits_of_a_spur_pair() {
             let contact = rattle.contact(0);
             assert!((contact.loss_fraction() - number("gap_fraction")).abs() < 1e-8);
             assert_eq!(finish.stats.crossings as f64, number("crossings"));
-            let expected = if number("crossings") > 0.0 { RattleState::Unilateral } else { RattleState::None };
+            let expected =
+                if number("crossings") > 0.0 { RattleState::Unilateral } else { RattleState::None };
             assert_eq!(contact.state(), expected);
             assert_eq!(2 * contact.impact_count(), finish.stats.crossings);
         }
@@ -123,7 +131,10 @@ fn rattle_without_located_edges() {
     let model = Spur { w: 0.75 };
     let start = State::new(0.0, &[0.833_843_012_540_731_5], &[0.164_078_751_799_494_74]);
     let mut rattle = Rattle::new(&model);
-    Rk4::new(model.period() / 1000.0).plain().run(&model, &start, 10.0 * model.period(), &mut rattle).unwrap();
+    Rk4::new(model.period() / 1000.0)
+        .plain()
+        .run(&model, &start, 10.0 * model.period(), &mut rattle)
+        .unwrap();
     let contact = rattle.contact(0);
     assert_eq!((contact.state(), contact.impact_count()), (RattleState::Unilateral, 10));
     assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
@@ -149,7 +160,10 @@ fn contact_loss_backbone() {
             out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
         }
     }
-    for value in read("classics.json")["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"].as_array().unwrap() {
+    for value in read("classics.json")["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"]
+        .as_array()
+        .unwrap()
+    {
         let number = |key: &str| value[key].as_f64().unwrap();
         if value["valid"] != true {
             continue;
@@ -188,8 +202,13 @@ fn settling_finds_the_period_multiple() {
     }
     let solver = Dop853::new();
     let start = State::new(0.0, &[1.0], &[0.0]);
-    let multiple =
-        |force: f64| Settle::new().tolerance(1e-7).most_periods(500).run(&solver, &Duffing { force }, &start).map(|s| s.period_multiple);
+    let multiple = |force: f64| {
+        Settle::new()
+            .tolerance(1e-7)
+            .most_periods(500)
+            .run(&solver, &Duffing { force }, &start)
+            .map(|s| s.period_multiple)
+    };
     // The textbook cascade: 0.20 period 1, 0.28 period 2, 0.29 period 4, 0.50 chaos, 0.65 period 2.   Source: Jordan & Smith, Sect. 13.3.
     assert_eq!(multiple(0.20), Ok(1));
     assert_eq!(multiple(0.28), Ok(2));
@@ -198,7 +217,10 @@ fn settling_finds_the_period_multiple() {
     assert_eq!(multiple(0.65), Ok(2));
     // Without forcing it decays to rest in a well, and rest is periodic.
     assert_eq!(multiple(0.0), Ok(1));
-    assert!(matches!(Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start), Err(Unsettled::Failed { .. })));
+    assert!(matches!(
+        Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start),
+        Err(Unsettled::Failed { .. })
+    ));
 }
 
 /// A level just under the peak of a motion that the solver takes in large steps: both crossings are found.
@@ -214,7 +236,10 @@ fn sections_inside_a_step() {
         }
     }
     let mut section = Section::new(&Throw, "q1", 0.4, Direction::Both).unwrap();
-    let run = Dop853::new().first_step(2.0).run(&Throw, &State::new(0.0, &[0.0], &[1.0]), 2.0, &mut section).unwrap();
+    let run = Dop853::new()
+        .first_step(2.0)
+        .run(&Throw, &State::new(0.0, &[0.0], &[1.0]), 2.0, &mut section)
+        .unwrap();
     assert_eq!(run.stats.steps, 1);
     let times: Vec<f64> = section.states().iter().map(|s| s.t).collect();
     let expected = [1.0 - 0.2f64.sqrt(), 1.0 + 0.2f64.sqrt()];
@@ -247,7 +272,9 @@ fn winding_into_an_orbit_is_no_subharmonic() {
     for settle in [60, 90, 120, 150] {
         let sweep = Sweep::over(points.clone()).settle(settle).measure(20).channels(&["q1"]);
         let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };
-        let rows = sweep.run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start).unwrap();
+        let rows = sweep
+            .run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start)
+            .unwrap();
         let multiple = rows.row(0).unwrap().unwrap().period_multiple();
         assert!(multiple.is_none() || multiple == Some(1), "{settle}: {multiple:?}");
     }

@@ -32,7 +32,10 @@ fn non_positive_inertia_stiffness_radius() {
     assert_eq!(ring(|p| p.gears[2].inertia = -1.0), not_positive("gears[2].inertia", -1.0));
     assert_eq!(ring(|p| p.gears[1].load.inertia = 0.0), not_positive("gears[1].load.inertia", 0.0));
     assert_eq!(ring(|p| p.gears[3].base_radius = -0.05), not_positive("gears[3].base_radius", -0.05));
-    assert_eq!(RingSet { mesh_stiffness: 0.0, ..set() }.params().unwrap_err(), not_positive("mesh_stiffness", 0.0));
+    assert_eq!(
+        RingSet { mesh_stiffness: 0.0, ..set() }.params().unwrap_err(),
+        not_positive("mesh_stiffness", 0.0)
+    );
     assert_eq!(pair(|p| p.inertia = -0.014), not_positive("inertia", -0.014));
     assert_eq!(pair(|p| p.stiffness = 0.0), not_positive("stiffness", 0.0));
     assert_eq!(pair(|p| p.module = 0.0), not_positive("module", 0.0));
@@ -45,7 +48,10 @@ fn negative_backlash_damping_hold_time() {
     let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
     assert_eq!(Backlash::new(-1e-6).unwrap_err(), negative("half width b", -1e-6));
     assert_eq!(SmoothedBacklash::new(-1.0, 0.1).unwrap_err(), negative("half width b", -1.0));
-    assert_eq!(AsymmetricBacklash::new(1.0, 0.5).unwrap_err(), negative("gap between lower and upper edge", -0.5));
+    assert_eq!(
+        AsymmetricBacklash::new(1.0, 0.5).unwrap_err(),
+        negative("gap between lower and upper edge", -0.5)
+    );
     assert_eq!(RingSet { mesh_damping: -1.0, ..set() }.params().unwrap_err(), negative("mesh_damping", -1.0));
     assert_eq!(ring(|p| p.gears[0].load.shaft.damping = -0.1), negative("gears[0].load.shaft.damping", -0.1));
     assert_eq!(ring(|p| p.motor.shaft.stiffness = -1.0), negative("motor.shaft.stiffness", -1.0));
@@ -59,12 +65,16 @@ fn negative_backlash_damping_hold_time() {
 #[test]
 fn contact_laws_with_impossible_numbers() {
     let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
-    let outside = |name: &str, value: f64, allowed: &'static str| P::OutOfRange { name: name.into(), value, allowed };
+    let outside =
+        |name: &str, value: f64, allowed: &'static str| P::OutOfRange { name: name.into(), value, allowed };
     assert_eq!(PowerLaw::new(-1.0, 1.5, 1.0).unwrap_err(), negative("half width b", -1.0));
     assert_eq!(PowerLaw::new(1.0, 0.9, 1.0).unwrap_err(), outside("exponent", 0.9, "[1, 100]"));
     assert_eq!(PowerLaw::new(1.0, 101.0, 1.0).unwrap_err(), outside("exponent", 101.0, "[1, 100]"));
     assert_eq!(PowerLaw::new(1.0, 1.5, 0.0).unwrap_err(), not_positive("reference depth", 0.0));
-    assert_eq!(PowerLaw::new(1.0, 1.5, 1e-60).unwrap_err(), outside("reference depth", 1e-60, "[1e-50, 1e50]"));
+    assert_eq!(
+        PowerLaw::new(1.0, 1.5, 1e-60).unwrap_err(),
+        outside("reference depth", 1e-60, "[1e-50, 1e50]")
+    );
     let power = PowerLaw::new(1.0, 1.5, 1.0).unwrap();
     assert_eq!(power.with_edges(1.0, 0.5).unwrap_err(), negative("gap between lower and upper edge", -0.5));
     assert!(matches!(power.with_edges(f64::NEG_INFINITY, f64::INFINITY), Err(P::NotFinite { .. })));
@@ -91,7 +101,9 @@ fn contact_laws_with_impossible_numbers() {
 
 #[test]
 fn nan_and_infinity_anywhere() {
-    let not_finite = |error: P, place: &str| assert!(matches!(&error, P::NotFinite { name, .. } if name == place), "{error}");
+    let not_finite = |error: P, place: &str| {
+        assert!(matches!(&error, P::NotFinite { name, .. } if name == place), "{error}")
+    };
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         not_finite(ring(|p| p.motor.torque = bad), "motor.torque");
         not_finite(ring(|p| p.gears[3].load.torque = bad), "gears[3].load.torque");
@@ -118,15 +130,27 @@ fn nan_and_infinity_anywhere() {
 
 #[test]
 fn empty_and_mismatched_lists() {
-    assert_eq!(HeldProcess::from_values(1.0, &[]).unwrap_err(), P::Empty { name: "held values".into(), least: 1 });
+    assert_eq!(
+        HeldProcess::from_values(1.0, &[]).unwrap_err(),
+        P::Empty { name: "held values".into(), least: 1 }
+    );
     assert_eq!(Summary::of(&[]).unwrap_err(), P::Empty { name: "samples".into(), least: 1 });
     assert_eq!(ring(|p| drop(p.meshes.pop())), P::Length { name: "meshes".into(), expected: 4, found: 3 });
-    assert_eq!(RingSet { phases: vec![0.0], ..set() }.params().unwrap_err(), P::Length { name: "phases".into(), expected: 4, found: 1 });
+    assert_eq!(
+        RingSet { phases: vec![0.0], ..set() }.params().unwrap_err(),
+        P::Length { name: "phases".into(), expected: 4, found: 1 }
+    );
     assert_eq!(Table::new(&[1.0]).unwrap_err(), P::TooFew { name: "samples".into(), value: 1, least: 3 });
-    assert_eq!(Fourier::fit(&[1.0; 4], 2).unwrap_err(), P::TooFew { name: "samples".into(), value: 4, least: 5 });
+    assert_eq!(
+        Fourier::fit(&[1.0; 4], 2).unwrap_err(),
+        P::TooFew { name: "samples".into(), value: 4, least: 5 }
+    );
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
+    assert_eq!(
+        held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(),
+        P::NoSuchSlot { slot: 99, drives: 13 }
+    );
     let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
     assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
 }
@@ -134,7 +158,10 @@ fn empty_and_mismatched_lists() {
 #[test]
 fn ratios_and_teeth() {
     let outside = |error: P, place: &str, x: f64| {
-        assert!(matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x), "{error}")
+        assert!(
+            matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x),
+            "{error}"
+        )
     };
     outside(pair(|p| p.eccentric_ratio = 1.0), "eccentric_ratio", 1.0);
     outside(pair(|p| p.eccentric_ratio = -0.1), "eccentric_ratio", -0.1);
@@ -143,7 +170,10 @@ fn ratios_and_teeth() {
     outside(RectangularWave::from_contact_ratio(0.9, 1.0, 2.0).unwrap_err(), "contact ratio", 0.9);
     outside(RectangularWave::new(1.0, 2.0, 1.0).unwrap_err(), "duty", 1.0);
     assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
-    assert_eq!(RingSet { teeth: 0, ..set() }.params().unwrap_err(), P::TooFew { name: "teeth".into(), value: 0, least: 1 });
+    assert_eq!(
+        RingSet { teeth: 0, ..set() }.params().unwrap_err(),
+        P::TooFew { name: "teeth".into(), value: 0, least: 1 }
+    );
     let two = ring(|p| (p.gears.truncate(2), p.meshes.truncate(2)).0);
     assert_eq!(two, P::TooFew { name: "gears of a closed ring".into(), value: 2, least: 3 });
 }
@@ -192,7 +222,11 @@ fn failing(model: &impl Model, end: f64) -> Vec<Failed> {
 fn a_model_that_returns_nan_midway() {
     for failed in failing(&Broken(0.5), 1.0) {
         let last = failed.trajectory.last().unwrap();
-        assert!(matches!(failed.error, IntegrateError::NotFinite { t, .. } if t == last.t), "{}", failed.error);
+        assert!(
+            matches!(failed.error, IntegrateError::NotFinite { t, .. } if t == last.t),
+            "{}",
+            failed.error
+        );
         assert!(last.t > 0.48 && last.t < 0.5 && failed.trajectory.len() > 2, "{}", last.t);
         assert!((last.q[0] - last.t.cos()).abs() < 1e-8);
     }
@@ -232,7 +266,11 @@ fn the_component_that_is_not_finite() {
                 Dop853::new().trajectory(&model, &start, 1.0).unwrap_err(),
             ] {
                 let named = |c: usize| c == dof + component;
-                assert!(matches!(failed.error, IntegrateError::NotFinite { component, .. } if named(component)), "{}", failed.error);
+                assert!(
+                    matches!(failed.error, IntegrateError::NotFinite { component, .. } if named(component)),
+                    "{}",
+                    failed.error
+                );
             }
         }
     }
@@ -250,10 +288,17 @@ fn step_underflow() {
             a[0] = v[0] * v[0] + 1.0 + 0.0 * u[0];
         }
     }
-    for failed in [Rk45::new().trajectory(&Pole, &start(), 2.0).unwrap_err(), Dop853::new().trajectory(&Pole, &start(), 2.0).unwrap_err()] {
+    for failed in [
+        Rk45::new().trajectory(&Pole, &start(), 2.0).unwrap_err(),
+        Dop853::new().trajectory(&Pole, &start(), 2.0).unwrap_err(),
+    ] {
         // v = tan t has its pole at π/2.
         let place = std::f64::consts::FRAC_PI_2;
-        assert!(matches!(failed.error, IntegrateError::StepUnderflow { t, .. } if (t - place).abs() < 1e-6), "{}", failed.error);
+        assert!(
+            matches!(failed.error, IntegrateError::StepUnderflow { t, .. } if (t - place).abs() < 1e-6),
+            "{}",
+            failed.error
+        );
         assert!(failed.trajectory.len() > 10);
     }
 }
@@ -263,7 +308,8 @@ fn too_many_steps() {
     let failed = Rk4::new(0.1).max_steps(5).trajectory(&Broken(9.0), &start(), 1.0).unwrap_err();
     assert!(matches!(failed.error, IntegrateError::TooManySteps { limit: 5, t } if (t - 0.5).abs() < 1e-12));
     assert_eq!(failed.trajectory.len(), 6);
-    let failed = Dop853::new().max_step(0.1).max_steps(5).trajectory(&Broken(9.0), &start(), 1.0).unwrap_err();
+    let failed =
+        Dop853::new().max_step(0.1).max_steps(5).trajectory(&Broken(9.0), &start(), 1.0).unwrap_err();
     assert!(matches!(failed.error, IntegrateError::TooManySteps { limit: 5, .. }));
 }
 
@@ -272,10 +318,14 @@ fn time_spans_tolerances_and_starts() {
     let model = Broken(9.0);
     for end in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = Dop853::new().end(&model, &start(), end).unwrap_err();
-        assert!(matches!(error, IntegrateError::TimeSpan { start: 0.0, end: e } if e.to_bits() == end.to_bits()), "{error}");
+        assert!(
+            matches!(error, IntegrateError::TimeSpan { start: 0.0, end: e } if e.to_bits() == end.to_bits()),
+            "{error}"
+        );
     }
-    let setting =
-        |error: IntegrateError, place: &str| assert!(matches!(error, IntegrateError::Setting { name, .. } if name == place), "{error}");
+    let setting = |error: IntegrateError, place: &str| {
+        assert!(matches!(error, IntegrateError::Setting { name, .. } if name == place), "{error}")
+    };
     for bad in [0.0, -1e-9, f64::NAN] {
         setting(Dop853::new().rtol(bad).end(&model, &start(), 1.0).unwrap_err(), "rtol");
         setting(Dop853::new().atol(bad).end(&model, &start(), 1.0).unwrap_err(), "atol");
@@ -329,24 +379,37 @@ fn a_backlash_that_becomes_negative() {
     let failed = Dop853::new().trajectory(&ring, &State::at_rest(9), 0.01).unwrap_err();
     // 1 + 2 cos ωt is negative from a third of the period on.
     let third = ring.period() / 3.0;
-    assert!(matches!(failed.error, IntegrateError::NegativeGap { t, contact: 0, .. } if t >= third), "{}", failed.error);
+    assert!(
+        matches!(failed.error, IntegrateError::NegativeGap { t, contact: 0, .. } if t >= third),
+        "{}",
+        failed.error
+    );
 }
 
 #[test]
 fn mesh_stiffness_that_is_not_positive() {
     let error = ring(|p| {
-        p.meshes[2] = Mesh::new(Wave::constant(-1e8).unwrap(), Wave::constant(0.0).unwrap(), Backlash::new(0.0).unwrap());
+        p.meshes[2] = Mesh::new(
+            Wave::constant(-1e8).unwrap(),
+            Wave::constant(0.0).unwrap(),
+            Backlash::new(0.0).unwrap(),
+        );
     });
     assert!(matches!(&error, P::NotPositive { name, .. } if name == "meshes[2]: mean stiffness"), "{error}");
-    let pair = NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
-    assert!(matches!(pair.static_start().unwrap_err(), P::NotPositive { name, .. } if name == "mesh stiffness at the start"));
+    let pair =
+        NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
+    assert!(
+        matches!(pair.static_start().unwrap_err(), P::NotPositive { name, .. } if name == "mesh stiffness at the start")
+    );
 }
 
 #[test]
 fn a_slot_of_a_mesh_that_does_not_exist() {
     let ring = Ring::new(&set().params().unwrap()).unwrap();
     assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, most: 3 });
-    assert!(matches!(ring.slot("mesh damping 5").unwrap_err(), P::NoSuchConstant { name, .. } if name == "mesh damping 5"));
+    assert!(
+        matches!(ring.slot("mesh damping 5").unwrap_err(), P::NoSuchConstant { name, .. } if name == "mesh damping 5")
+    );
 }
 
 /// The relative coordinates of a state that does not close the ring.

@@ -25,7 +25,10 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 /// Residual and dense Jacobian.
-fn look<M: Periodic>(equations: &mut BalanceEquations<'_, M>, x: &[f64]) -> (Vec<f64>, nalgebra::DMatrix<f64>) {
+fn look<M: Periodic>(
+    equations: &mut BalanceEquations<'_, M>,
+    x: &[f64],
+) -> (Vec<f64>, nalgebra::DMatrix<f64>) {
     let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
     equations.residual(x, &mut r);
     equations.jacobian(x, &mut matrix);
@@ -135,11 +138,19 @@ fn jumping_forces_have_an_exact_jacobian() {
             a[0] -= if pieces[0] == Piece::Gap { 0.0 } else { 0.05 * v[0] };
             true
         }
-        fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        fn jacobian(
+            &self,
+            pieces: Option<&[Piece]>,
+            u: &[f64],
+            q: &[f64],
+            v: &[f64],
+            out: &mut Jacobian,
+        ) -> bool {
             let mut contact = [Contact::default()];
             self.contact(u, q, v, &mut contact);
             self.0.jacobian(pieces, u, q, v, out);
-            out.v[(0, 0)] -= if pieces.map_or(contact[0].piece(), |p| p[0]) == Piece::Gap { 0.0 } else { 0.05 };
+            out.v[(0, 0)] -=
+                if pieces.map_or(contact[0].piece(), |p| p[0]) == Piece::Gap { 0.0 } else { 0.05 };
             true
         }
     }
@@ -158,10 +169,12 @@ fn jumping_forces_have_an_exact_jacobian() {
     }
     // Its orbit is that of the equation itself, once polished; the series leaves its multipliers undecided.
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+    let steady =
+        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let harmonics = Harmonics::up_to(60);
-    let orbit =
-        Balance::new(harmonics.clone()).solve(&model, &Orbit::project(&solver, &model, &steady.state, &harmonics).unwrap()).unwrap();
+    let orbit = Balance::new(harmonics.clone())
+        .solve(&model, &Orbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
+        .unwrap();
     let cycle = orbit.polish(&model).unwrap();
     assert!(cycle.crossings() >= 2);
     assert!((cycle.states()[0].q[0] - orbit.state(0.0).q[0]).abs() < 1e-4);
@@ -177,7 +190,11 @@ fn reading_p_has_the_papers_coefficients() {
         let option = |name: &str, value: &str| case["options"][name] == value;
         let reading = NfgReading {
             radius: if option("radius", "base") { Radius::Base } else { Radius::Pitch },
-            error_forcing: if option("rmode", "et") { ErrorForcing::Frozen } else { ErrorForcing::MeanRadius },
+            error_forcing: if option("rmode", "et") {
+                ErrorForcing::Frozen
+            } else {
+                ErrorForcing::MeanRadius
+            },
             ..NfgReading::published()
         };
         let params = NfgParams { speed: case["w1"].as_f64().unwrap(), ..NfgParams::table1() };
@@ -194,14 +211,18 @@ fn reading_p_has_the_papers_coefficients() {
             balance.linearised(&pair, Piece::Lower).unwrap()
         } else {
             // Several bilateral orbits of the truncated system coexist: a start near the one that was recorded.
-            let near = expected.iter().enumerate().map(|(i, z)| z * (1.0 + 1e-3 * (i as f64).cos())).collect();
+            let near =
+                expected.iter().enumerate().map(|(i, z)| z * (1.0 + 1e-3 * (i as f64).cos())).collect();
             Orbit::new(&harmonics, pair.period(), &[near]).unwrap()
         };
         let orbit = balance.solve_truncating_forces(&pair, &guess).unwrap();
         let apart: Vec<f64> = orbit.coefficients(0).iter().zip(&expected).map(|(a, b)| a - b).collect();
         println!("{} {} {:.1e}", params.speed, case["branch"], largest(&apart) / largest(&expected));
         assert!(largest(&apart) <= 1e-8 * largest(&expected), "{} {}", params.speed, case["branch"]);
-        assert_eq!(orbit.contacts(&pair).unwrap()[0].statistics.state() as u64, case["rsv"].as_u64().unwrap());
+        assert_eq!(
+            orbit.contacts(&pair).unwrap()[0].statistics.state() as u64,
+            case["rsv"].as_u64().unwrap()
+        );
         assert!(orbit.is_doubtful(), "15 unknowns always carry a warning");
     }
 }
@@ -212,22 +233,37 @@ fn reading_p_has_the_papers_coefficients() {
 fn broyden_takes_the_known_counts() {
     let harmonics = Harmonics::bands(63, 1, 2).unwrap();
     let balance = Balance::new(harmonics).integrals(Integrals::Sampled { samples: 1024 });
-    let published = |speed: f64| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published()).unwrap();
-    for (speed, from_identity, from_flank) in
-        [(120.0, 19..=37, 1..=19), (140.0, 19..=37, 1..=19), (160.0, 19..=37, 1..=19), (172.0, 19..=40, 1..=19)]
-    {
+    let published = |speed: f64| {
+        NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published()).unwrap()
+    };
+    for (speed, from_identity, from_flank) in [
+        (120.0, 19..=37, 1..=19),
+        (140.0, 19..=37, 1..=19),
+        (160.0, 19..=37, 1..=19),
+        (172.0, 19..=40, 1..=19),
+    ] {
         let pair = published(speed);
-        let start = Orbit::new(&Harmonics::up_to(0), pair.period(), &[pair.static_start().unwrap().q]).unwrap();
+        let start =
+            Orbit::new(&Harmonics::up_to(0), pair.period(), &[pair.static_start().unwrap().q]).unwrap();
         let flank = balance.linearised(&pair, Piece::Lower).unwrap();
         let plain = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&pair, &start).unwrap();
         let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
-        let informed = balance.clone().broyden(Broyden::new().first(first)).solve_truncating_forces(&pair, &flank).unwrap();
-        println!("{speed}: {} from the identity, {} from the flank", plain.iterations(), informed.iterations());
+        let informed = balance
+            .clone()
+            .broyden(Broyden::new().first(first))
+            .solve_truncating_forces(&pair, &flank)
+            .unwrap();
+        println!(
+            "{speed}: {} from the identity, {} from the flank",
+            plain.iterations(),
+            informed.iterations()
+        );
         assert!(from_identity.contains(&plain.iterations()) && from_flank.contains(&informed.iterations()));
         assert!(plain.distance(&informed) < 1e-6);
     }
     let beyond = published(200.0);
-    let start = Orbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q]).unwrap();
+    let start =
+        Orbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q]).unwrap();
     let orbit = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
     assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.state(), RattleState::Bilateral);
@@ -238,7 +274,9 @@ fn broyden_takes_the_known_counts() {
 #[test]
 fn table_2_with_one_constant() {
     let data = read("nfg.json");
-    let column = |name: &str| -> Vec<f64> { data["table2"][name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
+    let column = |name: &str| -> Vec<f64> {
+        data["table2"][name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
     let (recomputed, paper) = (column("xi_ours"), column("xi_paper"));
     let ratios = |harmonics: Harmonics, truncating: bool, every: usize| -> Vec<f64> {
         let mut balance = Balance::new(harmonics);
@@ -261,7 +299,9 @@ fn table_2_with_one_constant() {
             .collect()
     };
     let converged = ratios(Harmonics::up_to(400), false, 4);
-    for ((ratio, recomputed), paper) in converged.iter().zip(recomputed.iter().step_by(4)).zip(paper.iter().step_by(4)) {
+    for ((ratio, recomputed), paper) in
+        converged.iter().zip(recomputed.iter().step_by(4)).zip(paper.iter().step_by(4))
+    {
         let xi = data["table2"]["C"].as_f64().unwrap() * ratio;
         println!("converged {xi:.3}, recomputed {recomputed:.3}, paper {paper:.1}");
         assert!((xi / recomputed - 1.0).abs() < 1e-4);
@@ -277,8 +317,16 @@ fn table_2_with_one_constant() {
 fn duffing_or_dead_zone(name: &str, omega: f64) -> Box<dyn Periodic> {
     match name {
         "duffing_nlvib01" => Box::new(Duffing { omega }),
-        "deadzone_KS90" => Box::new(DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 }),
-        "deadzone_Fm25_Fp25" => Box::new(DeadZone { omega, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 }),
+        "deadzone_KS90" => Box::new(DeadZone {
+            omega,
+            zeta: 0.05,
+            mean: 0.1,
+            amplitude: 0.05 * omega * omega,
+            stiffness: 0.0,
+        }),
+        "deadzone_Fm25_Fp25" => {
+            Box::new(DeadZone { omega, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 })
+        }
         _ => Box::new(CubicChain { omega }),
     }
 }
@@ -291,14 +339,20 @@ fn coexisting_orbits_and_their_multipliers() {
     for name in ["duffing_nlvib01", "deadzone_KS90", "deadzone_Fm25_Fp25", "nlvib02_2dof_cubic"] {
         for point in data["time_domain"][name]["points"].as_array().unwrap() {
             let model = duffing_or_dead_zone(name, point["Omega"].as_f64().unwrap());
-            let state: Vec<f64> = point["x0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+            let state: Vec<f64> =
+                point["x0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
             let n = model.dof();
             let start = State::new(0.0, &state[..n], &state[n..]);
-            let exact = Orbit::project(&Dop853::new().rtol(1e-11).atol(1e-13), &*model, &start, &Harmonics::up_to(3)).unwrap();
+            let exact =
+                Orbit::project(&Dop853::new().rtol(1e-11).atol(1e-13), &*model, &start, &Harmonics::up_to(3))
+                    .unwrap();
             let orbit = Balance::new(Harmonics::up_to(40)).solve(&*model, &exact).unwrap();
             let cycle = orbit.polish(&*model).unwrap();
             let mut expected: Vec<f64> = state.clone();
-            expected.iter_mut().zip(cycle.states()[0].q.iter().chain(&cycle.states()[0].v)).for_each(|(e, x)| *e -= x);
+            expected
+                .iter_mut()
+                .zip(cycle.states()[0].q.iter().chain(&cycle.states()[0].v))
+                .for_each(|(e, x)| *e -= x);
             assert!(largest(&expected) < 1e-9, "{name} {}: {:.1e}", point["Omega"], largest(&expected));
             let reference = Multipliers::new(
                 point["multipliers"]
@@ -309,7 +363,9 @@ fn coexisting_orbits_and_their_multipliers() {
                     .collect(),
                 0.0,
             );
-            let apart = |m: &Multipliers| m.values().iter().zip(reference.values()).fold(0.0, |w: f64, (a, b)| w.max((a - b).norm()));
+            let apart = |m: &Multipliers| {
+                m.values().iter().zip(reference.values()).fold(0.0, |w: f64, (a, b)| w.max((a - b).norm()))
+            };
             let cheap = orbit.multipliers(&*model).unwrap();
             println!(
                 "{name} {}: shot {:.1e}, series {:.1e} of {:.1e}",
@@ -355,7 +411,11 @@ fn truncated_balances_agree_with_reference() {
 fn subharmonic_orbit_over_two_periods() {
     let model = DeadZone { omega: 1.97, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.25 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-7).most_periods(2000).run(&solver, &model, &State::new(0.0, &[1.15], &[0.05])).unwrap();
+    let steady = Settle::new()
+        .tolerance(1e-7)
+        .most_periods(2000)
+        .run(&solver, &model, &State::new(0.0, &[1.15], &[0.05]))
+        .unwrap();
     assert_eq!(steady.period_multiple, 2);
     let harmonics = Harmonics::up_to(60).over_periods(2).unwrap();
     let guess = Orbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
@@ -383,7 +443,8 @@ fn ring_orbits_at_a_low_speed() {
 
 fn check_ring_orbit(rpm: f64, periods: f64) {
     let params = RingSet { error: 1e-5, ..RingSet::a(3, rpm) }.params().unwrap();
-    let (ring, moving) = (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid));
+    let (ring, moving) =
+        (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid));
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
     let later = solver.end(&moving, &State::at_rest(7), periods * moving.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(60));
@@ -406,11 +467,19 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     let (series, flow) = (orbit.multipliers(&ring).unwrap(), cycle.multipliers());
     assert_eq!(series.values().len(), flow.values().len());
     let apart = (series.largest() - flow.largest()).abs();
-    println!("  largest multiplier {} and {}, error {:.1e}", series.largest(), flow.largest(), series.error());
+    println!(
+        "  largest multiplier {} and {}, error {:.1e}",
+        series.largest(),
+        flow.largest(),
+        series.error()
+    );
     assert!(apart <= series.error() + flow.error(), "{apart}");
     // The time run from the orbit: deflections over one period, to 1e-3 of their range.
-    let run =
-        Dop853::new().rtol(1e-11).atol(1e-16).sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64).unwrap()).unwrap();
+    let run = Dop853::new()
+        .rtol(1e-11)
+        .atol(1e-16)
+        .sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64).unwrap())
+        .unwrap();
     let history = orbit.history(64).unwrap();
     for i in 1..=3 {
         let name = format!("deflection {i}");
@@ -517,7 +586,8 @@ fn too_few_samples_are_refused() {
     let pair = pair(120.0);
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap());
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
-    let error = balance.clone().integrals(Integrals::Sampled { samples: 130 }).solve(&pair, &flank).unwrap_err();
+    let error =
+        balance.clone().integrals(Integrals::Sampled { samples: 130 }).solve(&pair, &flank).unwrap_err();
     assert_eq!(error, BalanceError::Samples { samples: 130, highest: 65 });
 }
 
@@ -527,12 +597,16 @@ fn too_few_samples_are_refused() {
 fn coarse_sampling_is_noted() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+    let steady =
+        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
-    let exact = balance.solve(&model, &Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap()).unwrap();
+    let exact = balance
+        .solve(&model, &Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap())
+        .unwrap();
     assert!(exact.contacts(&model).unwrap()[0].statistics.impacts[1] > 0);
     let noted = |samples: usize| {
-        let sampled = balance.clone().integrals(Integrals::Sampled { samples }).newton(Newton::new().tolerance(1e-7));
+        let sampled =
+            balance.clone().integrals(Integrals::Sampled { samples }).newton(Newton::new().tolerance(1e-7));
         let orbit = sampled.solve(&model, &exact).unwrap();
         let note = orbit.notes().iter().find_map(|note| match note {
             BalanceNote::Aliased { samples: m, error } => Some((*m, *error)),
@@ -559,12 +633,17 @@ fn coarse_sampling_is_noted() {
 fn start_in_the_gap_is_explained() {
     let pair = pair(120.0);
     let gap = Orbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]]).unwrap();
-    for balance in [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).broyden(Broyden::new())] {
+    for balance in
+        [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).broyden(Broyden::new())]
+    {
         let error = balance.solve(&pair, &gap).unwrap_err();
         assert!(matches!(error, BalanceError::StartInGap { contact: 0 }));
         assert!(error.to_string().contains("nothing restores the mean"));
     }
-    assert!(matches!(Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Gap), Err(BalanceError::StartInGap { contact: 0 })));
+    assert!(matches!(
+        Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Gap),
+        Err(BalanceError::StartInGap { contact: 0 })
+    ));
 }
 
 #[test]
@@ -603,7 +682,8 @@ fn no_convergence_hands_back_the_last_iterate() {
 #[test]
 fn integrals_that_are_not_offered_are_refused() {
     let model = CubicChain { omega: 1.0 };
-    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]])
+        .unwrap();
     for integrals in [Integrals::Closed, Integrals::Kinks] {
         let error = Balance::new(Harmonics::up_to(3)).integrals(integrals).solve(&model, &guess).unwrap_err();
         assert_eq!(error, BalanceError::NotOffered { integrals });
@@ -667,10 +747,12 @@ fn aliasing_counts_as_inaccuracy() {
 fn accuracy_out_of_reach_says_so() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+    let steady =
+        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
     let guess = Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
-    let BalanceError::Accuracy { wanted, reached, highest, best, cause: None } = balance.solve_to(&model, &guess, 1e-9, 30).unwrap_err()
+    let BalanceError::Accuracy { wanted, reached, highest, best, cause: None } =
+        balance.solve_to(&model, &guess, 1e-9, 30).unwrap_err()
     else {
         panic!("with rattle thirty orders cannot reach 1e-9")
     };
@@ -685,9 +767,12 @@ fn accuracy_out_of_reach_says_so() {
 
 #[test]
 fn distances_of_unlike_orbits() {
-    let orbit = |rows: &[[f64; 3]]| Orbit::new(&Harmonics::up_to(1), 1.0, &rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>()).unwrap();
+    let orbit = |rows: &[[f64; 3]]| {
+        Orbit::new(&Harmonics::up_to(1), 1.0, &rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>()).unwrap()
+    };
     // A coordinate at rest counts by the motion of the other, two at rest by their means.
-    let (moving, shifted) = (orbit(&[[0.0, 2.0, 0.0], [1.0, 0.0, 0.0]]), orbit(&[[0.0, 2.0, 0.0], [1.0, 1e-3, 0.0]]));
+    let (moving, shifted) =
+        (orbit(&[[0.0, 2.0, 0.0], [1.0, 0.0, 0.0]]), orbit(&[[0.0, 2.0, 0.0], [1.0, 1e-3, 0.0]]));
     assert!((moving.distance(&shifted) - 1e-3 / 4.0).abs() < 1e-15);
     assert_eq!(moving.distance(&moving), 0.0);
     let (still, higher) = (orbit(&[[2.0, 0.0, 0.0]]), orbit(&[[2.5, 0.0, 0.0]]));
@@ -717,7 +802,12 @@ fn errors_print_shortly() {
     let balance = Balance::new(Harmonics::up_to(150)).newton(Newton::new().max_iterations(2));
     let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
     let text = format!("{error:?}");
-    assert!(matches!(error, BalanceError::NotConverged { .. }) && text.len() < 600 && text.contains("highest: 150"), "{text}");
+    assert!(
+        matches!(error, BalanceError::NotConverged { .. })
+            && text.len() < 600
+            && text.contains("highest: 150"),
+        "{text}"
+    );
 }
 
 /// A model by its accelerations alone.
@@ -755,11 +845,19 @@ impl<M: Periodic> Periodic for Plain<M> {
 fn free_models_without_a_jacobian() {
     let ring = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
-    let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid);
-    let later = Dop853::new().rtol(1e-9).atol(1e-15).end(&moving, &State::at_rest(7), 400.0 * moving.period()).unwrap();
-    let guess = Orbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics()).unwrap();
+    let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap())
+        .unwrap()
+        .in_frame(Frame::Rigid);
+    let later = Dop853::new()
+        .rtol(1e-9)
+        .atol(1e-15)
+        .end(&moving, &State::at_rest(7), 400.0 * moving.period())
+        .unwrap();
+    let guess =
+        Orbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics()).unwrap();
     let exact = balance.solve(&ring, &guess).unwrap();
-    let plain = Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
+    let plain =
+        Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
     let orbit = balance.solve(&plain, &guess).unwrap();
     assert!(orbit.notes().contains(&BalanceNote::Differences));
     for (a, b) in orbit.mean_acceleration().iter().zip(exact.mean_acceleration()) {
@@ -768,7 +866,11 @@ fn free_models_without_a_jacobian() {
     // Differences leave what the tolerance leaves: 1e-10 of each unknown, and a few times that.
     for j in 0..7 {
         let size: f64 = exact.coefficients(j).iter().map(|c| c.abs()).sum();
-        let apart = orbit.coefficients(j).iter().zip(exact.coefficients(j)).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let apart = orbit
+            .coefficients(j)
+            .iter()
+            .zip(exact.coefficients(j))
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         println!("coordinate {j}: {:.1e}", apart / size);
         assert!(apart < 1e-9 * size);
     }
@@ -821,15 +923,20 @@ fn rings_have_linearly_many_blocks() {
     let ((small, few), (large, many)) = (stored(8), stored(32));
     println!("{few} entries of {small} unknowns, {many} of {large}");
     let per_gear = (many - few) as f64 / 24.0;
-    assert!((few as f64 / 8.0 / per_gear - 1.0).abs() < 0.1 && (many as f64 / 32.0 / per_gear - 1.0).abs() < 0.1);
+    assert!(
+        (few as f64 / 8.0 / per_gear - 1.0).abs() < 0.1 && (many as f64 / 32.0 / per_gear - 1.0).abs() < 0.1
+    );
     assert!(many < 60 * large);
 }
 
 /// A Jacobian that was given fits one set of orders only; on more, the equations' own takes its place.
 #[test]
 fn informed_broyden_can_be_proved() {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published()).unwrap();
-    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
+    let pair =
+        NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())
+            .unwrap();
+    let balance =
+        Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
     let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
     let informed = balance.broyden(Broyden::new().first(first));
@@ -846,15 +953,21 @@ fn what_was_found_is_kept_when_more_orders_fail() {
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
     let error = balance.solve_to(&pair, &flank, 1e-14, 500).unwrap_err();
     let BalanceError::Accuracy { best, cause: Some(cause), highest, .. } = &error else { panic!("{error}") };
-    assert!(best.residual() < 1e-9 && matches!(**cause, BalanceError::Samples { samples: 256, .. }), "{error}");
+    assert!(
+        best.residual() < 1e-9 && matches!(**cause, BalanceError::Samples { samples: 256, .. }),
+        "{error}"
+    );
     assert_eq!(*highest, best.harmonics().highest());
 }
 
 /// Equations that were used before their forces are truncated forget what they saw.
 #[test]
 fn truncation_begins_anew() {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published()).unwrap();
-    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
+    let pair =
+        NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
+            .unwrap();
+    let balance =
+        Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
     let mut used = balance.equations(&pair, &flank).unwrap();
     let x = used.unknowns(&flank);
@@ -883,12 +996,17 @@ fn a_load_without_mean_is_noted() {
             0.5 * TAU
         }
     }
-    let noted = |orbit: &Orbit| orbit.notes().iter().any(|note| matches!(note, BalanceNote::MeanForce { share } if *share > 0.1));
+    let noted = |orbit: &Orbit| {
+        orbit.notes().iter().any(|note| matches!(note, BalanceNote::MeanForce { share } if *share > 0.1))
+    };
     let balance = Balance::new(Harmonics::list(&[1, 2]).unwrap());
     let orbit = balance.solve(&Loaded, &balance.linearised_on(&Loaded, &[]).unwrap()).unwrap();
     assert!(noted(&orbit) && orbit.is_doubtful(), "{:?}", orbit.notes());
     let whole = Balance::new(Harmonics::up_to(2)).solve(&Loaded, &orbit).unwrap();
     assert!(!noted(&whole) && (whole.mean(0) - 0.3).abs() < 1e-9);
     let error = balance.solve_to(&Loaded, &orbit, 1e-3, 1).unwrap_err();
-    assert!(matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, least: 2, .. })), "{error}");
+    assert!(
+        matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, least: 2, .. })),
+        "{error}"
+    );
 }

@@ -17,7 +17,10 @@ impl Model for Oscillator {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let t = u[0];
         let square = if (t + 0.1).rem_euclid(TAU) < 0.5 * TAU { self.square } else { 0.0 };
-        a[0] = t.cos() + self.fast * (63.0 * t).cos() + square - 0.1 * v[0] - 2.0 * q[0] - self.law * (100.0 * q[0]).sin();
+        a[0] = t.cos() + self.fast * (63.0 * t).cos() + square
+            - 0.1 * v[0]
+            - 2.0 * q[0]
+            - self.law * (100.0 * q[0]).sin();
     }
 }
 
@@ -46,7 +49,10 @@ fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
     let orbit = balance.solve(&model, &guess(balance.harmonics()))?;
     // (2 - 1 + 0.1 i) Q = 1/2
     let exact = num_complex::Complex64::ONE / num_complex::Complex64::new(1.0, 0.1);
-    assert!((orbit.coefficients(0)[1] - exact.re).abs() < 1e-10 && (orbit.coefficients(0)[2] + exact.im).abs() < 1e-10);
+    assert!(
+        (orbit.coefficients(0)[1] - exact.re).abs() < 1e-10
+            && (orbit.coefficients(0)[2] + exact.im).abs() < 1e-10
+    );
     assert_eq!(coarse(&orbit), None);
     // The user's own 64 samples fold it: said, and how much.
     let sampled = balance.integrals(Integrals::Sampled { samples: 64 });
@@ -75,7 +81,9 @@ fn subharmonic_bases_see_the_drives_too() -> Result<(), BalanceError> {
 /// A law that makes orders of its own, and a drive that jumps without saying so: neither can be resolved, both are noted.
 #[test]
 fn unresolved_forces_are_noted() -> Result<(), BalanceError> {
-    for model in [Oscillator { fast: 0.0, law: 1e-3, square: 0.0 }, Oscillator { fast: 0.0, law: 0.0, square: 0.3 }] {
+    for model in
+        [Oscillator { fast: 0.0, law: 1e-3, square: 0.0 }, Oscillator { fast: 0.0, law: 0.0, square: 0.3 }]
+    {
         let balance = Balance::new(Harmonics::up_to(5));
         let orbit = balance.solve(&model, &guess(balance.harmonics()))?;
         let share = coarse(&orbit).expect("a note");
@@ -111,8 +119,15 @@ impl Model for Fast {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (edge, rate) = (Fast::edge(u[0]), -0.4 * (40.0 * u[0]).sin());
-        out[0] =
-            Contact { deflection: q[0], rate: v[0], lower: -edge, upper: edge, lower_rate: -rate, upper_rate: rate, ..Contact::default() };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: -edge,
+            upper: edge,
+            lower_rate: -rate,
+            upper_rate: rate,
+            ..Contact::default()
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let depth = match pieces[0] {
@@ -137,7 +152,8 @@ impl Periodic for Fast {
 fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
     let near = Orbit::new(&Harmonics::up_to(2), TAU, &[vec![0.6, 0.9, 0.4, 0.05, 0.02]])?;
     let residual = |model: &Fast, integrals, highest: usize| -> Result<Vec<f64>, BalanceError> {
-        let mut equations = Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(model, &near)?;
+        let mut equations =
+            Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(model, &near)?;
         let x = equations.unknowns(&near);
         let mut r = vec![0.0; x.len()];
         equations.residual(&x, &mut r);
@@ -176,12 +192,18 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
 /// The dead-zone force of the second paper's way: 1024 samples of a motion that stays in contact are enough; on 190, order 126 of the drives looks like 64.
 #[test]
 fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
+    let pair =
+        NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
     let with = |samples| -> Result<Option<f64>, BalanceError> {
         let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(Integrals::Sampled { samples });
         let orbit = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
         let proof = balance.prove_truncating_forces(&pair, &orbit)?;
-        println!("{samples}: {:?}, aliasing {:.1e}, truncation {:.1e}", coarse(&orbit), proof.aliasing, proof.truncation);
+        println!(
+            "{samples}: {:?}, aliasing {:.1e}, truncation {:.1e}",
+            coarse(&orbit),
+            proof.aliasing,
+            proof.truncation
+        );
         assert_eq!(coarse(&orbit).is_some(), proof.aliasing > 1e-7);
         Ok(coarse(&orbit))
     };
@@ -262,7 +284,10 @@ fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), Paramet
     assert!(matches!(error, BalanceError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
     assert_eq!(guess.multipliers(&Torn), None);
     let error = Variation::new().run(&Torn, &State::new(0.0, &[0.4], &[1.0]), 1.0).unwrap_err();
-    assert!(matches!(error, IntegrateError::Slope { acceleration: 0, of: "coordinate", coordinate: 0, .. }), "{error}");
+    assert!(
+        matches!(error, IntegrateError::Slope { acceleration: 0, of: "coordinate", coordinate: 0, .. }),
+        "{error}"
+    );
     Ok(())
 }
 
@@ -284,7 +309,13 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     let set = RingSet::a(4, 12_000.0).params()?;
     let mesh = Mesh::new(Wave::constant(1e10)?, Wave::new(Fourier::new(0.0, &[[1e-6, 0.0]])?), Hertz);
     let meshes = vec![mesh; 4];
-    let ring = Ring::new(&RingParams { motor: set.motor, gears: set.gears, meshes, mesh_damping: vec![100.0; 4], omega: set.omega })?;
+    let ring = Ring::new(&RingParams {
+        motor: set.motor,
+        gears: set.gears,
+        meshes,
+        mesh_damping: vec![100.0; 4],
+        omega: set.omega,
+    })?;
     let start = State::at_rest(ring.dof());
     Variation::new().run(&ring, &start, 0.1 * ring.period())?;
     let mut jacobian = Jacobian::new(ring.dof());
@@ -299,7 +330,9 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
 #[test]
 fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     let too_many = |found: Result<(), ParameterError>| matches!(found, Err(ParameterError::TooMany { .. }));
-    for (mesh, count, half) in [(usize::MAX, 1, 1), (1, usize::MAX, 1), (1, 1, usize::MAX), (usize::MAX, usize::MAX, usize::MAX)] {
+    for (mesh, count, half) in
+        [(usize::MAX, 1, 1), (1, usize::MAX, 1), (1, 1, usize::MAX), (usize::MAX, usize::MAX, usize::MAX)]
+    {
         assert!(too_many(Harmonics::bands(mesh, count, half).map(drop)));
     }
     assert!(too_many(Harmonics::list(&[0, usize::MAX]).map(drop)));
@@ -315,6 +348,8 @@ fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     };
     assert!(too_many(solve(Balance::new(far))));
     assert!(too_many(solve(Balance::new(Harmonics::up_to(60_000)))));
-    assert!(too_many(solve(Balance::new(Harmonics::up_to(3)).integrals(Integrals::Sampled { samples: usize::MAX }))));
+    assert!(too_many(solve(
+        Balance::new(Harmonics::up_to(3)).integrals(Integrals::Sampled { samples: usize::MAX })
+    )));
     Ok(())
 }

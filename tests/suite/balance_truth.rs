@@ -18,14 +18,16 @@ fn balance_reaches_the_truth_and_knows_its_error() {
             .iter()
             .find(|c| {
                 let options = &c["options"];
-                let plain = c["params_override"].as_object().unwrap().len() == 1 && c["params_override"]["w1"] == speed;
+                let plain = c["params_override"].as_object().unwrap().len() == 1
+                    && c["params_override"]["w1"] == speed;
                 plain && options["rmode"] == "et" && options["forc"] == "two" && options["radius"] == "base"
             })
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
         let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-        let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+        let steady =
+            Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
         let balance = Balance::new(Harmonics::up_to(highest));
         let guess = Orbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
         let orbit = balance.solve(&pair, &guess).unwrap();
@@ -65,13 +67,18 @@ fn balance_reaches_the_truth_and_knows_its_error() {
 #[test]
 #[ignore = "a minute without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
 fn three_ways_agree_on_five_hundred_orders() {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap();
+    let pair = NfgPair::with_reading(
+        &NfgParams { speed: 180.0, ..NfgParams::table1() },
+        NfgReading::published_on_base_radius(),
+    )
+    .unwrap();
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
     let guess = Orbit::project(&solver, &pair, &steady.state, &Harmonics::up_to(500)).unwrap();
     assert_eq!(guess.contacts(&pair).unwrap()[0].intervals.len(), 252);
     let look = |integrals| {
-        let mut equations = Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).unwrap();
+        let mut equations =
+            Balance::new(Harmonics::up_to(500)).integrals(integrals).equations(&pair, &guess).unwrap();
         let x = equations.unknowns(&guess);
         let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
         equations.residual(&x, &mut r);
@@ -81,7 +88,11 @@ fn three_ways_agree_on_five_hundred_orders() {
     let (r, jacobian) = look(Integrals::Closed);
     for integrals in [Integrals::Kinks, Integrals::Panels] {
         let (other, slopes) = look(integrals);
-        println!("{integrals:?}: residual {:.1e}, Jacobian {:.1e}", (&other - &r).amax(), (&slopes - &jacobian).amax());
+        println!(
+            "{integrals:?}: residual {:.1e}, Jacobian {:.1e}",
+            (&other - &r).amax(),
+            (&slopes - &jacobian).amax()
+        );
         assert!((other - &r).amax() < 1e-10 && (slopes - &jacobian).amax() < 1e-10);
     }
 }

@@ -68,10 +68,17 @@ fn a_fold_is_crossed_both_ways() {
     for (up, down) in diagram.up().iter().zip(diagram.down()) {
         let (x, exists) = linear(up.parameter);
         let on = |point: &DiagramPoint| point.values.iter().all(|q| (q - x).abs() < 1e-6);
-        println!("{:.3}: {x:.6} {:?} {:.6} | {:?} {:.6}", up.parameter, up.period, up.values[0], down.period, down.values[0]);
+        println!(
+            "{:.3}: {x:.6} {:?} {:.6} | {:?} {:.6}",
+            up.parameter, up.period, up.values[0], down.period, down.values[0]
+        );
         // On the way up the motion is the linear one as long as that exists, no longer.
         assert_eq!(on(up), exists, "{up:?}");
-        assert_eq!(hysteresis.contains(&up.parameter), (exists && !on(down)) || (up.values[0] - down.values[0]).abs() > 0.1, "{down:?}");
+        assert_eq!(
+            hysteresis.contains(&up.parameter),
+            (exists && !on(down)) || (up.values[0] - down.values[0]).abs() > 0.1,
+            "{down:?}"
+        );
     }
     // One stretch, from the fold to the jump after the loss of contact.
     let place = |omega: &f64| omegas.iter().position(|x| x == omega).unwrap();
@@ -81,9 +88,19 @@ fn a_fold_is_crossed_both_ways() {
 
     // A grid of starts finds two motions within the stretch, and one below it.
     let motions = |omega: f64| {
-        let starts = Points::grid(vec![Axis::linear("q", -3.0, 3.0, 4).unwrap(), Axis::linear("v", -2.0, 2.0, 4).unwrap()]).unwrap();
-        let start = |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
-        let rows = Sweep::over(starts).settle(200).measure(16).strobe(16).run(&engine(), |_| pair(omega, 0.1), start).unwrap();
+        let starts = Points::grid(vec![
+            Axis::linear("q", -3.0, 3.0, 4).unwrap(),
+            Axis::linear("v", -2.0, 2.0, 4).unwrap(),
+        ])
+        .unwrap();
+        let start =
+            |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
+        let rows = Sweep::over(starts)
+            .settle(200)
+            .measure(16)
+            .strobe(16)
+            .run(&engine(), |_| pair(omega, 0.1), start)
+            .unwrap();
         let attractors = Attractors::of(&rows, 1e-4).unwrap();
         attractors.list().iter().map(|one| one.states[0][0]).collect::<Vec<_>>()
     };
@@ -92,18 +109,30 @@ fn a_fold_is_crossed_both_ways() {
     let mut found = motions(omegas[middle]);
     both.sort_by(f64::total_cmp);
     found.sort_by(f64::total_cmp);
-    assert!(found.len() == 2 && found.iter().zip(both).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {both:?}");
+    assert!(
+        found.len() == 2 && found.iter().zip(both).all(|(a, b)| (a - b).abs() < 1e-5),
+        "{found:?} {both:?}"
+    );
     assert_eq!(motions(omegas[first - 2]).len(), 1);
 }
 
 /// The motions of examples/basins.rs at Ω = 0.69, each of them confirmed with located edges; the shares of the starts add up.
 #[test]
 fn two_motions_side_by_side() {
-    let starts = Points::grid(vec![Axis::linear("q", -4.0, 4.0, 8).unwrap(), Axis::linear("v", -4.0, 4.0, 8).unwrap()]).unwrap();
+    let starts = Points::grid(vec![
+        Axis::linear("q", -4.0, 4.0, 8).unwrap(),
+        Axis::linear("v", -4.0, 4.0, 8).unwrap(),
+    ])
+    .unwrap();
     let start = |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
     // What straddled edges leave in a period falls with the square of the step: 1.4e-4 with 256 steps, 1e-5 with 1024.
     let engine = LaneRk4::<8>::new(2048);
-    let rows = Sweep::over(starts).settle(60).measure(16).strobe(16).run(&engine, |_| pair(0.69, 0.25), start).unwrap();
+    let rows = Sweep::over(starts)
+        .settle(60)
+        .measure(16)
+        .strobe(16)
+        .run(&engine, |_| pair(0.69, 0.25), start)
+        .unwrap();
     let attractors = Attractors::of(&rows, 1e-4).unwrap();
     println!("{:?}", attractors.list());
     assert_eq!(attractors.list().len(), 2);
@@ -115,9 +144,15 @@ fn two_motions_side_by_side() {
         let period = one.period.unwrap() as f64 * model.period();
         let solver = Dop853::new().rtol(1e-10).atol(1e-12);
         let end = solver.end(&model, &State::new(0.0, &state[..1], &state[1..]), period).unwrap();
-        assert!((end.q[0] - state[0]).abs() < 1e-5 && (end.v[0] - state[1]).abs() < 1e-5, "{state:?} {end:?}");
+        assert!(
+            (end.q[0] - state[0]).abs() < 1e-5 && (end.v[0] - state[1]).abs() < 1e-5,
+            "{state:?} {end:?}"
+        );
     }
-    assert!(matches!(Attractors::of(&rows, f64::NAN), Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
+    assert!(matches!(
+        Attractors::of(&rows, f64::NAN),
+        Err(SweepError::Parameter(ParameterError::NotFinite { .. }))
+    ));
     assert!(Attractors::of(&rows, 0.0).is_err());
 }
 
@@ -143,7 +178,9 @@ fn a_diagram_says_where_it_cannot_decide() {
 
 #[test]
 fn points_that_fail_leave_the_rest_of_the_diagram() {
-    let some = |p: &Point<'_>| if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) };
+    let some = |p: &Point<'_>| {
+        if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
+    };
     let bifurcation = Bifurcation::strobed(over(&[0.60, 0.62, 0.64]).settle(60).measure(4), "v1");
     let diagram = bifurcation.run(&engine(), some, in_contact).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
@@ -162,12 +199,21 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
         started.fetch_add(1, Relaxed);
         in_contact(p, m)
     };
-    let wrong = Bifurcation::strobed(over(&[0.6, 0.7]), "deflection").run(&engine(), gentle, start).unwrap_err();
-    assert_eq!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { name: "deflection".into(), known: "q1, v1".into() }));
+    let wrong =
+        Bifurcation::strobed(over(&[0.6, 0.7]), "deflection").run(&engine(), gentle, start).unwrap_err();
+    assert_eq!(
+        wrong,
+        SweepError::Parameter(ParameterError::NoSuchChannel {
+            name: "deflection".into(),
+            known: "q1, v1".into()
+        })
+    );
     let wrong = Bifurcation::extremes(over(&[0.6, 0.7]), "q2").run(&engine(), gentle, start).unwrap_err();
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { .. })));
     let axes = vec![Axis::list("omega", &[0.6, 0.7]).unwrap(), Axis::list("load", &[1.0]).unwrap()];
-    let wrong = Bifurcation::strobed(Sweep::over(Points::grid(axes).unwrap()), "q1").run(&engine(), gentle, start).unwrap_err();
+    let wrong = Bifurcation::strobed(Sweep::over(Points::grid(axes).unwrap()), "q1")
+        .run(&engine(), gentle, start)
+        .unwrap_err();
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert_eq!(started.load(Relaxed), 0);
 }
@@ -186,10 +232,15 @@ fn a_diagram_is_watched_and_stopped() {
     };
     let watch = Watch::new().progress(&progress).rows(&row).cancel(&stop);
     let whole = bifurcation.run_watched(&engine(), gentle, in_contact, &watch).unwrap();
-    assert_eq!((most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()), (40, 40, 20, 20));
+    assert_eq!(
+        (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
+        (40, 40, 20, 20)
+    );
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
-    let part = bifurcation.run_watched(&engine(), gentle, in_contact, &Watch::new().rows(&stopping).cancel(&stop)).unwrap();
+    let part = bifurcation
+        .run_watched(&engine(), gentle, in_contact, &Watch::new().rows(&stopping).cancel(&stop))
+        .unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));
 }

@@ -12,10 +12,15 @@ fn every_reading_of_the_pair() {
     for radius in [Radius::Pitch, Radius::Base] {
         for half_width in [HalfWidth::Mean, HalfWidth::Instant] {
             for error_forcing in [ErrorForcing::MeanRadius, ErrorForcing::Frozen, ErrorForcing::Exact] {
-                for centre_forcing in [CentreForcing::Series(2), CentreForcing::Series(5), CentreForcing::Exact] {
+                for centre_forcing in
+                    [CentreForcing::Series(2), CentreForcing::Series(5), CentreForcing::Exact]
+                {
                     for damping in [Damping::ConstantRatio, Damping::ConstantCoefficient] {
-                        let reading = NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
-                        let pair = NfgPair::with_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading).unwrap();
+                        let reading =
+                            NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
+                        let pair =
+                            NfgPair::with_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading)
+                                .unwrap();
                         for t in [3.0, 700.0, 1500.0] {
                             assert_eq!(check_periodic(&pair, &on_flank(&pair, t)), [], "{reading:?}");
                         }
@@ -109,7 +114,15 @@ impl Model for Flawed {
         let edge_rate = if self.0 == Wrong::EdgeRate { 0.0 } else { scale * u[2] };
         let rate = if self.0 == Wrong::Rate { -v[0] } else { v[0] };
         let force = (q[0] - b).max(0.0) - (-b - q[0]).max(0.0);
-        out[0] = Contact { deflection: q[0], rate, lower: -b, upper: b, lower_rate: -edge_rate, upper_rate: edge_rate, force };
+        out[0] = Contact {
+            deflection: q[0],
+            rate,
+            lower: -b,
+            upper: b,
+            lower_rate: -edge_rate,
+            upper_rate: edge_rate,
+            force,
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let f = match pieces[0] {
@@ -178,8 +191,14 @@ fn each_flaw_is_named() {
     for unit in [1.0, 1e-9, 1e9] {
         let findings = |wrong| findings(wrong, unit);
         assert_eq!(findings(Wrong::Nothing), []);
-        assert!(matches!(findings(Wrong::Period)[..], [Finding::Period { what: "acceleration", index: 0, .. }]));
-        assert!(matches!(findings(Wrong::Edge)[..], [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]));
+        assert!(matches!(
+            findings(Wrong::Period)[..],
+            [Finding::Period { what: "acceleration", index: 0, .. }]
+        ));
+        assert!(matches!(
+            findings(Wrong::Edge)[..],
+            [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]
+        ));
         assert!(matches!(findings(Wrong::Pieces)[..], [Finding::Pieces { component: 0, .. }]));
         assert!(matches!(findings(Wrong::Jump)[0], Finding::UnannouncedJump { drive: 0, .. }));
         assert!(matches!(findings(Wrong::Nan)[0], Finding::NotFinite { what: "acceleration", index: 0, .. }));
@@ -235,7 +254,14 @@ fn two_masses_on_one_contact_are_consistent() {
         }
         fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             let (lower, upper, force) = (-2e-5, 2e-5, Two::force(q, None));
-            out[0] = Contact { deflection: q[0] - q[1], rate: v[0] - v[1], lower, upper, force, ..Contact::default() };
+            out[0] = Contact {
+                deflection: q[0] - q[1],
+                rate: v[0] - v[1],
+                lower,
+                upper,
+                force,
+                ..Contact::default()
+            };
         }
     }
     for masses in [[0.6, 1.24444], [0.6, 0.9], [1.3, 0.7], [0.5, 2.0], [1.0, 1.0]] {

@@ -41,7 +41,11 @@ fn energies(members: u64) {
         let energy = bands.at("energy", 1).unwrap();
         println!("{hold}: {} +- {} against {exact}", energy.mean(), energy.standard_error());
         let rounding = 5e-7; // of the exact values
-        assert!((energy.mean() - exact).abs() < 3.0 * energy.standard_error() + rounding, "{hold}: {}", energy.mean());
+        assert!(
+            (energy.mean() - exact).abs() < 3.0 * energy.standard_error() + rounding,
+            "{hold}: {}",
+            energy.mean()
+        );
         assert_eq!(energy.count(), members);
     }
 }
@@ -61,42 +65,65 @@ fn random_damping_of_many_members_has_its_exact_energies() {
 #[test]
 fn random_damping_does_not_depend_on_the_time_step() {
     let ensemble = Ensemble::new(500, 40.0, 1).unwrap().channels(&["energy"]);
-    let mean = |step: f64| ensemble.run(&Rk4::new(step), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
+    let mean =
+        |step: f64| ensemble.run(&Rk4::new(step), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
     let (coarse, fine) = (mean(0.25), mean(0.125));
     // RK4 multiplies by e^z (1 - z^5/120 + ..), z = (-c/2 + i) h: the energy is off by 2 t (c h^4/48 - h^5/144) (1 + O(h)), c = 0.1 in the mean.
     let off = |h: f64| 2.0 * 40.0 * (0.1 * h.powi(4) / 48.0 - h.powi(5) / 144.0);
     println!("{} against {}", coarse / fine - 1.0, off(0.25) - off(0.125));
     assert!((coarse / fine - 1.0 - (off(0.25) - off(0.125))).abs() < 0.25 * off(0.25), "{coarse} {fine}");
-    let located = ensemble.run(&Dop853::new().rtol(1e-10), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
+    let located =
+        ensemble.run(&Dop853::new().rtol(1e-10), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
     println!("{} against {}", fine / located - 1.0, off(0.125));
     assert!((fine / located - 1.0 - off(0.125)).abs() < 0.125 * off(0.125), "{located} {fine}");
 }
 
 #[test]
 fn ensembles_do_not_depend_on_threads() {
-    let run = || Ensemble::new(1000, 5.0, 4).unwrap().channels(&["q1", "energy"]).run(&Rk4::new(0.25), member(0.5)).unwrap();
+    let run = || {
+        Ensemble::new(1000, 5.0, 4)
+            .unwrap()
+            .channels(&["q1", "energy"])
+            .run(&Rk4::new(0.25), member(0.5))
+            .unwrap()
+    };
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
     assert_eq!(pool(1).install(run), pool(3).install(run));
 }
 
 #[test]
 fn members_that_fail_are_counted_and_the_others_stand() {
-    let some = |m: u64| if m.is_multiple_of(4) { Err("bad".to_owned()) } else { member(0.5)(m).map_err(|e| e.to_string()) };
+    let some = |m: u64| {
+        if m.is_multiple_of(4) { Err("bad".to_owned()) } else { member(0.5)(m).map_err(|e| e.to_string()) }
+    };
     let bands = Ensemble::new(20, 1.0, 1).unwrap().channels(&["q1"]).run(&Rk4::new(0.25), some).unwrap();
     assert_eq!((bands.members(), bands.failed().0), (15, 5));
     assert_eq!(bands.failed().1, Some(&(0, PointError::Model("bad".into()))));
-    let none = Ensemble::new(3, 1.0, 1).unwrap().run(&Rk4::new(0.25), |_| Err::<(Oscillator, State), _>("no"));
-    assert_eq!(none.unwrap_err(), EnsembleError::AllFailed { members: 3, first: PointError::Model("no".into()) });
-    assert!(Ensemble::new(0, 1.0, 1).is_err() && Ensemble::new(1, f64::NAN, 1).is_err() && Ensemble::new(1, 1.0, 0).is_err());
+    let none =
+        Ensemble::new(3, 1.0, 1).unwrap().run(&Rk4::new(0.25), |_| Err::<(Oscillator, State), _>("no"));
+    assert_eq!(
+        none.unwrap_err(),
+        EnsembleError::AllFailed { members: 3, first: PointError::Model("no".into()) }
+    );
+    assert!(
+        Ensemble::new(0, 1.0, 1).is_err()
+            && Ensemble::new(1, f64::NAN, 1).is_err()
+            && Ensemble::new(1, 1.0, 0).is_err()
+    );
 }
 
 #[test]
 fn members_start_at_time_zero() {
-    let late = |m: u64| Ok::<_, ParameterError>((Oscillator, State::new(if m == 2 { 0.5 } else { 0.0 }, &[1.0], &[0.0])));
+    let late = |m: u64| {
+        Ok::<_, ParameterError>((Oscillator, State::new(if m == 2 { 0.5 } else { 0.0 }, &[1.0], &[0.0])))
+    };
     let bands = Ensemble::new(4, 1.0, 4).unwrap().channels(&["q1"]).run(&Rk4::new(0.25), late).unwrap();
     assert_eq!((bands.members(), bands.failed().0), (3, 1));
     let (member, error) = bands.failed().1.unwrap();
-    assert!(*member == 2 && matches!(error, PointError::Start(ParameterError::OutOfRange { value: 0.5, .. })), "{error}");
+    assert!(
+        *member == 2 && matches!(error, PointError::Start(ParameterError::OutOfRange { value: 0.5, .. })),
+        "{error}"
+    );
 }
 
 #[test]
@@ -106,9 +133,15 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
         calls.fetch_add(1, Relaxed);
         member(0.5)(m)
     };
-    for ensemble in [Ensemble::new(500, 1.0, 1).unwrap().channels(&["q7"]), Ensemble::new(500, 1.0, 1).unwrap().peaks(&["q7"])] {
+    for ensemble in [
+        Ensemble::new(500, 1.0, 1).unwrap().channels(&["q7"]),
+        Ensemble::new(500, 1.0, 1).unwrap().peaks(&["q7"]),
+    ] {
         let error = ensemble.run(&Rk4::new(0.25), counted).unwrap_err();
-        assert!(matches!(&error, EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"), "{error}");
+        assert!(
+            matches!(&error, EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"),
+            "{error}"
+        );
     }
     assert_eq!(calls.load(Relaxed), 2);
 }
@@ -150,18 +183,30 @@ fn peaks_are_those_of_the_run() {
 fn points_that_cannot_be() {
     let axis = |name: &str| Axis::list(name, &vec![1.0; 65_536]).unwrap();
     let error = Points::grid(["a", "b", "c", "d"].map(axis).to_vec()).unwrap_err();
-    assert!(matches!(error, ParameterError::OutOfRange { value: 18_446_744_073_709_551_616.0, .. }), "{error}");
+    assert!(
+        matches!(error, ParameterError::OutOfRange { value: 18_446_744_073_709_551_616.0, .. }),
+        "{error}"
+    );
     assert_eq!(Points::grid(["a", "b", "c"].map(axis).to_vec()).unwrap().len(), 1 << 48);
     let twice = ParameterError::Twice { name: "a".into() };
     assert_eq!(Points::grid(["a", "b", "a"].map(axis).to_vec()).unwrap_err(), twice);
     assert_eq!(Points::list(&["a", "a"], &[vec![1.0, 2.0]]).unwrap_err(), twice);
-    assert_eq!(Uncertain::new(1).with("a", rand_distr::StandardNormal).with("a", rand_distr::StandardNormal).points(3).unwrap_err(), twice);
+    assert_eq!(
+        Uncertain::new(1)
+            .with("a", rand_distr::StandardNormal)
+            .with("a", rand_distr::StandardNormal)
+            .points(3)
+            .unwrap_err(),
+        twice
+    );
 }
 
 /// Quantiles from bins against sorted values.
 #[test]
 fn quantiles_are_off_by_a_bin_at_most() {
-    let values: Vec<f64> = (0..20_000u64).map(|k| Uncertain::new(3).with("x", rand_distr::StandardNormal).sample(k)[0]).collect();
+    let values: Vec<f64> = (0..20_000u64)
+        .map(|k| Uncertain::new(3).with("x", rand_distr::StandardNormal).sample(k)[0])
+        .collect();
     let all = Distribution::of(values.iter().copied());
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
@@ -174,7 +219,10 @@ fn quantiles_are_off_by_a_bin_at_most() {
     }
     let mean = values.iter().sum::<f64>() / 20_000.0;
     assert!((all.mean() - mean).abs() < 1e-12);
-    assert!((all.variance().unwrap() - values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 19_999.0).abs() < 1e-10);
+    assert!(
+        (all.variance().unwrap() - values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 19_999.0).abs()
+            < 1e-10
+    );
     assert_eq!(all.histogram(50).unwrap().iter().map(|(_, n)| n).sum::<u64>(), 20_000);
     assert!(all.quantile(1.5).is_err() && Distribution::new().quantile(0.5).is_err());
 }
@@ -189,9 +237,13 @@ fn check_quantiles(values: &[f64]) {
     for p in [0.0, 0.01, 0.1, 0.5, 0.9, 0.99, 1.0] {
         // Any value between the neighbours of the place is a quantile.
         let at = p * sorted.len() as f64;
-        let (least, most) = (sorted[(at as usize).saturating_sub(1)], sorted[(at.ceil() as usize).min(sorted.len() - 1)]);
+        let (least, most) =
+            (sorted[(at as usize).saturating_sub(1)], sorted[(at.ceil() as usize).min(sorted.len() - 1)]);
         let found = all.quantile(p).unwrap();
-        assert!((least - all.resolution()..=most + all.resolution()).contains(&found), "{p}: {found}, {least} .. {most}");
+        assert!(
+            (least - all.resolution()..=most + all.resolution()).contains(&found),
+            "{p}: {found}, {least} .. {most}"
+        );
     }
     assert_eq!(all.histogram(7).unwrap().iter().map(|(_, n)| n).sum::<u64>(), values.len() as u64);
 }
@@ -207,21 +259,29 @@ fn quantiles_hold_for_values_far_from_the_first_ones() {
     check_quantiles(&(0..5000).map(|i| f64::from(i).exp2().min(f64::MAX)).collect::<Vec<_>>());
     check_quantiles(&(0..2000).map(|i| f64::from(2 * (i % 2) - 1) * f64::MAX).collect::<Vec<_>>());
     // The order after the first 512 is of no account.
-    let values: Vec<f64> = (0..3000).map(|i| if i < 512 { 1.0 } else { f64::from(i * 7919 % 3001) }).collect();
+    let values: Vec<f64> =
+        (0..3000).map(|i| if i < 512 { 1.0 } else { f64::from(i * 7919 % 3001) }).collect();
     let mut turned = values.clone();
     turned[512..].reverse();
-    let quantiles = |values: &[f64]| [0.05, 0.5, 0.95].map(|p| Distribution::of(values.iter().copied()).quantile(p).unwrap());
+    let quantiles = |values: &[f64]| {
+        [0.05, 0.5, 0.95].map(|p| Distribution::of(values.iter().copied()).quantile(p).unwrap())
+    };
     assert_eq!(quantiles(&values), quantiles(&turned));
 }
 
 #[test]
 fn values_that_are_not_finite_are_counted_apart() {
-    let values =
-        (0..2000).map(|i| [f64::from(i), f64::NAN, f64::INFINITY, f64::NEG_INFINITY][usize::from(i % 100 == 0) * (i / 100 % 4) as usize]);
+    let values = (0..2000).map(|i| {
+        [f64::from(i), f64::NAN, f64::INFINITY, f64::NEG_INFINITY]
+            [usize::from(i % 100 == 0) * (i / 100 % 4) as usize]
+    });
     let finite: Vec<f64> = values.clone().filter(|x| x.is_finite()).collect();
     let (all, good) = (Distribution::of(values), Distribution::of(finite));
     assert_eq!((all.count(), all.not_finite()), (1985, 15));
-    assert_eq!((all.mean(), all.variance(), all.quantile(0.5)), (good.mean(), good.variance(), good.quantile(0.5)));
+    assert_eq!(
+        (all.mean(), all.variance(), all.quantile(0.5)),
+        (good.mean(), good.variance(), good.quantile(0.5))
+    );
     let none = Distribution::of([f64::NAN]);
     assert!(none.mean().is_nan() && none.quantile(0.5).is_err());
 }
@@ -232,7 +292,8 @@ fn sobol_indices_of_ishigami() {
     let pi = std::f64::consts::PI;
     let x = || Uniform::new(-pi, pi).unwrap();
     let design = Uncertain::new(5).with("x1", x()).with("x2", x()).with("x3", x()).sobol(20_000).unwrap();
-    let f = |p: Point<'_>| p["x1"].sin() + 7.0 * p["x2"].sin().powi(2) + 0.1 * p["x3"].powi(4) * p["x1"].sin();
+    let f =
+        |p: Point<'_>| p["x1"].sin() + 7.0 * p["x2"].sin().powi(2) + 0.1 * p["x3"].powi(4) * p["x1"].sin();
     let values: Vec<f64> = (0..design.points().len()).map(|i| f(design.points().point(i))).collect();
     let variance = 49.0 / 8.0 + pi.powi(4) / 50.0 + pi.powi(8) / 1800.0 + 0.5;
     let first = [0.5 * (1.0 + pi.powi(4) / 50.0).powi(2) / variance, 49.0 / 8.0 / variance, 0.0];
@@ -257,8 +318,9 @@ fn bars_of_sobol_indices_cover() {
     for seed in 0..DESIGNS {
         let normal = rand_distr::StandardNormal;
         let design = Uncertain::new(1000 + seed).with("x1", normal).with("x2", normal).sobol(200).unwrap();
-        let values: Vec<f64> =
-            (0..design.points().len()).map(|i| 1e3 + 2.0 * design.points().point(i)["x1"] + design.points().point(i)["x2"]).collect();
+        let values: Vec<f64> = (0..design.points().len())
+            .map(|i| 1e3 + 2.0 * design.points().point(i)["x1"] + design.points().point(i)["x2"])
+            .collect();
         for ((index, exact), held) in design.indices(&values).unwrap().iter().zip([0.8, 0.2]).zip(&mut held) {
             held[0] += u64::from((index.first - exact).abs() <= 2.0 * index.first_error);
             held[1] += u64::from((index.total - exact).abs() <= 2.0 * index.total_error);

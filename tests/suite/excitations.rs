@@ -19,18 +19,30 @@ fn all() -> Vec<(&'static str, Wave)> {
         ("rotation series", Wave::new(centre.rotation_series(7).unwrap())),
         ("table", Wave::new(Table::new(&samples).unwrap())),
         ("sum", Wave::new(Sum::new(vec![wave.clone().per_turn(2).unwrap(), Wave::new(centre.rotation())]))),
-        ("product", Wave::new(Product::new(vec![wave.clone(), Wave::new(centre.ratio(2.0).unwrap()), Wave::constant(3.0).unwrap()]))),
+        (
+            "product",
+            Wave::new(Product::new(vec![
+                wave.clone(),
+                Wave::new(centre.ratio(2.0).unwrap()),
+                Wave::constant(3.0).unwrap(),
+            ])),
+        ),
         ("scaled", Wave::new(Scaled::new(-2.5, wave).unwrap())),
-        ("function", Wave::new(Function::new(|x: Jet| (x.sin() * 0.3).exp() / ((x.cos() * x.cos() + 2.0).sqrt() + 1.0) - x.cos()))),
+        (
+            "function",
+            Wave::new(Function::new(|x: Jet| {
+                (x.sin() * 0.3).exp() / ((x.cos() * x.cos() + 2.0).sqrt() + 1.0) - x.cos()
+            })),
+        ),
     ]
 }
 
 #[test]
 fn derivatives_against_differences() {
     for (name, f) in all() {
-        let scale = (0..50)
-            .map(|i| f.jet(0.1 * f64::from(i), Side::After))
-            .fold([0.0f64; 3], |m, j| [m[0].max(j.value.abs()), m[1].max(j.rate.abs()), m[2].max(j.second.abs())]);
+        let scale = (0..50).map(|i| f.jet(0.1 * f64::from(i), Side::After)).fold([0.0f64; 3], |m, j| {
+            [m[0].max(j.value.abs()), m[1].max(j.rate.abs()), m[2].max(j.second.abs())]
+        });
         for i in 0..40 {
             let x = 0.017 + 0.083 * f64::from(i);
             let jet = f.jet(x, Side::After);
@@ -39,8 +51,16 @@ fn derivatives_against_differences() {
             let rate = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
             // h² of the fourth derivative and rounding over h².
             let second = (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (h * h);
-            assert!((rate - jet.rate).abs() < 1e-7 * scale[1].max(scale[0]), "{name} at {x}: rate {} against {rate}", jet.rate);
-            assert!((second - jet.second).abs() < 2e-4 * scale[2].max(scale[0]), "{name} at {x}: second {} against {second}", jet.second);
+            assert!(
+                (rate - jet.rate).abs() < 1e-7 * scale[1].max(scale[0]),
+                "{name} at {x}: rate {} against {rate}",
+                jet.rate
+            );
+            assert!(
+                (second - jet.second).abs() < 2e-4 * scale[2].max(scale[0]),
+                "{name} at {x}: second {} against {second}",
+                jet.second
+            );
             assert_eq!(f.jet(x, Side::Before), jet);
         }
     }
@@ -80,7 +100,8 @@ fn waves_are_compared_by_their_functions() {
 fn the_forcing_of_the_centre() {
     let eps = 0.2;
     let centre = InstantCentre::new(eps).unwrap();
-    let samples: Vec<f64> = (0..256).map(|i| centre.rotation().jet(TAU * f64::from(i) / 256.0).rate).collect();
+    let samples: Vec<f64> =
+        (0..256).map(|i| centre.rotation().jet(TAU * f64::from(i) / 256.0).rate).collect();
     let series = Fourier::fit(&samples, 3).unwrap();
     assert_relative_eq!(series.pairs()[0][1], 2.0 * eps, max_relative = 1e-13);
     assert_relative_eq!(series.pairs()[1][1], -4.0 * eps * eps, max_relative = 1e-12);
@@ -98,7 +119,8 @@ fn rectangular_wave_and_its_series() {
     let data = crate::data::read("classics.json");
     let example = &data["rect_fourier"]["example"];
     let number = |key: &str| example[key].as_f64().unwrap();
-    let rectangle = RectangularWave::from_contact_ratio(number("eps"), number("kmin"), number("kmax")).unwrap();
+    let rectangle =
+        RectangularWave::from_contact_ratio(number("eps"), number("kmin"), number("kmax")).unwrap();
     assert_eq!(rectangle.mean(), number("a0"));
     let series = rectangle.series(5).unwrap();
     for (pair, a) in series.pairs().iter().zip(example["a"].as_array().unwrap()) {
@@ -116,7 +138,10 @@ fn rectangular_wave_and_its_series() {
         let edge = shifted.next_edge(x).unwrap();
         assert!(edge > x);
         assert_ne!(shifted.value(edge, Side::Before), shifted.value(edge, Side::After));
-        assert_eq!(shifted.value(edge, Side::Before), shifted.value(0.5 * (edge + x.max(edge - 0.6)), Side::After));
+        assert_eq!(
+            shifted.value(edge, Side::Before),
+            shifted.value(0.5 * (edge + x.max(edge - 0.6)), Side::After)
+        );
         edges.push(edge);
         x = edge;
     }
@@ -163,7 +188,10 @@ fn combined_edges() {
         // 1 on the left, 0 on the right of the square, cos π/3 = 1/2 of the smooth wave.
         let jump = f.value(edge, Side::Before) - f.value(edge, Side::After);
         assert!((jump - if f == &sum { 1.0 } else { 0.5 }).abs() < 1e-11, "{jump}");
-        let count = std::iter::successors(Some(0.0), |x| f.next_edge(*x)).skip(1).take_while(|x| *x < 10.0 * TAU).count();
+        let count = std::iter::successors(Some(0.0), |x| f.next_edge(*x))
+            .skip(1)
+            .take_while(|x| *x < 10.0 * TAU)
+            .count();
         assert_eq!(count, 120);
     }
 }
@@ -179,7 +207,11 @@ fn contact_laws() {
     ];
     for (law, slack) in &laws {
         let e = law.edges(0.0, Side::After);
-        for (piece, x) in [(Piece::Lower, e.lower - 0.3), (Piece::Gap, 0.5 * (e.lower + e.upper)), (Piece::Upper, e.upper + 0.2)] {
+        for (piece, x) in [
+            (Piece::Lower, e.lower - 0.3),
+            (Piece::Gap, 0.5 * (e.lower + e.upper)),
+            (Piece::Upper, e.upper + 0.2),
+        ] {
             let held: f64 = law.force_on(piece, x, 0.0, e.lower, e.upper);
             assert!((held - law.at(x)).abs() < 1e-15, "{law:?}");
             let h = 1e-6;
@@ -202,7 +234,11 @@ fn contact_laws() {
 #[test]
 fn a_wave_far_out() {
     for order in [1, 7, 63] {
-        let wave = Wave::new(RectangularWave::new(1.0, 2.0, 0.3).unwrap()).ahead(0.7).unwrap().per_turn(order).unwrap();
+        let wave = Wave::new(RectangularWave::new(1.0, 2.0, 0.3).unwrap())
+            .ahead(0.7)
+            .unwrap()
+            .per_turn(order)
+            .unwrap();
         let (begin, period) = (1e6 * TAU, TAU / f64::from(order));
         let mut x = begin;
         for count in 0..1000 {

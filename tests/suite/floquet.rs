@@ -13,8 +13,11 @@ fn damped_mathieu() {
     let cycle = Shooting::new().run(&model, &[State::at_rest(1)]).unwrap();
     let (multipliers, estimate) = (cycle.multipliers().values(), cycle.multipliers().error());
     for ours in multipliers {
-        let nearest = |z: &serde_json::Value| (ours - Complex64::new(z[0].as_f64().unwrap(), z[1].as_f64().unwrap())).norm();
-        let error = theirs["multipliers"].as_array().unwrap().iter().map(nearest).fold(f64::INFINITY, f64::min);
+        let nearest = |z: &serde_json::Value| {
+            (ours - Complex64::new(z[0].as_f64().unwrap(), z[1].as_f64().unwrap())).norm()
+        };
+        let error =
+            theirs["multipliers"].as_array().unwrap().iter().map(nearest).fold(f64::INFINITY, f64::min);
         println!("{ours}: {error:.1e}, estimate {estimate:.1e}");
         assert!(error < 1e-10);
     }
@@ -96,7 +99,12 @@ fn meissner() {
     for delta in [0.3, 0.9, 1.4, 2.6] {
         let model = Meissner { delta, epsilon: 0.2, zeta: 0.0 };
         let turn = Variation::new().tolerance(1e-13).run(&model, &State::at_rest(1), TAU).unwrap();
-        assert!((turn.matrix.trace() - model.trace()).abs() < 1e-10, "{delta}: {} {}", turn.matrix.trace(), model.trace());
+        assert!(
+            (turn.matrix.trace() - model.trace()).abs() < 1e-10,
+            "{delta}: {} {}",
+            turn.matrix.trace(),
+            model.trace()
+        );
         let expected = if model.trace().abs() > 2.0 { Stability::Unstable } else { Stability::Undecided };
         assert_eq!(Multipliers::of(&turn.matrix, 1e-9).unwrap().stability(), expected);
     }
@@ -109,11 +117,16 @@ fn meissner() {
         if trace(middle) < -2.0 { lo = middle } else { hi = middle }
     }
     for (delta, expected) in [(lo - 1e-6, Stability::Unstable), (lo + 1e-6, Stability::Undecided)] {
-        let turn = Variation::new().tolerance(1e-13).run(&Meissner { delta, epsilon: 0.2, zeta: 0.0 }, &State::at_rest(1), TAU).unwrap();
+        let turn = Variation::new()
+            .tolerance(1e-13)
+            .run(&Meissner { delta, epsilon: 0.2, zeta: 0.0 }, &State::at_rest(1), TAU)
+            .unwrap();
         assert_eq!(Multipliers::of(&turn.matrix, 1e-9).unwrap().stability(), expected, "{delta}");
     }
     // A little damping settles what was undecided.
-    let damped = Shooting::new().run(&Meissner { delta: lo + 1e-3, epsilon: 0.2, zeta: 1e-3 }, &[State::at_rest(1)]).unwrap();
+    let damped = Shooting::new()
+        .run(&Meissner { delta: lo + 1e-3, epsilon: 0.2, zeta: 1e-3 }, &[State::at_rest(1)])
+        .unwrap();
     assert_eq!(damped.stability(), Stability::Stable);
 }
 

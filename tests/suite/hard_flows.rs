@@ -55,7 +55,13 @@ fn least_budget(mut serves: impl FnMut(Budget) -> bool) -> u64 {
 fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
     for tolerance in [1e-12, 1e-13] {
         let steps = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 0.0].map(|e| {
-            least_budget(|budget| Variation::new().tolerance(tolerance).budget(budget).run(&Still(e), &Still(e).orbit(), PI).is_ok())
+            least_budget(|budget| {
+                Variation::new()
+                    .tolerance(tolerance)
+                    .budget(budget)
+                    .run(&Still(e), &Still(e).orbit(), PI)
+                    .is_ok()
+            })
         });
         let (least, most) = (steps.iter().min().unwrap(), steps.iter().max().unwrap());
         assert!(most <= &(2 * least), "{tolerance}: {steps:?}");
@@ -65,8 +71,11 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
     let exact = (-0.05 * PI).exp() * ((nu * PI).cos() + 0.05 / nu * (nu * PI).sin());
     for e in [1e-8, 1e-12] {
         let through = Variation::new().run(&Still(e), &Still(e).orbit(), PI).unwrap();
-        assert!((through.matrix[(0, 0)] - exact).abs() < 1e-9 && (through.matrix[(1, 1)] - exact).abs() < 1e-9);
-        let cycle = Shooting::new().budget(Budget::new().steps(20_000)).run(&Still(e), &[Still(e).orbit()]).unwrap();
+        assert!(
+            (through.matrix[(0, 0)] - exact).abs() < 1e-9 && (through.matrix[(1, 1)] - exact).abs() < 1e-9
+        );
+        let cycle =
+            Shooting::new().budget(Budget::new().steps(20_000)).run(&Still(e), &[Still(e).orbit()]).unwrap();
         assert!((cycle.states()[0].q[1] - Still(e).orbit().q[1]).abs() < 1e-13);
     }
 }
@@ -127,7 +136,8 @@ impl Periodic for Jumping {
 #[test]
 fn a_force_that_jumps_needs_no_held_pieces() {
     let start = State::new(0.0, &[1.4], &[0.3]);
-    let [held, bare] = [true, false].map(|pieces| Variation::new().run(&Jumping { pieces }, &start, 40.0).unwrap());
+    let [held, bare] =
+        [true, false].map(|pieces| Variation::new().run(&Jumping { pieces }, &start, 40.0).unwrap());
     assert_eq!(held.crossings, bare.crossings);
     assert!((&held.matrix - &bare.matrix).amax() < 1e-10, "{} {}", held.matrix, bare.matrix);
     let settled = Dop853::new().end(&Jumping { pieces: true }, &start, 40.0 * TAU / 0.9).unwrap();
@@ -167,7 +177,13 @@ impl Model for Friction {
         let mut a = [0.0];
         self.accel(u, q, v, &mut a);
         let rate = a[0] + self.belt * u[0].sin() - self.slope * v[0];
-        out[0] = Contact { deflection: self.sliding(u[0], q[0], v[0]), rate, lower: 0.0, upper: 0.0, ..Contact::default() };
+        out[0] = Contact {
+            deflection: self.sliding(u[0], q[0], v[0]),
+            rate,
+            lower: 0.0,
+            upper: 0.0,
+            ..Contact::default()
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let sign = match pieces[0] {
@@ -228,7 +244,15 @@ impl Model for Leaning {
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (edge, rate) = (0.1 - self.lean * q[0], -self.lean * v[0]);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: edge, upper: edge, lower_rate: rate, upper_rate: rate, force: 0.0 };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: edge,
+            upper: edge,
+            lower_rate: rate,
+            upper_rate: rate,
+            force: 0.0,
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let sign = match pieces[0] {
@@ -281,7 +305,8 @@ fn absurd_counts_are_refused_or_cost_nothing() {
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { most: 1_000_000, .. })));
     }
     assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { most: 65_536, .. })));
-    let orbit = Orbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]]).unwrap();
+    let orbit =
+        Orbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]]).unwrap();
     assert_eq!(orbit.state(0.0).q, [0.75]);
     assert!(orbit.state(0.3).q[0].is_finite());
 }

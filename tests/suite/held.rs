@@ -40,8 +40,9 @@ fn ensemble_energies() {
     for hold in [0.5, 5.0, 40.0] {
         let expected = exact.iter().find(|v| v["hold"] == hold).unwrap()["E_energy"].as_f64().unwrap();
         let count = 1000;
-        let energies: Vec<f64> =
-            (0..count).map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap())).collect();
+        let energies: Vec<f64> = (0..count)
+            .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
+            .collect();
         let s = Summary::of(&energies).unwrap();
         let error = s.standard_deviation() / (count as f64).sqrt();
         println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);
@@ -77,7 +78,8 @@ fn counter_based() {
     let forward: Vec<u64> = (0..100).map(|k| p.held(7, k).to_bits()).collect();
     let backward: Vec<u64> = (0..100).rev().map(|k| p.held(7, k).to_bits()).collect();
     assert!(forward.iter().eq(backward.iter().rev()));
-    let others = [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).with_seed(1).held(7, 0)];
+    let others =
+        [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).with_seed(1).held(7, 0)];
     assert!(others.iter().all(|x| x.to_bits() != forward[0]));
     // Value stability.
     let first: Vec<f64> = (0..3).map(|k| p.held(7, k)).collect();
@@ -111,7 +113,9 @@ fn uniform_and_uncorrelated() {
 }
 
 fn ring() -> Ring {
-    Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap()).unwrap().in_frame(Frame::Rigid)
+    Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap())
+        .unwrap()
+        .in_frame(Frame::Rigid)
 }
 
 /// Shared, per mesh, absolute and relative to C_g: the drives say what they should.
@@ -127,7 +131,9 @@ fn shared_and_per_mesh() {
     let c = damping(&ring, 0.0);
     let p = process(1e-3, 0);
     let together = Held::new(ring.clone()).shared(&slots, 500.0, p.clone()).unwrap();
-    assert!(damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9));
+    assert!(
+        damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9)
+    );
     let relative = Held::new(ring).per_slot_with_gains(&slots, &c, p.clone()).unwrap();
     for (i, d) in damping(&relative, 0.5e-3).iter().enumerate() {
         assert!((d / (c[i] * (1.0 + p.held(i as u64, 0))) - 1.0).abs() < 1e-14);
@@ -138,7 +144,8 @@ fn shared_and_per_mesh() {
 #[test]
 fn random_torque_and_clearance() {
     let ring = ring();
-    let torque = Held::new(ring.clone()).shared(&[ring.slot("motor torque").unwrap()], 4.0, process(5e-3, 0)).unwrap();
+    let torque =
+        Held::new(ring.clone()).shared(&[ring.slot("motor torque").unwrap()], 4.0, process(5e-3, 0)).unwrap();
     let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i).unwrap()).collect();
     let clearance = Held::new(ring.clone()).clearance(&gaps, 1e-5, process(5e-3, 0)).unwrap();
     let mut u = vec![0.0; ring.drives()];
@@ -155,7 +162,11 @@ fn random_torque_and_clearance() {
     ];
     assert!((ends[1].q[0] - ends[0].q[0]).abs() > 1e-6 && (ends[2].q[0] - ends[0].q[0]).abs() > 1e-9);
     // A clearance that jumps below the deflection puts a mesh on its flank at once: the run still agrees with a finer one.
-    let fine = Dop853::new().rtol(1e-12).atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat()).end(&clearance, &start, 0.03).unwrap();
+    let fine = Dop853::new()
+        .rtol(1e-12)
+        .atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat())
+        .end(&clearance, &start, 0.03)
+        .unwrap();
     assert!((fine.q[0] - ends[2].q[0]).abs() < 1e-8 * fine.q[0].abs());
 }
 

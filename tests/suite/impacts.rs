@@ -114,7 +114,8 @@ impl Model for Ball {
         1
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: u[0], lower_rate: u[1], ..Contact::default() };
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: u[0], lower_rate: u[1], ..Contact::default() };
     }
     fn impact(&self, _: usize, _: Piece, u: &[f64], _: &[f64], v: &mut [f64]) -> bool {
         v[0] = self.restitution.rebound(v[0], u[1]);
@@ -129,7 +130,12 @@ impl Periodic for Ball {
 }
 
 /// A run's impacts: time, velocity before, velocity behind.
-fn impacts<M: Model>(solver: &impl Integrator, model: &M, start: &State, end: f64) -> Result<Vec<[f64; 3]>, IntegrateError> {
+fn impacts<M: Model>(
+    solver: &impl Integrator,
+    model: &M,
+    start: &State,
+    end: f64,
+) -> Result<Vec<[f64; 3]>, IntegrateError> {
     let mut all: Vec<[f64; 3]> = Vec::new();
     let mut last = None;
     let mut watch = |step: &mut Step<'_>| {
@@ -159,13 +165,22 @@ fn a_ball_on_a_floor_keeps_its_times() {
     for (k, [t, before, behind]) in seen.into_iter().enumerate() {
         let half = 0.5f64.powi(k as i32);
         assert!((t - (6.0 - 4.0 * half)).abs() < 1e-12, "{k}: {t}");
-        assert!((before + 2.0 * half).abs() < 1e-12 && (behind - half).abs() < 1e-12, "{k}: {before} {behind}");
+        assert!(
+            (before + 2.0 * half).abs() < 1e-12 && (behind - half).abs() < 1e-12,
+            "{k}: {before} {behind}"
+        );
     }
-    let rk45 = impacts(&Rk45::new().rtol(1e-10).atol(1e-12), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
+    let rk45 =
+        impacts(&Rk45::new().rtol(1e-10).atol(1e-12), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
     let rk4 = impacts(&Rk4::new(0.03), &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
     for others in [rk45, rk4] {
         assert_eq!(others.len(), 5);
-        assert!(others.iter().enumerate().all(|(k, [t, ..])| (t - (6.0 - 4.0 * 0.5f64.powi(k as i32))).abs() < 1e-12));
+        assert!(
+            others
+                .iter()
+                .enumerate()
+                .all(|(k, [t, ..])| (t - (6.0 - 4.0 * 0.5f64.powi(k as i32))).abs() < 1e-12)
+        );
     }
 }
 
@@ -188,7 +203,11 @@ fn a_shaking_table_is_met_where_it_is() {
         }
         let speed = v - (lo - t);
         let after = ball.restitution.rebound(speed, ball.table(lo).1);
-        assert!((time - lo).abs() < 1e-12 * lo.max(1.0) && (before - speed).abs() < 1e-12 && (behind - after).abs() < 2e-12);
+        assert!(
+            (time - lo).abs() < 1e-12 * lo.max(1.0)
+                && (before - speed).abs() < 1e-12
+                && (behind - after).abs() < 2e-12
+        );
         // Each flight by itself: errors of one would grow in the next.
         (t, q, v) = (time, ball.table(time).0, behind);
     }
@@ -211,7 +230,8 @@ fn an_elastic_stop_keeps_the_energy() {
         }
         fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             out[0] = Contact { deflection: q[1], rate: v[1], upper: 0.5, ..Contact::default() };
-            out[1] = Contact { deflection: q[1] - q[0], rate: v[1] - v[0], lower: -0.3, ..Contact::default() };
+            out[1] =
+                Contact { deflection: q[1] - q[0], rate: v[1] - v[0], lower: -0.3, ..Contact::default() };
         }
         fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
             match (contact, on) {
@@ -222,7 +242,8 @@ fn an_elastic_stop_keeps_the_energy() {
             true
         }
     }
-    let energy = |q: &[f64], v: &[f64]| 0.5 * (v[0] * v[0] + 2.0 * v[1] * v[1] + q[0] * q[0] + 4.0 * q[1] * q[1]);
+    let energy =
+        |q: &[f64], v: &[f64]| 0.5 * (v[0] * v[0] + 2.0 * v[1] * v[1] + q[0] * q[0] + 4.0 * q[1] * q[1]);
     let chain = Chain(Restitution::new(1.0).unwrap());
     let start = State::new(0.0, &[0.2, 0.0], &[1.0, 1.1]);
     let solver = Dop853::new().rtol(1e-13).atol(1e-14);
@@ -233,7 +254,10 @@ fn an_elastic_stop_keeps_the_energy() {
     assert!(drift.abs() < 1e-11 && end.stats.crossings > 100);
     assert_eq!(rattle.contact(0).impact_count() + rattle.contact(1).impact_count(), end.stats.crossings);
     assert_eq!((rattle.contact(0).impacts[0], rattle.contact(1).impacts[1]), (0, 0));
-    assert_eq!((rattle.contact(0).state(), rattle.contact(0).loss_fraction()), (RattleState::Unilateral, 1.0));
+    assert_eq!(
+        (rattle.contact(0).state(), rattle.contact(0).loss_fraction()),
+        (RattleState::Unilateral, 1.0)
+    );
     let lossy = solver.end(&Chain(Restitution::new(0.9).unwrap()), &start, 300.0).unwrap();
     assert!(energy(&lossy.q, &lossy.v) < 0.5 * energy(&start.q, &start.v));
 }
@@ -254,7 +278,12 @@ fn impacts_at_one_instant_follow_each_other() {
         }
         fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             for i in 0..2 {
-                out[i] = Contact { deflection: q[i + 1] - q[i], rate: v[i + 1] - v[i], lower: 1.0, ..Contact::default() };
+                out[i] = Contact {
+                    deflection: q[i + 1] - q[i],
+                    rate: v[i + 1] - v[i],
+                    lower: 1.0,
+                    ..Contact::default()
+                };
             }
         }
         fn impact(&self, i: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
@@ -276,7 +305,11 @@ fn impacts_at_one_instant_follow_each_other() {
     }
     // With losses the first pair meets again and again, ever slower; momentum stays.
     let end = Dop853::new().end(&Row(Restitution::new(0.5).unwrap()), &start, 2.0).unwrap();
-    assert!((end.v.iter().sum::<f64>() - 1.0).abs() < 1e-12 && end.v[2] > end.v[1] && end.v[1] >= end.v[0], "{:?}", end.v);
+    assert!(
+        (end.v.iter().sum::<f64>() - 1.0).abs() < 1e-12 && end.v[2] > end.v[1] && end.v[1] >= end.v[0],
+        "{:?}",
+        end.v
+    );
 }
 
 /// Largest disagreement of the derivative with differences of the flow, Richardson.
@@ -343,7 +376,13 @@ impl Model for Links {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (wall, speed) = Links::wall(u);
         let rate = q[0].cos() * v[0] + q[1].cos() * v[1];
-        out[0] = Contact { deflection: q[0].sin() + q[1].sin(), rate, upper: wall, upper_rate: speed, ..Contact::default() };
+        out[0] = Contact {
+            deflection: q[0].sin() + q[1].sin(),
+            rate,
+            upper: wall,
+            upper_rate: speed,
+            ..Contact::default()
+        };
     }
     fn impact(&self, _: usize, _: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         let b = [q[0].cos(), q[1].cos()];
@@ -395,7 +434,8 @@ fn the_derivative_of_impacting_motions() {
     assert!(against_differences(&ball, &State::new(0.3, &[2.0], &[0.1]), 16.0) < 1e-8);
     let links = Links { restitution: Restitution::new(0.8).unwrap() };
     assert!(against_differences(&links, &State::new(0.0, &[-0.7, 0.1], &[0.9, -0.2]), 9.0) < 1e-8);
-    let [padded, without] = [true, false].map(|pieces| Padded { pieces, restitution: Restitution::new(0.7).unwrap() });
+    let [padded, without] =
+        [true, false].map(|pieces| Padded { pieces, restitution: Restitution::new(0.7).unwrap() });
     let start = State::new(0.0, &[0.0], &[1.5]);
     let mut kinds = [0; 2];
     let mut count = |step: &mut Step<'_>| {
@@ -510,7 +550,10 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
             for amplitude in [0.9, 0.8, 0.7, 0.6] {
                 orbit(amplitude);
             }
-            agrees(secant(|amplitude| characteristic(&orbit(amplitude), -1.0), [0.55, 0.53]), "A_period_doubling");
+            agrees(
+                secant(|amplitude| characteristic(&orbit(amplitude), -1.0), [0.55, 0.53]),
+                "A_period_doubling",
+            );
         } else {
             for amplitude in [0.7, 0.5, 0.35, 0.25, 0.2, 0.18] {
                 orbit(amplitude);
@@ -525,14 +568,22 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
 fn multipliers_of_orbits_of_one_impact() {
     let mut counts = [0, 0];
     for case in 0..200 {
-        let part = |k: usize| ((case * 7 + k) as f64 * 0.618_033_988_749_895 + (case * k) as f64 * 0.414_213_562).fract();
+        let part = |k: usize| {
+            ((case * 7 + k) as f64 * 0.618_033_988_749_895 + (case * k) as f64 * 0.414_213_562).fract()
+        };
         let (c, omega, n) = (0.02 + 0.3 * part(1), 0.5 + 2.5 * part(2), 1 + (3.0 * part(3)) as usize);
         let (e, v) = (0.3 + 0.69 * part(4), -0.05 - 2.0 * part(5));
-        let mut model = Oscillator { restitution: Restitution::new(e).unwrap(), ..Oscillator::new(c, omega, 1.0) };
+        let mut model =
+            Oscillator { restitution: Restitution::new(e).unwrap(), ..Oscillator::new(c, omega, 1.0) };
         let (t, amplitude) = model.closed(n, v);
         model.amplitude = amplitude;
         let span = n as f64 * model.period();
-        let met = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &model, &State::new(t, &[1.0], &[v]), t + 1.001 * span);
+        let met = impacts(
+            &Dop853::new().rtol(1e-12).atol(1e-13),
+            &model,
+            &State::new(t, &[1.0], &[v]),
+            t + 1.001 * span,
+        );
         if !met.is_ok_and(|met| met.len() == 1 && (met[0][0] - t - span).abs() < 1e-6) {
             continue; // the stop is met before
         }
@@ -542,8 +593,12 @@ fn multipliers_of_orbits_of_one_impact() {
         let closed = s * DMatrix::from_row_slice(2, 2, &free.concat());
         let cycle = Shooting::new().multiple(n).run(&model, &[model.guess(n, v)]).unwrap();
         let ours = cycle.monodromy();
-        let off = (ours.trace() - closed.trace()).abs() / closed.amax() + (ours.determinant() / closed.determinant() - 1.0).abs();
-        println!("{case}: c {c:.3} w {omega:.3} n {n} e {e:.3} v {v:.3} trace {:.4}, off {off:.1e}", closed.trace());
+        let off = (ours.trace() - closed.trace()).abs() / closed.amax()
+            + (ours.determinant() / closed.determinant() - 1.0).abs();
+        println!(
+            "{case}: c {c:.3} w {omega:.3} n {n} e {e:.3} v {v:.3} trace {:.4}, off {off:.1e}",
+            closed.trace()
+        );
         // Stable orbits, and unstable ones that growth does not blur.
         assert!(off < 1e-9, "{off}");
         counts[usize::from(cycle.stability() == Stability::Stable)] += 1;
@@ -584,8 +639,16 @@ fn exponents_of_a_ball_that_never_settles() {
     // Between bounces areas stay, at each they shrink by r²: the exponents sum to ln r² times the rate of bounces.
     let ball = Ball::new(5.0, 0.8);
     let period = ball.period();
-    let exponents = Lyapunov::new().settle(0).align(0).periods(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
-    let bounces = impacts(&Dop853::new().rtol(1e-12).atol(1e-13), &ball, &State::new(0.0, &[3.0], &[0.2]), 20.0 * period).unwrap().len();
+    let exponents =
+        Lyapunov::new().settle(0).align(0).periods(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
+    let bounces = impacts(
+        &Dop853::new().rtol(1e-12).atol(1e-13),
+        &ball,
+        &State::new(0.0, &[3.0], &[0.2]),
+        20.0 * period,
+    )
+    .unwrap()
+    .len();
     let sum: f64 = exponents.values().iter().sum();
     println!("{:?} {sum} {}", exponents.values(), bounces as f64 / (20.0 * period) * 0.64f64.ln());
     assert!(exponents.values()[0] > 0.01);
@@ -638,15 +701,24 @@ fn what_rests_on_a_stop_ends_the_run_with_what_there_is() {
                 }
             }
             let on = On(Ball { ..Ball::new(0.0, e) }, floor);
-            let failed = Dop853::new().rtol(1e-12).atol(1e-14).trajectory(&on, &State::new(0.0, &[floor + 0.5], &[0.0]), 40.0).unwrap_err();
-            let IntegrateError::RestsOnStop { t, contact: 0 } = failed.error else { panic!("{}", failed.error) };
+            let failed = Dop853::new()
+                .rtol(1e-12)
+                .atol(1e-14)
+                .trajectory(&on, &State::new(0.0, &[floor + 0.5], &[0.0]), 40.0)
+                .unwrap_err();
+            let IntegrateError::RestsOnStop { t, contact: 0 } = failed.error else {
+                panic!("{}", failed.error)
+            };
             println!("{e} {floor}: {t} after {} steps", failed.trajectory.len());
             assert!((t - until).abs() < 1e-5, "{t} {until}");
             assert!(failed.trajectory.len() < 1000 && *failed.trajectory.times().last().unwrap() <= t);
         }
         let tangent = Variation::new().run(&ball, &State::new(0.0, &[0.5], &[0.0]), 40.0);
         assert!(matches!(tangent, Err(IntegrateError::RestsOnStop { .. })));
-        assert!(matches!(Rk4::new(0.01).end(&ball, &State::new(0.0, &[0.5], &[0.0]), 40.0), Err(IntegrateError::RestsOnStop { .. })));
+        assert!(matches!(
+            Rk4::new(0.01).end(&ball, &State::new(0.0, &[0.5], &[0.0]), 40.0),
+            Err(IntegrateError::RestsOnStop { .. })
+        ));
     }
     // A table that sinks faster than the ball falls lets go of it.
     let ball = Ball::new(3.0, 0.0);
@@ -658,16 +730,24 @@ fn stops_are_refused_where_they_cannot_be_kept() {
     for bad in [-0.1, 1.1, f64::INFINITY, f64::NAN] {
         let error = Restitution::new(bad).unwrap_err();
         match error {
-            ParameterError::OutOfRange { name, value, allowed: "[0, 1]" } => assert!(name == "restitution" && value == bad),
+            ParameterError::OutOfRange { name, value, allowed: "[0, 1]" } => {
+                assert!(name == "restitution" && value == bad)
+            }
             ParameterError::NotFinite { name, .. } => assert!(name == "restitution" && !bad.is_finite()),
             other => panic!("{other}"),
         }
     }
     let model = Oscillator::new(0.1, 0.8, 1.0);
     let rest = State::at_rest(1);
-    assert_eq!(Rk4::new(0.01).plain().end(&model, &rest, 1.0), Err(IntegrateError::StopNotLocated { contact: 0 }));
+    assert_eq!(
+        Rk4::new(0.01).plain().end(&model, &rest, 1.0),
+        Err(IntegrateError::StopNotLocated { contact: 0 })
+    );
     let held = Held::new(model);
-    assert_eq!(Rk4::new(0.01).plain().end(&held, &rest, 1.0), Err(IntegrateError::StopNotLocated { contact: 0 }));
+    assert_eq!(
+        Rk4::new(0.01).plain().end(&held, &rest, 1.0),
+        Err(IntegrateError::StopNotLocated { contact: 0 })
+    );
     let model = Oscillator::new(0.1, 0.8, 1.0);
     let beyond = Dop853::new().end(&model, &State::new(0.0, &[1.5], &[0.0]), 1.0);
     assert_eq!(beyond, Err(IntegrateError::BeyondStop { t: 0.0, contact: 0, depth: 0.5 }));
@@ -684,7 +764,13 @@ fn stops_are_refused_where_they_cannot_be_kept() {
 fn a_stop_that_does_not_turn_its_contact_round_is_found() {
     let ball = Ball::new(0.6, 0.8);
     assert_eq!(check_periodic(&ball, &State::new(0.4, &[1.0], &[0.3])), []);
-    assert_eq!(check_model(&Links { restitution: Restitution::new(0.0).unwrap() }, &State::new(0.4, &[0.1, -0.2], &[0.3, 0.1])), []);
+    assert_eq!(
+        check_model(
+            &Links { restitution: Restitution::new(0.0).unwrap() },
+            &State::new(0.4, &[0.1, -0.2], &[0.3, 0.1])
+        ),
+        []
+    );
     struct Wrong(Ball, f64);
     impl Model for Wrong {
         fn dof(&self) -> usize {
@@ -714,7 +800,11 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
         let wrong = Wrong(Ball { amplitude: 0.0, ..Ball::new(0.0, 0.8) }, factor);
         let found = check_model(&wrong, &State::new(0.4, &[1.0], &[0.3]));
         assert!(matches!(found[..], [Finding::Rebound { contact: 0, .. }]), "{found:?}");
-        assert!(found[0].to_string().starts_with("impact: contact 0 meets its stop at the deflection 0 with a speed of"));
+        assert!(
+            found[0]
+                .to_string()
+                .starts_with("impact: contact 0 meets its stop at the deflection 0 with a speed of")
+        );
     }
     let stuck = Wrong(Ball { amplitude: 0.0, ..Ball::new(0.0, 0.8) }, 1.0);
     let error = Dop853::new().end(&stuck, &State::new(0.0, &[0.5], &[0.0]), 2.0).unwrap_err();

@@ -50,7 +50,10 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     assert_eq!(rows.exponent_errors().keys().copied().collect::<Vec<_>>(), [1]);
     for (row, other) in rows.iter().zip(plain.iter()) {
         assert_eq!(row.channel("q1"), other.channel("q1"));
-        assert_eq!((row.lyapunov().is_none(), row.lyapunov_error().is_none()), (row.index() == 1, row.index() == 1));
+        assert_eq!(
+            (row.lyapunov().is_none(), row.lyapunov_error().is_none()),
+            (row.index() == 1, row.index() == 1)
+        );
         assert_eq!(row.lyapunov_failure().is_some(), row.index() == 1);
     }
     assert!(matches!(rows.exponent_errors()[&1], PointError::Lyapunov(_)), "{:?}", rows.exponent_errors());
@@ -58,7 +61,8 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     let back = asked.rows_from_bytes(&rows.to_bytes()).unwrap();
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), rows.to_bytes()));
     assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
-    let parts = (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Watch::new()).unwrap());
+    let parts =
+        (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Watch::new()).unwrap());
     let merged = Rows::merge(parts.collect()).unwrap();
     assert_eq!((&merged, merged.fingerprint()), (&rows, rows.fingerprint()));
     assert_eq!(asked.resume(merged, &TableRk4::new(128), family, rest, &Watch::new()).unwrap(), rows);
@@ -106,9 +110,13 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     }
     let root = 2f64.sqrt();
     for mean in [0.0, 1e3, 1e9] {
-        let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap())).settle(1).measure(3).channels(&["q1"]);
+        let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap()))
+            .settle(1)
+            .measure(3)
+            .channels(&["q1"]);
         let family = |_: &Point<'_>| Far.machine(&[("speed", 1.0)]);
-        let start = |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
+        let start =
+            |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
         let lanes = sweep.run(&LaneRk4::<4>::new(256), family, start).unwrap();
         let alone = sweep.run(&TableRk4::new(256), family, start).unwrap();
         let located = sweep.run(&Located(Dop853::new()), family, start).unwrap();
@@ -119,7 +127,8 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
             assert!((summary.standard_deviation() - 1.0).abs() < 1e-6, "{mean}: {summary:?}");
         }
     }
-    let samples: Vec<f64> = (0..1000).map(|i| 1e9 + root * (f64::from(i) * std::f64::consts::TAU / 1000.0).sin()).collect();
+    let samples: Vec<f64> =
+        (0..1000).map(|i| 1e9 + root * (f64::from(i) * std::f64::consts::TAU / 1000.0).sin()).collect();
     assert!((Summary::of(&samples).unwrap().standard_deviation() - 1.0).abs() < 1e-7);
 }
 
@@ -127,24 +136,41 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
 #[test]
 fn a_stop_on_one_side_alone() {
     let (infinite, nan) = (f64::INFINITY, f64::NAN);
-    for (lower, upper) in
-        [(-infinite, infinite), (infinite, infinite), (-infinite, -infinite), (infinite, 0.0), (0.0, -infinite), (nan, 1.0), (1.0, nan)]
-    {
+    for (lower, upper) in [
+        (-infinite, infinite),
+        (infinite, infinite),
+        (-infinite, -infinite),
+        (infinite, 0.0),
+        (0.0, -infinite),
+        (nan, 1.0),
+        (1.0, nan),
+    ] {
         assert!(AsymmetricBacklash::new(lower, upper).is_err(), "{lower} {upper}");
     }
     let above = AsymmetricBacklash::new(-infinite, 1.0).unwrap().with_slopes(3.0, 2.0).unwrap();
     let below = AsymmetricBacklash::new(-1.0, infinite).unwrap().with_slopes(2.0, 3.0).unwrap();
     for x in [-1e300, -2.0, 0.0, 1.0, 1.5, 1e300] {
-        assert_eq!((above.at(x), below.at(-x)), (2.0 * f64::max(x - 1.0, 0.0), -2.0 * f64::max(x - 1.0, 0.0)), "{x}");
+        assert_eq!(
+            (above.at(x), below.at(-x)),
+            (2.0 * f64::max(x - 1.0, 0.0), -2.0 * f64::max(x - 1.0, 0.0)),
+            "{x}"
+        );
         if x != 1.0 {
-            assert_eq!((above.slope(x), below.slope(-x)), ([0.0, 2.0][usize::from(x > 1.0)], [0.0, 2.0][usize::from(x > 1.0)]), "{x}");
+            assert_eq!(
+                (above.slope(x), below.slope(-x)),
+                ([0.0, 2.0][usize::from(x > 1.0)], [0.0, 2.0][usize::from(x > 1.0)]),
+                "{x}"
+            );
         }
     }
     let on = |law: &AsymmetricBacklash, piece, x| {
         law.force_on(piece, x, 0.0, law.edges(0.0, Side::After).lower, law.edges(0.0, Side::After).upper)
     };
     assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&above, piece, 3.0)), [0.0, 0.0, 4.0]);
-    assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)), [-4.0, 0.0, 0.0]);
+    assert_eq!(
+        [Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)),
+        [-4.0, 0.0, 0.0]
+    );
     // In a ring, by every way to run it.
     let ring = |lower: f64| {
         let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
@@ -154,7 +180,8 @@ fn a_stop_on_one_side_alone() {
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
         Ok::<_, ParameterError>(
-            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega })?.in_frame(Frame::Rigid),
+            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega })?
+                .in_frame(Frame::Rigid),
         )
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
@@ -169,8 +196,13 @@ fn a_stop_on_one_side_alone() {
     // Edges are met within a share of the gap, which the other edge enters: equal to the tolerance of the solver.
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs().max(1e-3));
     assert!(near(&a.q, &b.q) && near(&a.v, &b.v), "{a:?} {b:?}");
-    assert!(one.iter().zip(&other).all(|(a, b)| a.impacts == b.impacts && near(&a.time, &b.time)), "{one:?} {other:?}");
-    assert!(one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0));
+    assert!(
+        one.iter().zip(&other).all(|(a, b)| a.impacts == b.impacts && near(&a.time, &b.time)),
+        "{one:?} {other:?}"
+    );
+    assert!(
+        one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0)
+    );
     let rows = |ring: &Ring<AnyLaw>, infinite| {
         let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
             .settle(1)
@@ -178,7 +210,11 @@ fn a_stop_on_one_side_alone() {
             .channels(&["q1", "deflection 1"])
             .rattle();
         sweep
-            .run(&LaneRk4::<4>::new(256), |_| Ok::<_, ParameterError>(ring.clone()), |_, _| Ok::<_, ParameterError>(start.clone()))
+            .run(
+                &LaneRk4::<4>::new(256),
+                |_| Ok::<_, ParameterError>(ring.clone()),
+                |_, _| Ok::<_, ParameterError>(start.clone()),
+            )
             .unwrap()
     };
     let (one, other) = (rows(&stop, 2.0), rows(&far, 2.0));

@@ -23,12 +23,19 @@ const CHANGES: [(&str, Change); 12] = [
 fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
         let points = Points::along(Axis::list("share", shares).unwrap());
-        let sweep = Sweep::over(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
+        let sweep =
+            Sweep::over(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
             let n = model.dof();
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
         };
-        let rows = sweep.run(&LaneRk4::<4>::new(63 * 16), |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])), start).unwrap();
+        let rows = sweep
+            .run(
+                &LaneRk4::<4>::new(63 * 16),
+                |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])),
+                start,
+            )
+            .unwrap();
         assert!(rows.iter().count() == shares.len(), "{what}: {:?}", rows.errors().first_key_value());
         rows
     };
@@ -50,7 +57,8 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
 fn pairs_of_one_degree_of_freedom() {
     for reading in [NfgReading::exact(), NfgReading::published()] {
         // As published, a constant error exerts no force and the radius is that of the pitch circle.
-        let matters = |what: &str| reading == NfgReading::exact() || !["error", "pressure angle"].contains(&what);
+        let matters =
+            |what: &str| reading == NfgReading::exact() || !["error", "pressure angle"].contains(&what);
         for (what, change) in CHANGES.iter().filter(|(what, _)| matters(what)) {
             each_alone(what, |by| {
                 let mut params = NfgParams::table1();

@@ -54,7 +54,12 @@ impl<N: Nonlinearity> Model for Mass<N> {
 }
 
 /// Times, contacts and states of the edges crossed until `end`.
-fn crossings<N: Nonlinearity>(solver: &impl Integrator, model: &Mass<N>, start: &State, end: f64) -> Vec<(Crossing, State)> {
+fn crossings<N: Nonlinearity>(
+    solver: &impl Integrator,
+    model: &Mass<N>,
+    start: &State,
+    end: f64,
+) -> Vec<(Crossing, State)> {
     let mut seen = Vec::new();
     let mut watch = |step: &mut Step<'_>| {
         let state = State::new(step.t1(), step.q1(), step.v1());
@@ -88,7 +93,8 @@ fn elastic_impacts_on_powers() {
             let n = p + 1.0;
             let per_power = stiffness * reference * f64::powf(reference, -p);
             let depth = (mass * speed * speed * n / (2.0 * per_power)).powf(1.0 / n);
-            let time = 2.0 * depth / speed * PI.sqrt() * libm::tgamma(1.0 + 1.0 / n) / libm::tgamma(0.5 + 1.0 / n);
+            let time =
+                2.0 * depth / speed * PI.sqrt() * libm::tgamma(1.0 + 1.0 / n) / libm::tgamma(0.5 + 1.0 / n);
             let (away, took) = impact(PowerLaw::new(0.2, p, reference).unwrap(), mass, stiffness, speed, 3.0);
             assert_relative_eq!(away, speed, max_relative = 1e-10);
             assert_relative_eq!(took, time, max_relative = 1e-10);
@@ -123,7 +129,11 @@ fn damping_by_stiffness_has_the_restitution_of_a_damped_half_wave() {
     // Stops on one side are the same law.
     let stop = Damped::by_stiffness(AsymmetricBacklash::stop_above(0.1).unwrap(), time).unwrap();
     assert_relative_eq!(impact(stop, mass, stiffness, speed, 3.0).0, away, max_relative = 1e-12);
-    let mirrored = Mass { law: Damped::by_stiffness(AsymmetricBacklash::stop_below(-0.1).unwrap(), time).unwrap(), mass, stiffness };
+    let mirrored = Mass {
+        law: Damped::by_stiffness(AsymmetricBacklash::stop_below(-0.1).unwrap(), time).unwrap(),
+        mass,
+        stiffness,
+    };
     let seen = crossings(&fine(), &mirrored, &State::new(0.0, &[0.4], &[-speed]), 3.0);
     assert_relative_eq!(seen[1].1.v[0], away, max_relative = 1e-10);
 }
@@ -141,11 +151,17 @@ fn fits_together<N: Nonlinearity>(law: &N) {
     let middle = [lower, upper].into_iter().filter(|e| e.is_finite()).sum::<f64>() / 2.0;
     let grid = |i: usize| 0.37 * (i as f64 - 20.0) + 1e-3;
     for (x, rate) in (0..1681).map(|i| (middle + grid(i / 41), grid(i % 41))) {
-        let (held, free) = (law.force_on_all(&pieces(law, x, rate), x, rate, lower, upper), law.force(x, rate, lower, upper));
+        let (held, free) = (
+            law.force_on_all(&pieces(law, x, rate), x, rate, lower, upper),
+            law.force(x, rate, lower, upper),
+        );
         assert!((held - free).abs() <= 1e-14 * free.abs(), "{x} {rate}: {held} {free}");
         let lanes = |x: f64| Lanes([x, -x, 0.5 * x]);
         let plain = [1.0, -1.0, 0.5].map(|s| law.force(s * x, s * rate, lower, upper));
-        assert_eq!(law.force(lanes(x), lanes(rate), lower.into(), upper.into()).0.map(f64::to_bits), plain.map(f64::to_bits));
+        assert_eq!(
+            law.force(lanes(x), lanes(rate), lower.into(), upper.into()).0.map(f64::to_bits),
+            plain.map(f64::to_bits)
+        );
     }
     for edge in [lower, upper].into_iter().filter(|edge| edge.is_finite()) {
         for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
@@ -155,7 +171,9 @@ fn fits_together<N: Nonlinearity>(law: &N) {
             // A kink of the dead zone would show as 1.
             assert!((left - right).abs() < 1e-2, "{piece:?} {left} {right}");
             // One-sided differences of y^(10/9) still see (1e-7)^(1/9) = 0.17.
-            let slope = law.force_on_all(&pieces, Dual::variable(edge), 0.3.into(), lower.into(), upper.into()).slope[0];
+            let slope = law
+                .force_on_all(&pieces, Dual::variable(edge), 0.3.into(), lower.into(), upper.into())
+                .slope[0];
             assert!(slope.is_finite() && (slope - left).abs() < 0.2);
         }
     }
@@ -190,7 +208,11 @@ fn no_pull_backlash_to_its_exact_times() {
     let [inertia, stiffness, damping, width, phi0] =
         ["J", "c", "d", "b_total", "phi0"].map(|name| reference["params"][name].as_f64().unwrap());
     let exact = |name: &str| reference["exact"][name].as_f64().unwrap();
-    let model = Mass { law: NoPullBacklash::new(0.5 * width, damping / stiffness).unwrap(), mass: inertia, stiffness };
+    let model = Mass {
+        law: NoPullBacklash::new(0.5 * width, damping / stiffness).unwrap(),
+        mass: inertia,
+        stiffness,
+    };
     let start = State::new(0.0, &[phi0], &[0.0]);
     for solver in [Dop853::new().rtol(1e-12).atol(1e-12), fine()] {
         let seen = crossings(&solver, &model, &start, 0.11);
@@ -221,7 +243,11 @@ fn no_pull_backlash_to_its_exact_times() {
             turn -= state.v[0] / a[0];
         }
         assert!((turn - exact("t_phi_min")).abs() < 1e-12, "{turn}");
-        assert_relative_eq!(solver.end(&model, &start, turn).unwrap().q[0], exact("phi_min"), epsilon = 1e-10);
+        assert_relative_eq!(
+            solver.end(&model, &start, turn).unwrap().q[0],
+            exact("phi_min"),
+            epsilon = 1e-10
+        );
     }
 }
 
@@ -271,7 +297,9 @@ impl Periodic for Driven {
 fn several_switches_serve_flows_and_shooting() {
     let law = NoPullBacklash::new(0.4, 0.15).unwrap();
     let model = Driven { of: Mass { law, mass: 1.0, stiffness: 6.0 }, load: 0.4 };
-    for typical in [State::new(0.0, &[0.9], &[1.0]), State::new(0.0, &[0.9], &[-6.0]), State::new(0.0, &[-0.2], &[0.4])] {
+    for typical in
+        [State::new(0.0, &[0.9], &[1.0]), State::new(0.0, &[0.9], &[-6.0]), State::new(0.0, &[-0.2], &[0.4])]
+    {
         assert_eq!(check_periodic(&model, &typical), []);
     }
     // The derivative of the flow against Richardson differences of the flow.

@@ -52,14 +52,21 @@ fn counts_without_bound_are_refused_by_name() {
         let solver = Dop853::new();
         let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
         assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
-        let unsettled = Settle::new().largest_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
-        assert!(matches!(unsettled, Unsettled::Failed { error: IntegrateError::Setting { name: "largest_multiple", .. }, .. }));
+        let unsettled =
+            Settle::new().largest_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+        assert!(matches!(
+            unsettled,
+            Unsettled::Failed { error: IntegrateError::Setting { name: "largest_multiple", .. }, .. }
+        ));
         let sweep = Sweep::over(Points::along(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
         let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
     too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
-    assert_eq!(Waterfall::new(1 << 13, 1 << 14).unwrap_err().to_string(), "samples in a window is 134217728: at most 67108864 are allowed");
+    assert_eq!(
+        Waterfall::new(1 << 13, 1 << 14).unwrap_err().to_string(),
+        "samples in a window is 134217728: at most 67108864 are allowed"
+    );
     assert!(uniform_times(0.0, 1.0, 0).is_err() && Distribution::new().histogram(3).is_err());
 }
 
@@ -68,8 +75,16 @@ fn counts_without_bound_are_refused_by_name() {
 fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
     let sweep = Sweep::over(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
-    let run =
-        |chunks| sweep.run_chunk(1, chunks, &TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)), &Watch::new());
+    let run = |chunks| {
+        sweep.run_chunk(
+            1,
+            chunks,
+            &TableRk4::new(8),
+            |_| Ok::<_, P>(Swing),
+            |_, _| Ok::<_, P>(State::at_rest(1)),
+            &Watch::new(),
+        )
+    };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
 }
@@ -79,15 +94,25 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
 fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     struct NoRun;
     impl Integrator for NoRun {
-        fn run<M: Model + ?Sized, O: Observer>(&self, _: &M, _: &State, _: f64, _: &mut O) -> Result<Finish, IntegrateError> {
+        fn run<M: Model + ?Sized, O: Observer>(
+            &self,
+            _: &M,
+            _: &State,
+            _: f64,
+            _: &mut O,
+        ) -> Result<Finish, IntegrateError> {
             panic!("it runs");
         }
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let (start, speed) = (pair.static_start().unwrap(), pair.centre_frequency());
     let run_up = Varying::new(pair, PhaseLaw::constant(speed).unwrap());
-    let run = |end, channel| Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err();
-    assert!(matches!(run(1e5, "deflexion"), WaterfallError::Parameter(P::NoSuchChannel { name, .. }) if name == "deflexion"));
+    let run = |end, channel| {
+        Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err()
+    };
+    assert!(
+        matches!(run(1e5, "deflexion"), WaterfallError::Parameter(P::NoSuchChannel { name, .. }) if name == "deflexion")
+    );
     for end in [1e12, 1e50] {
         assert!(matches!(run(end, "deflection"), WaterfallError::Parameter(P::TooMany { .. })), "{end}");
     }
@@ -99,7 +124,8 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
 #[test]
 fn a_time_that_the_bands_do_not_have_is_an_error() {
     let family = |_: u64| Ok::<_, P>((Swing, State::at_rest(1)));
-    let bands = Ensemble::new(2, 1.0, 4).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family).unwrap();
+    let bands =
+        Ensemble::new(2, 1.0, 4).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family).unwrap();
     for i in [5, 1 << 62, 1 << 63, usize::MAX / 2, usize::MAX] {
         for channel in ["q1", "v1"] {
             assert!(matches!(bands.at(channel, i), Err(P::Length { found: 5, .. })), "{channel} {i}");
@@ -136,8 +162,11 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
         |p, x| p.stiffness_harmonics = vec![[x, -x]],
         |p, x| p.eccentric_ratio = 1.0 - x.min(1.0),
     ];
-    let readings =
-        [NfgReading::exact(), NfgReading::published(), NfgReading { centre_forcing: CentreForcing::Series(50), ..NfgReading::exact() }];
+    let readings = [
+        NfgReading::exact(),
+        NfgReading::published(),
+        NfgReading { centre_forcing: CentreForcing::Series(50), ..NfgReading::exact() },
+    ];
     fn look<M: Periodic>(model: &M, of: &str) {
         let period = model.period();
         assert!(period.is_finite() && period > 0.0, "{of}: period {period}");
@@ -190,7 +219,10 @@ fn laws_and_phases_that_overflow_are_refused() {
     assert!([0.0, 1e-100, 1e100].iter().all(|x| law.at(*x).is_finite() && law.slope(*x).is_finite()));
     for bad in [5e-324, 1e-200, 1e160, f64::MAX] {
         assert!(PhaseLaw::constant(bad).is_err(), "{bad}");
-        assert!(PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(), "{bad}");
+        assert!(
+            PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(),
+            "{bad}"
+        );
         assert!(PhaseLaw::ramp(bad, 1.0, 1.0).is_err() && PhaseLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
     }
     assert!(PhaseLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
@@ -201,17 +233,27 @@ fn laws_and_phases_that_overflow_are_refused() {
 
 #[test]
 fn figures_that_overflow_are_errors() {
-    let overflows = |what: &str, error: Option<P>| assert!(matches!(error, Some(P::Overflow { .. })), "{what}: {error:?}");
+    let overflows = |what: &str, error: Option<P>| {
+        assert!(matches!(error, Some(P::Overflow { .. })), "{what}: {error:?}")
+    };
     overflows("mean", Summary::of(&[f64::MAX, f64::MAX]).err());
     overflows("mean square", Summary::of(&[1e200, -1e200]).err());
-    overflows("amplitude", Spectrum::of(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err());
-    let beyond = |what: &str, error: Option<P>| assert!(matches!(error, Some(P::OutOfRange { .. })), "{what}: {error:?}");
+    overflows(
+        "amplitude",
+        Spectrum::of(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err(),
+    );
+    let beyond = |what: &str, error: Option<P>| {
+        assert!(matches!(error, Some(P::OutOfRange { .. })), "{what}: {error:?}")
+    };
     beyond("series", Fourier::new(0.0, &[[1e200, 0.0]]).err());
     beyond("series", Fourier::new(f64::MAX, &[[f64::MAX, 0.0]]).err());
     beyond("fit", Fourier::fit(&[f64::MAX; 9], 2).err());
     beyond("table", Table::new(&[1e100, -1e100].repeat(10_000)).err());
     beyond("wave", RectangularWave::new(-f64::MAX, f64::MAX, 0.5).err());
-    assert!(Spectrum::of(&[1.0, 2.0], 5e-324, Window::Hann).is_err() && Spectrum::of(&[1.0, 2.0], f64::MAX, Window::Hann).is_err());
+    assert!(
+        Spectrum::of(&[1.0, 2.0], 5e-324, Window::Hann).is_err()
+            && Spectrum::of(&[1.0, 2.0], f64::MAX, Window::Hann).is_err()
+    );
     // Values of any size have a mean with its standard error; their variance may be beyond all numbers.
     for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {
         let all = Distribution::of(values);
@@ -219,7 +261,11 @@ fn figures_that_overflow_are_errors() {
         assert!((all.mean() - exact).abs() <= 1e-12 * all.max().abs(), "{values:?}: {}", all.mean());
         let squares: f64 = values.iter().map(|x| (x / 1e200 - exact / 1e200).powi(2)).sum();
         let error = 1e200 * (squares / 12.0).sqrt();
-        assert!((all.standard_error() - error).abs() <= 1e-12 * error, "{values:?}: {} {error}", all.standard_error());
+        assert!(
+            (all.standard_error() - error).abs() <= 1e-12 * error,
+            "{values:?}: {} {error}",
+            all.standard_error()
+        );
         assert!(all.quantile(0.4).unwrap().is_finite());
     }
     overflows("variance", Distribution::of([1e160, -1e160]).variance().err());
@@ -238,9 +284,15 @@ fn a_ring_bounds_jumps_and_gears() {
         Ring::new(&params)
     };
     assert!(with(10).is_ok());
-    assert!(matches!(with(100_000), Err(P::TooMany { name, most: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period"));
-    assert!(matches!(wave.clone().per_turn(1_000_001), Err(P::TooMany { name, most: 1_000_000, .. }) if name == "order of a wave"));
-    assert!(matches!(wave.per_turn(1_000_000), Err(P::TooMany { name, .. }) if name == "edges of a wave in a turn"));
+    assert!(
+        matches!(with(100_000), Err(P::TooMany { name, most: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period")
+    );
+    assert!(
+        matches!(wave.clone().per_turn(1_000_001), Err(P::TooMany { name, most: 1_000_000, .. }) if name == "order of a wave")
+    );
+    assert!(
+        matches!(wave.per_turn(1_000_000), Err(P::TooMany { name, .. }) if name == "edges of a wave in a turn")
+    );
     assert!(matches!(RingSet::a(4096, 1000.0).params(), Err(P::TooMany { most: 4095, .. })));
 }
 
@@ -289,7 +341,9 @@ fn models_without_coordinates_are_refused() {
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
     let sweep = Sweep::over(Points::along(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
-    let swept = sweep.run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0))).unwrap_err();
+    let swept = sweep
+        .run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0)))
+        .unwrap_err();
     assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");
 }
 
@@ -320,14 +374,19 @@ fn multipliers_with_an_error_that_is_no_number_are_none() {
     // Entries whose squares overflow: eigenvalues 3 and -1 times 1e200.
     let large = nalgebra::DMatrix::from_row_slice(2, 2, &[1e200, 2e200, 2e200, 1e200]);
     let values = Multipliers::of(&large, 0.0).unwrap();
-    assert!((values.values()[0].re / 3e200 - 1.0).abs() < 1e-14 && (values.values()[1].re / 1e200 + 1.0).abs() < 1e-14);
+    assert!(
+        (values.values()[0].re / 3e200 - 1.0).abs() < 1e-14
+            && (values.values()[1].re / 1e200 + 1.0).abs() < 1e-14
+    );
 }
 
 /// A quantity of 1e51 or of 1e-51 that is divided by is refused by name, with its range.
 #[test]
 fn quantities_have_a_range() {
     for bad in [1e51, -1e51, 1e300, f64::MAX] {
-        assert!(matches!(Constant::new(bad), Err(P::OutOfRange { value, allowed: "[-1e50, 1e50]", .. }) if value == bad));
+        assert!(
+            matches!(Constant::new(bad), Err(P::OutOfRange { value, allowed: "[-1e50, 1e50]", .. }) if value == bad)
+        );
         assert!(Fourier::new(0.0, &[[bad, 0.0]]).is_err() && Cubic::new(1.0, bad).is_err());
     }
     for bad in [1e51, 1e-51, 5e-324] {
@@ -351,7 +410,10 @@ fn runs_end_within_a_bounded_time() {
     }
     let solver = Dop853::new().rtol(f64::MAX).atol(1e50);
     for end in [1e51, 1e308, f64::INFINITY, f64::NAN] {
-        assert!(matches!(solver.end(&Idle, &State::at_rest(1), end), Err(IntegrateError::TimeSpan { .. })), "{end}");
+        assert!(
+            matches!(solver.end(&Idle, &State::at_rest(1), end), Err(IntegrateError::TimeSpan { .. })),
+            "{end}"
+        );
     }
     assert!(solver.end(&Idle, &State::at_rest(1), 1e50).is_ok());
 }

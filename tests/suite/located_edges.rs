@@ -31,7 +31,8 @@ fn without_pieces_edges_are_found_by_re_stepping() {
     let held = solver.trajectory(&Impact, &Impact::start(), 60.0).unwrap();
     let unheld = solver.trajectory(&Unheld(Impact), &Impact::start(), 60.0).unwrap();
     let plain = solver.clone().plain().trajectory(&Impact, &Impact::start(), 60.0).unwrap();
-    let [a, b, c] = [&held, &unheld, &plain].map(|run| (error(&run.last().unwrap()), run.stats().evaluations));
+    let [a, b, c] =
+        [&held, &unheld, &plain].map(|run| (error(&run.last().unwrap()), run.stats().evaluations));
     println!("held {a:?}, re-stepped {b:?}, plain {c:?}");
     assert_eq!(held.stats().crossings, unheld.stats().crossings);
     assert!(a.0 < 1e-8 && b.0 < 1e-8);
@@ -98,7 +99,11 @@ fn a_short_contact_inside_a_long_step() {
     assert!((times[0] - t1).abs() < 1e-11, "{} {t1}", times[0]);
     // From the upper turning point of the shifted spring the contact lasts 2 (π - φ') with φ' on the far side.
     let expected = [contact, 2.0 * (std::f64::consts::PI - phase) / w];
-    assert!(expected.iter().any(|e| (times[1] - times[0] - e).abs() < 1e-10), "{} {expected:?}", times[1] - times[0]);
+    assert!(
+        expected.iter().any(|e| (times[1] - times[0] - e).abs() < 1e-10),
+        "{} {expected:?}",
+        times[1] - times[0]
+    );
 }
 
 /// Two equal oscillators cross at the same instant, exactly.
@@ -124,7 +129,13 @@ fn contacts_that_cross_together() {
         }
         fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
             for i in 0..2 {
-                FreeDeadZone { b: 1.0 }.accel_on_pieces(&pieces[i..=i], u, &q[i..=i], &v[i..=i], &mut a[i..=i]);
+                FreeDeadZone { b: 1.0 }.accel_on_pieces(
+                    &pieces[i..=i],
+                    u,
+                    &q[i..=i],
+                    &v[i..=i],
+                    &mut a[i..=i],
+                );
             }
             true
         }
@@ -167,7 +178,11 @@ fn damping_that_acts_only_in_contact() {
 /// Without backlash the two flanks meet: b = 0 is an ordinary linear spring, and the gap is passed in no time.
 #[test]
 fn no_backlash_is_a_linear_spring() {
-    let run = Dop853::new().rtol(1e-12).atol(1e-14).trajectory(&FreeDeadZone { b: 0.0 }, &State::new(0.0, &[1.0], &[0.0]), 10.0).unwrap();
+    let run = Dop853::new()
+        .rtol(1e-12)
+        .atol(1e-14)
+        .trajectory(&FreeDeadZone { b: 0.0 }, &State::new(0.0, &[1.0], &[0.0]), 10.0)
+        .unwrap();
     assert!((run.last().unwrap().q[0] - 10f64.cos()).abs() < 1e-11);
 }
 
@@ -204,15 +219,19 @@ fn a_stall_is_a_typed_error() {
 #[test]
 fn a_symmetric_ring_stays_at_rest() {
     for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {
-        let set = RingSet { motor_torque: 0.0, load_torque: 0.0, half_backlash, error, ..RingSet::a(n, 2000.0) };
+        let set =
+            RingSet { motor_torque: 0.0, load_torque: 0.0, half_backlash, error, ..RingSet::a(n, 2000.0) };
         let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
         let times = uniform_times(0.0, 0.01, 200).unwrap();
-        let run = Dop853::new().rtol(1e-10).atol(1e-16).sample(&ring, &State::at_rest(2 * n + 1), &times).unwrap();
-        let (mesh, damping, omega) = (&ring.shape().meshes()[0], ring.mesh_dampings()[0], ring.mesh_frequency());
+        let run =
+            Dop853::new().rtol(1e-10).atol(1e-16).sample(&ring, &State::at_rest(2 * n + 1), &times).unwrap();
+        let (mesh, damping, omega) =
+            (&ring.shape().meshes()[0], ring.mesh_dampings()[0], ring.mesh_frequency());
         for (i, &t) in times.iter().enumerate() {
             assert!(run.q(i).iter().all(|q| q.abs() < 1e-15), "n = {n}, t = {t}: {:?}", run.q(i));
             let e = mesh.error().jet(omega * t, Side::Before);
-            let expected = -damping * omega * e.rate + mesh.stiffness().value(omega * t, Side::Before) * mesh.law().at(-e.value);
+            let expected = -damping * omega * e.rate
+                + mesh.stiffness().value(omega * t, Side::Before) * mesh.law().at(-e.value);
             for contact in 1..=n {
                 let w = run.channel(&ring, &format!("mesh force {contact}")).unwrap()[i];
                 assert!((w - expected).abs() < 1e-6, "n = {n}, t = {t}: {w} {expected}");
@@ -274,10 +293,16 @@ fn edges_are_met_far_from_time_zero() {
 }
 
 fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
-    let mut set = RingSet { error: 5e-6, motor_torque: 8.0, phases: vec![0.0, 1.0, 2.0, 3.0], ..RingSet::a(4, 12_000.0) };
+    let mut set = RingSet {
+        error: 5e-6,
+        motor_torque: 8.0,
+        phases: vec![0.0, 1.0, 2.0, 3.0],
+        ..RingSet::a(4, 12_000.0)
+    };
     change(&mut set);
     let mut params = set.params().unwrap();
-    params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(ContactDamping::InContact)).collect();
+    params.meshes =
+        params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(ContactDamping::InContact)).collect();
     Ring::new(&params).unwrap().in_frame(Frame::Rigid)
 }
 
@@ -290,7 +315,12 @@ fn edges_that_move_faster_than_the_error_estimate_sees() {
     start.q[1] = 4e-4;
     let end = 30.0 * ring.period();
     let quiet = || |_: &mut Step<'_>| ControlFlow::Continue(());
-    let fine = Dop853::new().rtol(1e-12).atol(1e-15).max_step(ring.period() / 40.0).run(&ring, &start, end, &mut quiet()).unwrap();
+    let fine = Dop853::new()
+        .rtol(1e-12)
+        .atol(1e-15)
+        .max_step(ring.period() / 40.0)
+        .run(&ring, &start, end, &mut quiet())
+        .unwrap();
     assert_eq!(fine.stats.crossings, 24);
     for (name, run) in [
         ("dop853", Dop853::new().run(&ring, &start, end, &mut quiet()).unwrap()),
@@ -298,7 +328,10 @@ fn edges_that_move_faster_than_the_error_estimate_sees() {
         ("rk4", Rk4::new(ring.period() / 100.0).run(&ring, &start, end, &mut quiet()).unwrap()),
     ] {
         let off = (run.state.v[1] - fine.state.v[1]).abs();
-        println!("{name}: {} crossings, {} evaluations, v[1] off by {off:.1e}", run.stats.crossings, run.stats.evaluations);
+        println!(
+            "{name}: {} crossings, {} evaluations, v[1] off by {off:.1e}",
+            run.stats.crossings, run.stats.evaluations
+        );
         assert_eq!(run.stats.crossings, 24, "{name}");
         assert!(off < 1e-5 * fine.state.v[1].abs(), "{name}: {off}");
     }
@@ -324,7 +357,9 @@ fn rings_that_have_turned_far_do_not_stall() {
     let run = |turned: f64| {
         let mut start = State::new(0.0, &[turned; 9], &[0.0; 9]);
         start.q[1] += 4e-4;
-        solver.run(&ring, &start, 20.0 * ring.period(), &mut |_: &mut Step<'_>| ControlFlow::Continue(())).unwrap()
+        solver
+            .run(&ring, &start, 20.0 * ring.period(), &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .unwrap()
     };
     let near = run(0.0);
     assert!(near.stats.crossings > 3);
@@ -363,7 +398,8 @@ impl Model for Couple {
             Piece::Gap => 0.0,
             Piece::Upper => d - 1e-5,
         };
-        let force = 1e3 * force + 5.0 * (v[0] - v[1]) * f64::from(pieces[0] != Piece::Gap) + 1e-2 * u[0].cos();
+        let force =
+            1e3 * force + 5.0 * (v[0] - v[1]) * f64::from(pieces[0] != Piece::Gap) + 1e-2 * u[0].cos();
         a.copy_from_slice(&[-force, force]);
         true
     }
@@ -376,7 +412,11 @@ fn two_coordinates_that_have_turned_far_do_not_stall() {
     let solver = Dop853::new().rtol(1e-9).atol(1e-10);
     let crossings = |turned: f64, spin: f64, apart: f64| {
         let start = State::new(0.0, &[turned + apart, turned], &[spin, spin]);
-        solver.run(&Couple, &start, 40.0, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).unwrap().stats.crossings
+        solver
+            .run(&Couple, &start, 40.0, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .unwrap()
+            .stats
+            .crossings
     };
     for k in 0..20 {
         let apart = 1e-5 * f64::from(k);
@@ -433,7 +473,14 @@ impl Model for Crest {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (s, c) = (self.omega * u[0]).sin_cos();
         let (upper, upper_rate) = (1.0 + 0.05 * c, -0.05 * self.omega * s);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: f64::NEG_INFINITY, upper, upper_rate, ..Contact::default() };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: f64::NEG_INFINITY,
+            upper,
+            upper_rate,
+            ..Contact::default()
+        };
     }
     fn accel_on_pieces(&self, _: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
         a[0] = 0.0;

@@ -38,7 +38,12 @@ impl<'c> Swing<'c> {
 
 impl Count {
     fn new(last: [usize; 2]) -> Self {
-        Count { drives: AtomicUsize::new(0), accelerations: AtomicUsize::new(0), last, stop: AtomicBool::new(false) }
+        Count {
+            drives: AtomicUsize::new(0),
+            accelerations: AtomicUsize::new(0),
+            last,
+            stop: AtomicBool::new(false),
+        }
     }
     fn one(&self, which: usize) {
         let counter = [&self.drives, &self.accelerations][which];
@@ -70,7 +75,10 @@ impl Shape for Swing<'_> {
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let whole = (angle / TAU - self.edge).floor() + 1.0;
-        [whole, whole + 1.0].map(|k| (k + self.edge) * TAU).into_iter().find(|edge| *edge > angle * (1.0 + 1e-15))
+        [whole, whole + 1.0]
+            .map(|k| (k + self.edge) * TAU)
+            .into_iter()
+            .find(|edge| *edge > angle * (1.0 + 1e-15))
     }
 }
 
@@ -83,10 +91,16 @@ fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn along(count: usize) -> Sweep {
-    Sweep::over(Points::along(Axis::linear("w", 1.0, 3.0, count).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1)
+    Sweep::over(Points::along(Axis::linear("w", 1.0, 3.0, count).unwrap()))
+        .settle(2)
+        .measure(2)
+        .channels(&["q1"])
+        .strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
-    (0..count).map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap()).collect()
+    (0..count)
+        .map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap())
+        .collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
@@ -95,12 +109,18 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 /// Which points are checked is counted from the start of the sweep: parts put together are the whole, checks and estimates included.
 #[test]
 fn chunks_check_the_points_that_the_whole_checks() {
-    let grid = Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()]).unwrap();
+    let grid =
+        Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()])
+            .unwrap();
     let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
         let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
-        let checked: Vec<usize> = whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
-        assert_eq!(checked, if whole.points().len() == 10 { vec![0, 4, 8] } else { vec![0, 1, 8, 9, 16, 17] });
+        let checked: Vec<usize> =
+            whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
+        assert_eq!(
+            checked,
+            if whole.points().len() == 10 { vec![0, 4, 8] } else { vec![0, 1, 8, 9, 16, 17] }
+        );
         for count in [2, 3, 7] {
             let merged = Rows::merge(chunks(&sweep, count)).unwrap();
             assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()), "{count} chunks");
@@ -110,7 +130,8 @@ fn chunks_check_the_points_that_the_whole_checks() {
             }
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
-        let prints = [one, other].map(|sweep| sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap().fingerprint());
+        let prints =
+            [one, other].map(|sweep| sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap().fingerprint());
         assert!(prints[0] != prints[1] && !prints.contains(&whole.fingerprint()));
     }
 }
@@ -125,7 +146,14 @@ fn a_line_goes_on_after_a_point_that_fails() {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
     ) -> Rows {
-        Sweep::over(points).settle(2).measure(2).channels(&["q1"]).strobe(1).carry(carry).run(engine, family, rest).unwrap()
+        Sweep::over(points)
+            .settle(2)
+            .measure(2)
+            .channels(&["q1"])
+            .strobe(1)
+            .carry(carry)
+            .run(engine, family, rest)
+            .unwrap()
     }
     fn check<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
         engine: &E,
@@ -141,7 +169,8 @@ fn a_line_goes_on_after_a_point_that_fails() {
         let (before, after): (Vec<usize>, Vec<usize>) = (0..9).filter(|i| *i != bad).partition(|i| *i < bad);
         let parts = if anew { vec![before, after] } else { vec![[before, after].concat()] };
         for part in parts.into_iter().filter(|part| !part.is_empty()) {
-            let points: Vec<Vec<f64>> = part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
+            let points: Vec<Vec<f64>> =
+                part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
             let alone = run(Points::list(&["w"], &points).unwrap(), carry, engine, swing);
             for (row, index) in alone.iter().zip(part) {
                 assert_eq!(row.channel("q1"), rows.row(index).unwrap().unwrap().channel("q1"), "{index}");
@@ -153,7 +182,9 @@ fn a_line_goes_on_after_a_point_that_fails() {
             let off = |p: &Point<'_>| Swing::with_edge(if p.index() == bad { 0.501 } else { 0.5 }, p["w"]);
             check(&LaneRk4::<4>::new(16), off, bad, carry, true);
             check(&TableRk4::new(16), off, bad, carry, true);
-            let pulled = |p: &Point<'_>| Swing::made(0.5, None, if p.index() == bad { f64::NAN } else { 1.0 }, p["w"], 2.0);
+            let pulled = |p: &Point<'_>| {
+                Swing::made(0.5, None, if p.index() == bad { f64::NAN } else { 1.0 }, p["w"], 2.0)
+            };
             check(&LaneRk4::<4>::new(16), pulled, bad, carry, false);
             check(&Located(Rk4::new(0.1)), pulled, bad, carry, false);
         }
@@ -196,21 +227,34 @@ fn periods_and_constants_that_are_none() {
             Ok::<_, ParameterError>(bare)
         };
         let rows = along(8).run(engine, family, rest).unwrap();
-        assert_eq!((rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()), (vec![0, 2, 7], 5));
+        assert_eq!(
+            (rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()),
+            (vec![0, 2, 7], 5)
+        );
         rows.errors().values().cloned().collect()
     }
     for period in [0.0, -2.0, f64::INFINITY, f64::NAN] {
         let change = |bare: &mut Bare| bare.period = period;
         for found in [errors(&TableRk4::new(16), &change), errors(&Located(Rk4::new(0.1)), &change)] {
-            assert!(found.iter().all(|e| matches!(e, PointError::Period { period: p } if p.to_bits() == period.to_bits())), "{found:?}");
+            assert!(
+                found.iter().all(
+                    |e| matches!(e, PointError::Period { period: p } if p.to_bits() == period.to_bits())
+                ),
+                "{found:?}"
+            );
         }
         assert!(Swing::made(0.5, None, 1.0, 1.0, period).is_err());
     }
     for pull in [f64::NAN, f64::INFINITY] {
         let change = |bare: &mut Bare| bare.pull = pull;
         let found = errors(&TableRk4::new(16), &change);
-        assert!(found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 0, .. }))), "{found:?}");
-        assert!(matches!(Swing::made(0.5, None, pull, 1.0, 2.0), Err(ParameterError::NotFinite { name, .. }) if name == "pull"));
+        assert!(
+            found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 0, .. }))),
+            "{found:?}"
+        );
+        assert!(
+            matches!(Swing::made(0.5, None, pull, 1.0, 2.0), Err(ParameterError::NotFinite { name, .. }) if name == "pull")
+        );
     }
 }
 
@@ -220,7 +264,8 @@ fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83: at w = 40 a step of 1/8 is too long, a quarter of it is not.
     let points = Points::along(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::over(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
-    let kicked = |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
+    let kicked =
+        |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
     assert!(matches!(rows.row(2).unwrap(), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.row(i).unwrap().unwrap());
@@ -234,7 +279,9 @@ fn a_check_counts_only_beside_its_row() {
 #[test]
 fn a_check_that_fails_is_told() {
     // On a whole step to a millionth of 16, not of 64.
-    let family = |p: &Point<'_>| -> Made<'static> { Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"]) };
+    let family = |p: &Point<'_>| -> Made<'static> {
+        Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
+    };
     let sweep = along(5).settle(100).check_every(2);
     let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
     let row = rows.row(2).unwrap().unwrap();
@@ -254,7 +301,8 @@ fn a_check_that_fails_is_told() {
 #[test]
 fn rows_are_equal_whatever_ran_alone() {
     let sweep = along(145);
-    let run = |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::<16>::new(16), swing, rest)).unwrap();
+    let run =
+        |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::<16>::new(16), swing, rest)).unwrap();
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
@@ -281,8 +329,16 @@ fn empty_parts_in_any_order() {
 #[test]
 fn rows_of_another_sweep_are_refused() {
     let sweep = along(8);
-    let wider = Sweep::over(Points::along(Axis::linear("w", 1.0, 3.5, 8).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1);
-    let renamed = Sweep::over(Points::along(Axis::linear("v", 1.0, 3.0, 8).unwrap())).settle(2).measure(2).channels(&["q1"]).strobe(1);
+    let wider = Sweep::over(Points::along(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
+        .settle(2)
+        .measure(2)
+        .channels(&["q1"])
+        .strobe(1);
+    let renamed = Sweep::over(Points::along(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
+        .settle(2)
+        .measure(2)
+        .channels(&["q1"])
+        .strobe(1);
     let of = |change: fn(Sweep) -> Sweep| change(sweep.clone());
     let others = [
         wider,
@@ -307,7 +363,10 @@ fn rows_of_another_sweep_are_refused() {
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
             let second = other.run_chunk(1, 2, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
-            assert_eq!(Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error), Err(SweepError::Parts { row: 4 }));
+            assert_eq!(
+                Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
+                Err(SweepError::Parts { row: 4 })
+            );
         }
     }
 }
@@ -316,7 +375,9 @@ fn rows_of_another_sweep_are_refused() {
 fn seal(bytes: &mut Vec<u8>) {
     let word = |bytes: &[u8]| bytes.iter().rev().fold(0u64, |word, byte| word << 8 | u64::from(*byte));
     let words = bytes.chunks(8).map(word).chain([bytes.len() as u64]);
-    let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23));
+    let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| {
+        (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23)
+    });
     bytes.extend(hash.to_le_bytes());
 }
 
@@ -365,7 +426,10 @@ fn bytes_are_taken_whole_or_not_at_all() {
 #[test]
 fn progress_ends_at_the_end() {
     let seen =
-        |sweep: &Sweep, i: usize, n: usize, family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
+        |sweep: &Sweep,
+         i: usize,
+         n: usize,
+         family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
             let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
             let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
             let progress = |done: usize, total: usize| {
@@ -373,8 +437,14 @@ fn progress_ends_at_the_end() {
                 last.fetch_max(done, Relaxed);
                 totals.lock().unwrap().insert(total);
             };
-            sweep.run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress)).unwrap();
-            (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
+            sweep
+                .run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress))
+                .unwrap();
+            (
+                last.into_inner(),
+                calls.into_inner(),
+                totals.into_inner().unwrap().into_iter().collect::<Vec<_>>(),
+            )
         };
     let swing = |p: &Point<'_>| swing(p).map_err(|_| "no swing");
     assert_eq!(seen(&along(100), 0, 4, &swing), (25, 25, vec![25]));
@@ -399,7 +469,9 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
         Err::<Machine<Swing<'_>>, _>("never")
     };
-    let rows = along(1000).run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Watch::new().cancel(&stop)).unwrap();
+    let rows = along(1000)
+        .run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Watch::new().cancel(&stop))
+        .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
     let whole = along(1000).resume(rows, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
@@ -410,7 +482,9 @@ fn a_family_without_a_model_is_left_when_cancelled() {
 fn two_threads_may_show_rows_at_once() {
     let (inside, together) = (AtomicUsize::new(0), AtomicBool::new(false));
     let rows = |row: &Row<'_>| {
-        assert!(row.channel("q1").unwrap().max > 0.0 && row.point()["w"] >= 1.0 && row.strobes().count() == 1);
+        assert!(
+            row.channel("q1").unwrap().max > 0.0 && row.point()["w"] >= 1.0 && row.strobes().count() == 1
+        );
         if inside.fetch_add(1, Relaxed) > 0 {
             together.store(true, Relaxed);
         }
@@ -422,11 +496,13 @@ fn two_threads_may_show_rows_at_once() {
         inside.fetch_sub(1, Relaxed);
     };
     let watch = Watch::new().rows(&rows);
-    let made = pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    let made =
+        pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let watch = Watch::new().rows(&busy);
-    let made = pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    let made =
+        pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
     assert_eq!(made.iter().count(), 64);
 }
 
@@ -442,16 +518,22 @@ fn a_cancel_is_seen_within_64_steps() {
             count.accelerations.store(0, Relaxed);
             made
         };
-        let rows = pool(1).install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop))).unwrap();
+        let rows = pool(1)
+            .install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop)))
+            .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
     }
     for last in [[100, 0], [5000, 0]] {
-        for [drives, accelerations] in [asked(&LaneRk4::<4>::new(5000), last), asked(&TableRk4::new(5000), last)] {
+        for [drives, accelerations] in
+            [asked(&LaneRk4::<4>::new(5000), last), asked(&TableRk4::new(5000), last)]
+        {
             assert!(drives <= last[0] + 64 && accelerations == 0, "{drives} after {}", last[0]);
         }
     }
-    for [_, accelerations] in [asked(&LaneRk4::<4>::new(5000), [0, 1001]), asked(&TableRk4::new(5000), [0, 1001])] {
+    for [_, accelerations] in
+        [asked(&LaneRk4::<4>::new(5000), [0, 1001]), asked(&TableRk4::new(5000), [0, 1001])]
+    {
         assert!(accelerations <= 1001 + 4 * 64, "{accelerations}");
     }
 }
@@ -459,14 +541,19 @@ fn a_cancel_is_seen_within_64_steps() {
 /// A table that would not fit into memory is refused before anything runs, that of the checks as well.
 #[test]
 fn tables_have_a_size() {
-    let run = |steps: usize, every: usize| along(3).check_every(every).run(&LaneRk4::<4>::new(steps), swing, rest).map(|_| ());
+    let run = |steps: usize, every: usize| {
+        along(3).check_every(every).run(&LaneRk4::<4>::new(steps), swing, rest).map(|_| ())
+    };
     for steps in [0, 500_000_000, usize::MAX] {
         assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
         let scalar = along(3).run(&TableRk4::new(steps), swing, rest);
         assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 5 })));
     }
     assert_eq!(run(10_000_000, 1), Err(SweepError::Table(TableError::Size { steps: 40_000_000, drives: 1 })));
-    assert_eq!(run(usize::MAX / 2, 1), Err(SweepError::Table(TableError::Size { steps: usize::MAX / 2, drives: 1 })));
+    assert_eq!(
+        run(usize::MAX / 2, 1),
+        Err(SweepError::Table(TableError::Size { steps: usize::MAX / 2, drives: 1 }))
+    );
 }
 
 /// A model that jumps at every step, and more often than that, still has a table.
@@ -507,13 +594,20 @@ fn jumps_without_number() {
     let [often, once] = [&often, &once].map(|rows| rows.row(0).unwrap().unwrap().channel("q1").unwrap());
     // A jump is read 1e-6 of a step off.
     assert!((often.max - once.max).abs() < 1e-9 * once.max, "{often:?} {once:?}");
-    assert!(matches!(run(16, 2.0 / 48.0).row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))));
+    assert!(matches!(
+        run(16, 2.0 / 48.0).row(0).unwrap(),
+        Err(PointError::Table(TableError::EdgeOffGrid { .. }))
+    ));
 }
 
 /// What a cancelled run has not reached is run later: the rows are those of a run that was never stopped, and what is done is not run again.
 #[test]
 fn a_cancelled_run_is_resumed() {
-    let grid = Points::grid(vec![Axis::linear("w", 1.0, 3.0, 40).unwrap(), Axis::list("x", &[1.0, 2.0, 3.0]).unwrap()]).unwrap();
+    let grid = Points::grid(vec![
+        Axis::linear("w", 1.0, 3.0, 40).unwrap(),
+        Axis::list("x", &[1.0, 2.0, 3.0]).unwrap(),
+    ])
+    .unwrap();
     let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Down);
     let engine = LaneRk4::<4>::new(16);
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
@@ -524,18 +618,25 @@ fn a_cancelled_run_is_resumed() {
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
                 let watch = Watch::new().progress(&progress).cancel(&stop);
-                let parts = [(0, Watch::new()), (1, watch)].map(|(i, watch)| sweep.run_chunk(i, 2, &engine, swing, rest, &watch).unwrap());
+                let parts = [(0, Watch::new()), (1, watch)]
+                    .map(|(i, watch)| sweep.run_chunk(i, 2, &engine, swing, rest, &watch).unwrap());
                 Rows::merge(parts.to_vec()).unwrap()
             });
             let (there, last) = (part.iter().count(), AtomicUsize::new(0));
-            assert!(there > count / 2 && (share == 119 || there < count) && part != whole || part.is_complete());
+            assert!(
+                there > count / 2 && (share == 119 || there < count) && part != whole || part.is_complete()
+            );
             let progress = |done: usize, total: usize| {
                 assert!(done <= total && total <= 2 * (count - there) + count / 3 + 6, "{total}");
                 last.fetch_max(done, Relaxed);
             };
             let read = sweep.rows_from_bytes(&part.to_bytes()).unwrap();
-            let resumed = sweep.resume(read, &engine, swing, rest, &Watch::new().progress(&progress)).unwrap();
-            assert_eq!((&resumed, resumed.fingerprint(), resumed.to_bytes()), (&whole, whole.fingerprint(), whole.to_bytes()));
+            let resumed =
+                sweep.resume(read, &engine, swing, rest, &Watch::new().progress(&progress)).unwrap();
+            assert_eq!(
+                (&resumed, resumed.fingerprint(), resumed.to_bytes()),
+                (&whole, whole.fingerprint(), whole.to_bytes())
+            );
         }
     }
     // Nothing is missing: nothing is run.

@@ -19,7 +19,12 @@ impl Model for Overdamped {
 
 #[test]
 fn overdamped_oscillator() {
-    let exponents = Lyapunov::new().settle(0).align(30).periods(50).run_over(&Overdamped, &State::at_rest(1), 1.0).unwrap();
+    let exponents = Lyapunov::new()
+        .settle(0)
+        .align(30)
+        .periods(50)
+        .run_over(&Overdamped, &State::at_rest(1), 1.0)
+        .unwrap();
     let values = exponents.values();
     println!("{values:?} {:?}", exponents.standard_error());
     assert!((values[0] + 1.0).abs() < 1e-8 && (values[1] + 2.0).abs() < 1e-8);
@@ -31,7 +36,8 @@ fn of_a_periodic_orbit() {
     let model = DeadZone { omega: 0.85, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.2 };
     let cycle = Shooting::new().run(&model, &[State::new(0.0, &[1.17], &[0.02])]).unwrap();
     let growth = cycle.multipliers().growth(cycle.period());
-    let exponents = Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
+    let exponents =
+        Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
     println!("{:?} {growth:?} {:?}", exponents.values(), exponents.standard_error());
     for (ours, exact) in exponents.values().iter().zip(&growth) {
         // A complex pair turns: the mean converges as 1/periods.
@@ -41,7 +47,13 @@ fn of_a_periodic_orbit() {
     let cycle = Shooting::new().run(&duffing, &[State::new(0.0, &[-0.98292], &[3.00552])]).unwrap();
     assert_eq!(cycle.stability(), Stability::Unstable);
     let growth = cycle.multipliers().growth(cycle.period());
-    let exponents = Lyapunov::new().settle(0).align(8).periods(12).tolerance(1e-12).run(&duffing, &cycle.states()[0]).unwrap();
+    let exponents = Lyapunov::new()
+        .settle(0)
+        .align(8)
+        .periods(12)
+        .tolerance(1e-12)
+        .run(&duffing, &cycle.states()[0])
+        .unwrap();
     println!("{:?} {growth:?}", exponents.values());
     for (ours, exact) in exponents.values().iter().zip(&growth) {
         assert!((ours - exact).abs() < 1e-3, "{ours} {exact}");
@@ -49,7 +61,8 @@ fn of_a_periodic_orbit() {
 }
 
 fn reading_a(speed: f64) -> NfgPair {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap()
+    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+        .unwrap()
 }
 
 /// Reading A per turn of the face gear, by speed.
@@ -64,7 +77,12 @@ fn published() -> Vec<(f64, f64)> {
 fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
     for (speed, theirs) in published().into_iter().filter(|(speed, _)| speeds(*speed)) {
         let pair = reading_a(speed);
-        let exponents = Lyapunov::new().settle(40).align(5).periods(periods).run(&pair, &pair.static_start().unwrap()).unwrap();
+        let exponents = Lyapunov::new()
+            .settle(40)
+            .align(5)
+            .periods(periods)
+            .run(&pair, &pair.static_start().unwrap())
+            .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
         println!("{speed}: {ours:.2} ± {error:.2}, theirs {theirs}");
         if theirs > 0.0 {
@@ -103,13 +121,20 @@ fn of_the_rattling_pair_at_all_speeds() {
 fn of_the_rattling_pair_over_a_thousand_turns() {
     for (speed, theirs) in published().into_iter().filter(|(_, theirs)| *theirs > 0.0) {
         let pair = reading_a(speed);
-        let exponents = Lyapunov::new().count(1).settle(60).periods(1000).run(&pair, &pair.static_start().unwrap()).unwrap();
+        let exponents = Lyapunov::new()
+            .count(1)
+            .settle(60)
+            .periods(1000)
+            .run(&pair, &pair.static_start().unwrap())
+            .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
         println!("{speed}: {ours:.3} ± {error:.3}, theirs {theirs}, {:.1} %", 100.0 * (ours / theirs - 1.0));
         let (history, turns) = (exponents.history(0), 100);
         let sum = |turn: usize| if turn == 0 { 0.0 } else { history[turn - 1] * turn as f64 };
-        let samples = (0..history.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
-        let (least, most) = samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let samples =
+            (0..history.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
+        let (least, most) =
+            samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         println!("    samples of {turns} turns: {least:.2} .. {most:.2}");
         let close = (ours - theirs).abs() < 0.15 * theirs;
         assert!(close || (speed == 160.0 && (least..=most).contains(&theirs)), "{speed}: {ours} {theirs}");
@@ -119,20 +144,29 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
 /// The chaotic window of reading A ends between 163 and 163.5 rad/s, by way of period two; from 164 every turn is the same.
 fn window(speeds: &[f64]) {
     let points = Points::along(Axis::list("speed", speeds).unwrap());
-    let sweep = Sweep::over(points).settle(60).measure(40).lyapunov(Lyapunov::new().align(5).periods(40).tolerance(1e-7));
+    let sweep = Sweep::over(points)
+        .settle(60)
+        .measure(40)
+        .lyapunov(Lyapunov::new().align(5).periods(40).tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
     let rows = sweep.run(&Located(solver), family, |_, pair| pair.static_start()).unwrap();
     assert!(rows.errors().is_empty());
     for row in rows.iter() {
-        let (speed, exponent, error) = (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+        let (speed, exponent, error) =
+            (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
         println!("{speed}: {exponent:.3} ± {error:.3}, period {:?}", row.period_multiple());
         match speed {
             150.0..=163.0 => {
-                assert!(exponent > 2.0 * error && row.period_multiple().is_none() && row.is_sensitive(), "{speed}: {exponent} ± {error}")
+                assert!(
+                    exponent > 2.0 * error && row.period_multiple().is_none() && row.is_sensitive(),
+                    "{speed}: {exponent} ± {error}"
+                )
             }
             163.5 => assert_eq!((row.period_multiple(), exponent < 0.0), (Some(2), true)),
-            164.0.. => assert_eq!((row.period_multiple(), exponent < 0.0), (Some(1), true), "{speed}: {exponent}"),
+            164.0.. => {
+                assert_eq!((row.period_multiple(), exponent < 0.0), (Some(1), true), "{speed}: {exponent}")
+            }
             _ => {}
         }
     }
@@ -171,7 +205,10 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let sweep = Sweep::over(points).settle(4).measure(2).strobe(1).carry(Carry::Up);
     let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
     let period = Driven(0.0).period();
-    for rows in [asked.run(&TableRk4::new(64), family, start).unwrap(), asked.run(&Located(Dop853::new()), family, start).unwrap()] {
+    for rows in [
+        asked.run(&TableRk4::new(64), family, start).unwrap(),
+        asked.run(&Located(Dop853::new()), family, start).unwrap(),
+    ] {
         for (row, rate) in rows.iter().zip([-1.0, 2f64.sqrt() - 2.0]) {
             let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
             assert!((ours - rate * period).abs() < 1e-7 && error < 1e-7, "{ours} ± {error} {rate}");
@@ -181,8 +218,13 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     }
     let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
     assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_error().is_none()));
-    for bad in [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().tolerance(f64::NAN)] {
-        assert!(matches!(sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start), Err(SweepError::Parameter(_))));
+    for bad in
+        [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().tolerance(f64::NAN)]
+    {
+        assert!(matches!(
+            sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start),
+            Err(SweepError::Parameter(_))
+        ));
     }
 }
 
@@ -197,11 +239,17 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
     for row in rows.iter() {
         let end = row.strobes().next().unwrap();
-        let alone = lyapunov.clone().settle(0).count(1).run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..])).unwrap();
+        let alone = lyapunov
+            .clone()
+            .settle(0)
+            .count(1)
+            .run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..]))
+            .unwrap();
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
     }
-    let parts = (0..3).map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Watch::new()).unwrap());
+    let parts =
+        (0..3).map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Watch::new()).unwrap());
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 
@@ -282,7 +330,10 @@ impl Model for Cubic {
         1
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        a[0] = self.force * (self.omega * u[0]).cos() - self.damping * v[0] - self.stiffness * q[0] - q[0].powi(3);
+        a[0] = self.force * (self.omega * u[0]).cos()
+            - self.damping * v[0]
+            - self.stiffness * q[0]
+            - q[0].powi(3);
     }
     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
         (out.q[(0, 0)], out.v[(0, 0)]) = (-self.stiffness - 3.0 * q[0] * q[0], -self.damping);
@@ -305,13 +356,19 @@ fn a_direction_that_turns_with_the_period_is_no_certainty() {
     println!("{ours:?} ± {errors:?}, exact {exact:?}");
     assert!(ours[0] >= ours[1]);
     for i in 0..2 {
-        assert!((ours[i] - exact[i]).abs() < 2.0 * errors[i] && errors[i] < 1e-4, "{} ± {}", ours[i], errors[i]);
+        assert!(
+            (ours[i] - exact[i]).abs() < 2.0 * errors[i] && errors[i] < 1e-4,
+            "{} ± {}",
+            ours[i],
+            errors[i]
+        );
     }
 }
 
 /// What share of the bars of `count` random starts hold the exponent within two errors: the exact one, or the mean of all.
 fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Option<f64>) -> f64 {
-    let start = |i: u32| [1, 2].map(|j| 2.0 * (f64::from(i) * [0.0, 0.754_877_666, 0.569_840_291][j]).fract() - 1.0);
+    let start =
+        |i: u32| [1, 2].map(|j| 2.0 * (f64::from(i) * [0.0, 0.754_877_666, 0.569_840_291][j]).fract() - 1.0);
     let runs = (0..count).map(|i| {
         let [q, v] = start(i);
         let exponents = lyapunov.run(model, &State::new(0.0, &[q], &[v])).unwrap();
@@ -321,8 +378,12 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
     let mean = |of: fn(&(f64, f64)) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
     let exact = exact.unwrap_or(mean(|run| run.0));
     let held = runs.iter().filter(|(ours, error)| (ours - exact).abs() < 2.0 * error).count();
-    let off = (runs.iter().map(|(ours, _)| (ours - exact) * (ours - exact)).sum::<f64>() / runs.len() as f64).sqrt();
-    println!("exponent {exact:.6}, off by {off:.2e}, bars {:.2e}: {held} of {count} within two errors", mean(|run| run.1));
+    let off = (runs.iter().map(|(ours, _)| (ours - exact) * (ours - exact)).sum::<f64>() / runs.len() as f64)
+        .sqrt();
+    println!(
+        "exponent {exact:.6}, off by {off:.2e}, bars {:.2e}: {held} of {count} within two errors",
+        mean(|run| run.1)
+    );
     assert!(mean(|run| run.1) < 2.0 * off, "bars far too large");
     held as f64 / f64::from(count)
 }
@@ -358,7 +419,8 @@ fn bars_cover_95_percent_of_200_seeds() {
 fn a_stiff_model_has_its_second_exponent() {
     for damping in [300.0, 1000.0] {
         let model = Linear { damping, stiffness: 1.0 };
-        let exponents = Lyapunov::new().settle(0).align(0).periods(1).run(&model, &State::at_rest(1)).unwrap();
+        let exponents =
+            Lyapunov::new().settle(0).align(0).periods(1).run(&model, &State::at_rest(1)).unwrap();
         let (ours, exact) = (exponents.per_period(), model.exact());
         println!("{ours:?} {exact:?}");
         // A period is too short for the first direction to be met exactly.
@@ -404,7 +466,9 @@ fn a_run_that_ends_early_keeps_its_state() {
     let start = State::new(0.0, &[1.0], &[0.0]);
     // While settling, in its last period, and while measuring.
     for settle in [50, 6, 2] {
-        let Err(LyapunovError::Flow { so_far, .. }) = Lyapunov::new().settle(settle).align(0).run_over(&Breaks, &start, 1.0) else {
+        let Err(LyapunovError::Flow { so_far, .. }) =
+            Lyapunov::new().settle(settle).align(0).run_over(&Breaks, &start, 1.0)
+        else {
             panic!("settled through a force that is no number");
         };
         let state = so_far.state();
@@ -418,14 +482,23 @@ fn a_budget_ends_any_run() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };
     let start = State::at_rest(1);
     let solve = Lyapunov::new().settle(0).align(0).tolerance(1e-6);
-    let most = [solve.clone().settle(usize::MAX), solve.clone().align(usize::MAX), solve.clone().periods(usize::MAX)];
+    let most = [
+        solve.clone().settle(usize::MAX),
+        solve.clone().align(usize::MAX),
+        solve.clone().periods(usize::MAX),
+    ];
     for lyapunov in most {
         match lyapunov.budget(Budget::new().steps(600)).run(&model, &start) {
-            Err(LyapunovError::Exhausted { exhausted: Exhausted::Steps { limit: 600 }, so_far }) => assert!(so_far.state().t > TAU),
+            Err(LyapunovError::Exhausted { exhausted: Exhausted::Steps { limit: 600 }, so_far }) => {
+                assert!(so_far.state().t > TAU)
+            }
             other => panic!("{other:?}"),
         }
     }
     let flag = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let stopped = solve.budget(Budget::new().cancel(flag)).run(&model, &start);
-    assert!(matches!(stopped, Err(LyapunovError::Exhausted { exhausted: Exhausted::Cancelled, .. })), "{stopped:?}");
+    assert!(
+        matches!(stopped, Err(LyapunovError::Exhausted { exhausted: Exhausted::Cancelled, .. })),
+        "{stopped:?}"
+    );
 }

@@ -8,7 +8,8 @@ fn pair() -> NfgPair {
 }
 
 fn ring() -> Ring {
-    Ring::new(&RingSet { phases: vec![0.0, 0.4, 1.1, 2.0], ..RingSet::a(4, 2000.0) }.params().unwrap()).unwrap()
+    Ring::new(&RingSet { phases: vec![0.0, 0.4, 1.1, 2.0], ..RingSet::a(4, 2000.0) }.params().unwrap())
+        .unwrap()
 }
 
 #[test]
@@ -20,9 +21,15 @@ fn names_that_do_not_exist_are_refused() {
     );
     assert!(matches!(pair().constant("b").unwrap_err(), ParameterError::NoSuchConstant { .. }));
     assert!(matches!(ring().slot("mesh damping 0").unwrap_err(), ParameterError::NoSuchConstant { .. }));
-    assert!(matches!(ring().slope("load", &[], &[], &[]).unwrap_err(), ParameterError::NoSuchConstant { .. }));
+    assert!(matches!(
+        ring().slope("load", &[], &[], &[]).unwrap_err(),
+        ParameterError::NoSuchConstant { .. }
+    ));
     // A constant that is read in another form has no drive.
-    assert_eq!(pair().slot("half backlash").unwrap_err(), ParameterError::NotADrive { name: "half backlash".into() });
+    assert_eq!(
+        pair().slot("half backlash").unwrap_err(),
+        ParameterError::NotADrive { name: "half backlash".into() }
+    );
     assert_eq!(pair().slot("inertia").unwrap_err(), ParameterError::NotADrive { name: "inertia".into() });
     let ring = ring();
     let mut u = vec![0.0; ring.drives()];
@@ -36,14 +43,18 @@ fn names_that_do_not_exist_are_refused() {
 
 #[test]
 fn values_out_of_range_are_refused_by_name() {
-    for (name, bad) in [("speed", 0.0), ("speed", -1.0), ("inertia", 0.0), ("load torque", -1.0), ("half backlash", -1e-5)] {
+    for (name, bad) in
+        [("speed", 0.0), ("speed", -1.0), ("inertia", 0.0), ("load torque", -1.0), ("half backlash", -1e-5)]
+    {
         let error = pair().with(name, bad).unwrap_err();
         assert!(error.to_string().starts_with(name), "{error}");
     }
     for bad in [f64::NAN, f64::INFINITY, 1e51] {
         assert!(pair().with("load torque", bad).is_err() && ring().with("motor torque", bad).is_err());
     }
-    assert!(matches!(ring().with("mesh damping 2", -1.0), Err(ParameterError::Negative { name, .. }) if name == "mesh damping 2"));
+    assert!(
+        matches!(ring().with("mesh damping 2", -1.0), Err(ParameterError::Negative { name, .. }) if name == "mesh damping 2")
+    );
 }
 
 /// ∂a/∂c by every constant of every model, against differences of models made anew.
@@ -64,18 +75,27 @@ fn derivatives_by_constants() {
         for (channel, &value) in model.names().iter().zip(model.constants()) {
             let h = 1e-5 * value.abs().max(1e-3);
             let exact = model.slope(&channel.name, &u, q, v).unwrap();
-            let [above, below] = [1.0, -1.0].map(|side| at(&model.with(&channel.name, value + side * h).unwrap()).1);
+            let [above, below] =
+                [1.0, -1.0].map(|side| at(&model.with(&channel.name, value + side * h).unwrap()).1);
             for i in 0..n {
                 let differences = (above[i] - below[i]) / (2.0 * h);
                 let scale = exact[i].abs().max(size / value.abs().max(1e-3));
-                assert!((exact[i] - differences).abs() < 1e-6 * scale, "{channel}: {} {differences}", exact[i]);
+                assert!(
+                    (exact[i] - differences).abs() < 1e-6 * scale,
+                    "{channel}: {} {differences}",
+                    exact[i]
+                );
             }
             moved += usize::from(exact.iter().any(|x| *x != 0.0));
         }
         assert_eq!(moved, model.names().len());
     }
     check(&pair(), &[-8e-4], &[1e-4]);
-    check(&NfgPair2::new(&NfgParams { error: 2e-5, ..NfgParams::table1() }, 0.01).unwrap(), &[1e-3, -2e-3], &[0.3, -0.2]);
+    check(
+        &NfgPair2::new(&NfgParams { error: 2e-5, ..NfgParams::table1() }, 0.01).unwrap(),
+        &[1e-3, -2e-3],
+        &[0.3, -0.2],
+    );
     let q: Vec<f64> = (0..9).map(|i| 1e-3 * (f64::from(i) * 0.7).sin()).collect();
     let v: Vec<f64> = (0..9).map(|i| 0.1 * (f64::from(i) * 1.3).cos()).collect();
     check(&ring(), &q, &v);
@@ -104,7 +124,8 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
                 let x = law.phase(t);
                 let turns = ((x + 0.5 * TAU) / TAU).floor();
                 let rigid = 2.0 * ((1.0 - eps) / (1.0 + eps) * (0.5 * x).tan()).atan() + TAU * turns;
-                let error: f64 = params.error + params.error_harmonics.iter().map(|[_, s]| s * (63.0 * x).sin()).sum::<f64>();
+                let error: f64 = params.error
+                    + params.error_harmonics.iter().map(|[_, s]| s * (63.0 * x).sin()).sum::<f64>();
                 error / (radius * (1.0 + params.beta() * x.cos())) - rigid
             };
             let h = 0.25;
@@ -126,13 +147,20 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
 #[test]
 fn rings_of_any_speed_share_lanes() {
     let family = |p: &Point<'_>| {
-        let set = RingSet { motor_torque: 4.0, load_torque: 1.0, half_backlash: 1e-5, error: 5e-6, ..RingSet::a(3, p["rpm"]) };
+        let set = RingSet {
+            motor_torque: 4.0,
+            load_torque: 1.0,
+            half_backlash: 1e-5,
+            error: 5e-6,
+            ..RingSet::a(3, p["rpm"])
+        };
         Ring::as_printed(&set.params()?)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let sweep = |speeds: &[f64]| {
         let points = Points::along(Axis::list("rpm", speeds).unwrap());
-        let sweep = Sweep::over(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
+        let sweep =
+            Sweep::over(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
         sweep.run(&LaneRk4::<4>::new(200), family, start).unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
@@ -168,7 +196,12 @@ fn the_pair_takes_any_law_and_any_wave() {
             let (x, y) = (read(one, t, q), read(other, t, q));
             for i in 0..8 {
                 let size = [1e-4, 1e-4, 1e-6, 1e-4, 1e-4, 1e-6, 1e-6, 1e3][i];
-                assert!((x[i] - y[i]).abs() < tolerance * size.max(x[i].abs()), "{what} {i}: {} {}", x[i], y[i]);
+                assert!(
+                    (x[i] - y[i]).abs() < tolerance * size.max(x[i].abs()),
+                    "{what} {i}: {} {}",
+                    x[i],
+                    y[i]
+                );
             }
         }
     }
@@ -194,7 +227,12 @@ fn the_pair_takes_any_law_and_any_wave() {
             let (stiffness, error) = waves();
             Mesh::new(stiffness, error, PowerLaw::new(5e-5, 1.0, 1.0).unwrap())
         };
-        compare(&own, &NfgPair::with_mesh(&params, reading, power).unwrap(), 1e-11, "power law of exponent 1");
+        compare(
+            &own,
+            &NfgPair::with_mesh(&params, reading, power).unwrap(),
+            1e-11,
+            "power law of exponent 1",
+        );
     }
 }
 
@@ -207,7 +245,10 @@ fn moving_edges_of_the_pair() {
     let mesh = Mesh::new(stiffness, Wave::constant(1e-5).unwrap(), VaryingBacklash::new(width));
     let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
     assert_eq!(check_periodic(&one, &State::new(3.0, &[-8e-4], &[1e-4])), []);
-    let edges = std::iter::successors(Some(0.0), |t| one.next_edge(*t)).skip(1).take_while(|t| *t < 0.999 * one.period()).count();
+    let edges = std::iter::successors(Some(0.0), |t| one.next_edge(*t))
+        .skip(1)
+        .take_while(|t| *t < 0.999 * one.period())
+        .count();
     assert_eq!(edges, 2 * 63);
     let absolute = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(1e-5).unwrap(), mesh.law().clone());
     let two = NfgPair2::with_mesh(&params, 0.01, NfgReading::exact(), absolute).unwrap();
@@ -301,18 +342,29 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
         shape.machine_of().map(|_| ())
     };
     assert_eq!(of(|_| ()), Ok(()));
-    assert!(matches!(of(|s| s.size.dof = 0), Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape"));
+    assert!(
+        matches!(of(|s| s.size.dof = 0), Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape")
+    );
     assert!(matches!(of(|s| s.size.constants = 3), Err(P::Length { expected: 3, found: 2, .. })));
     assert!(matches!(of(|s| s.prepared = 1), Err(P::Length { expected: 2, found: 1, .. })));
-    assert!(matches!(of(|s| s.size.waves = 2), Err(P::NotFinite { name, .. }) if name == "wave 1 of the shape"));
-    assert!(matches!(of(|s| s.reads = 2), Err(P::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"));
-    assert!(matches!(of(|s| s.wave = |x| (0.5 * x).sin()), Err(P::NotPeriodic { name, .. }) if name == "wave 0 of the shape"));
+    assert!(
+        matches!(of(|s| s.size.waves = 2), Err(P::NotFinite { name, .. }) if name == "wave 1 of the shape")
+    );
+    assert!(
+        matches!(of(|s| s.reads = 2), Err(P::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest")
+    );
+    assert!(
+        matches!(of(|s| s.wave = |x| (0.5 * x).sin()), Err(P::NotPeriodic { name, .. }) if name == "wave 0 of the shape")
+    );
     assert!(matches!(of(|s| s.repeats = 2), Err(P::NotPeriodic { .. })));
     assert!(matches!(of(|s| s.repeats = 0), Err(P::TooFew { .. })));
     assert_eq!(of(|s| (s.repeats, s.wave) = (2, |x: f64| (2.0 * x).sin())), Ok(()));
     assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::ConstantTwice { .. })));
     let shape = Flawed::right();
-    assert_eq!(shape.clone().machine(&[("speed", 1.0)]).unwrap_err(), P::MissingConstant { name: "load".into() });
+    assert_eq!(
+        shape.clone().machine(&[("speed", 1.0)]).unwrap_err(),
+        P::MissingConstant { name: "load".into() }
+    );
     assert_eq!(
         shape.clone().machine(&[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
         P::ConstantTwice { name: "speed".into() }
@@ -320,8 +372,12 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     assert!(
         matches!(shape.clone().machine(&[("speed", 0.0), ("load", 1.0)]), Err(P::NotPositive { name, .. }) if name == "speed of the angle")
     );
-    assert!(matches!(shape.machine(&[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load"));
-    assert!(matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, least: 1, .. }) if name == "order of a wave"));
+    assert!(
+        matches!(shape.machine(&[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load")
+    );
+    assert!(
+        matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, least: 1, .. }) if name == "order of a wave")
+    );
 }
 
 /// The period is that in which all waves repeat, whatever shaft they are on: 30 teeth and 12 blades repeat 6 times a turn.
@@ -350,7 +406,14 @@ fn lanes_refuse_rigid_stops() {
             let [weight] = u.constants();
             a[0] = -weight;
         }
-        fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        fn contact<S: Scalar, L: Law<S>>(
+            &self,
+            _: &L,
+            _: usize,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+        ) -> Contact<S> {
             Contact { deflection: q[0], rate: v[0], lower: S::from(0.0), ..Contact::default() }
         }
         fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
@@ -359,10 +422,16 @@ fn lanes_refuse_rigid_stops() {
         }
     }
     let family = |p: &Point<'_>| Bouncer.machine(&[("speed", TAU), ("weight", p["weight"])]);
-    let start = |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
-    let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap())).settle(0).measure(2).channels(&["q1"]);
+    let start =
+        |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
+    let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap()))
+        .settle(0)
+        .measure(2)
+        .channels(&["q1"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
-    for rows in [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)] {
+    for rows in
+        [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)]
+    {
         assert_eq!(rows.unwrap().row(0).unwrap().unwrap_err(), &refused);
     }
     // From 1/2 it falls for 1 and is back on top after 2.
@@ -390,7 +459,14 @@ fn contacts_that_are_forgotten_are_refused() {
             let b = S::from(1.0);
             a[0] = S::from(0.2) - law.force(0, &self.law, q[0], v[0], -b, b);
         }
-        fn contact<S: Scalar, L: Law<S>>(&self, _: &L, _: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+        fn contact<S: Scalar, L: Law<S>>(
+            &self,
+            _: &L,
+            _: usize,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+        ) -> Contact<S> {
             let b = S::from(1.0);
             let none = Contact { deflection: q[0], rate: v[0], ..Contact::default() };
             if self.told { Contact { lower: -b, upper: b, ..none } } else { none }
@@ -428,7 +504,9 @@ fn every_wave_has_its_own_size() {
         }
     }
     let refused = Two.machine(&[("speed", 1.0)]);
-    assert!(matches!(refused, Err(ParameterError::NotPeriodic { name, .. }) if name == "wave 1 of the shape"));
+    assert!(
+        matches!(refused, Err(ParameterError::NotPeriodic { name, .. }) if name == "wave 1 of the shape")
+    );
 }
 
 /// Edges of hand-written waves, met to rounding at any speed: none is lost.
@@ -455,7 +533,9 @@ fn no_edge_is_lost_by_rounding() {
     }
     for speed in [0.7, 0.9, 1.0, 3.3, 100.0] {
         let saw = Saw.machine(&[("speed", speed)]).unwrap();
-        let edges = std::iter::successors(Some(0.0), |t| saw.next_edge(*t)).skip(1).take_while(|t| *t < 1000.5 * saw.period());
+        let edges = std::iter::successors(Some(0.0), |t| saw.next_edge(*t))
+            .skip(1)
+            .take_while(|t| *t < 1000.5 * saw.period());
         assert_eq!(edges.count(), 1000, "{speed}");
     }
 }
@@ -523,11 +603,17 @@ fn laws_with_missing_edges_in_the_pair() {
             for k in 0..5 {
                 pair.drive(211.0 * f64::from(k), Side::After, &mut u);
                 pair.contact(&u, &[-8e-4], &[1e-4], &mut c);
-                assert!(c[0].lower_rate.is_finite() && c[0].upper_rate.is_finite() && c[0].force.is_finite(), "{what}: {c:?}");
+                assert!(
+                    c[0].lower_rate.is_finite() && c[0].upper_rate.is_finite() && c[0].force.is_finite(),
+                    "{what}: {c:?}"
+                );
             }
             match pair.static_start() {
                 Ok(start) => assert!(start.q[0] < 0.0 && what != "stop above"),
-                Err(error) => assert!(error == ParameterError::NoFlank { flank: "lower" } && what == "stop above", "{error}"),
+                Err(error) => assert!(
+                    error == ParameterError::NoFlank { flank: "lower" } && what == "stop above",
+                    "{error}"
+                ),
             }
             assert_eq!(check_periodic(&pair, &State::new(3.0, &[-8e-4], &[1e-4])), [], "{what}");
         }

@@ -45,7 +45,10 @@ fn edges_keep_their_phase() {
     let one = Dop853::new().rtol(1e-10).atol(1e-16).end(&run_up, &start, 5.0 * period).unwrap();
     let other = Rk45::new().rtol(1e-10).atol(1e-16).end(&run_up, &start, 5.0 * period).unwrap();
     let largest = one.q.iter().fold(0.0, |m: f64, q| m.max(q.abs()));
-    assert!(largest > 1e-6 && one.q.iter().zip(&other.q).all(|(a, b)| (a - b).abs() < 1e-7 * largest), "{one:?} {other:?}");
+    assert!(
+        largest > 1e-6 && one.q.iter().zip(&other.q).all(|(a, b)| (a - b).abs() < 1e-7 * largest),
+        "{one:?} {other:?}"
+    );
 }
 
 fn mesh_error() -> Wave {
@@ -77,7 +80,10 @@ fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let (start, end) = (pair.static_start().unwrap(), turns * pair.period());
     let law = PhaseLaw::ramp(pair.centre_frequency(), pair.centre_frequency() * to / from, end).unwrap();
     let solver = Dop853::new().rtol(1e-8).atol(1e-14);
-    let lines = Waterfall::new(2, 512).unwrap().run(&solver, &Varying::new(pair, law), &start, end, "deflection").unwrap();
+    let lines = Waterfall::new(2, 512)
+        .unwrap()
+        .run(&solver, &Varying::new(pair, law), &start, end, "deflection")
+        .unwrap();
     lines.iter().map(|line| [line.speed, line.order(63.0), line.order(55.0)]).collect()
 }
 
@@ -88,7 +94,9 @@ fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
 fn orders_stay_sharp_on_a_run_up_and_on_a_coast_down() {
     let (up, down) = (mesh_order(60.0, 78.0, 10.0), mesh_order(78.0, 60.0, 10.0));
     assert_eq!((up.len(), down.len()), (5, 4));
-    assert!(up.windows(2).all(|two| two[0][0] < two[1][0]) && down.windows(2).all(|two| two[0][0] > two[1][0]));
+    assert!(
+        up.windows(2).all(|two| two[0][0] < two[1][0]) && down.windows(2).all(|two| two[0][0] > two[1][0])
+    );
     for [speed, mesh, beside] in up.iter().chain(&down) {
         // 3500 at constant speed.
         assert!(*mesh > 1000.0 * beside, "{speed}: {mesh} {beside}");
@@ -99,7 +107,8 @@ fn orders_stay_sharp_on_a_run_up_and_on_a_coast_down() {
             let two = up.windows(2).find(|two| (two[0][0]..two[1][0]).contains(&speed))?;
             Some(two[0][1] + (two[1][1] - two[0][1]) * (speed - two[0][0]) / (two[1][0] - two[0][0]))
         };
-        let shares: Vec<f64> = down.iter().filter_map(|[speed, mesh, _]| at(*speed).map(|up| mesh / up - 1.0)).collect();
+        let shares: Vec<f64> =
+            down.iter().filter_map(|[speed, mesh, _]| at(*speed).map(|up| mesh / up - 1.0)).collect();
         (shares.len(), shares.iter().sum::<f64>() / shares.len() as f64)
     };
     let (compared, fast) = apart(&up, &down);
@@ -128,7 +137,9 @@ fn jumping_drives_far_along_the_phase() {
     let set = RingSet { motor_torque: 8.0, ..RingSet::a(4, 3_000.0) };
     let mut params = set.params().unwrap();
     let wave = RectangularWave::new(1e8, 2e8, 0.5).unwrap();
-    params.meshes = (0..4).map(|_| Mesh::new(Wave::new(wave), Wave::constant(0.0).unwrap(), Backlash::new(2.65e-5).unwrap())).collect();
+    params.meshes = (0..4)
+        .map(|_| Mesh::new(Wave::new(wave), Wave::constant(0.0).unwrap(), Backlash::new(2.65e-5).unwrap()))
+        .collect();
     params.mesh_damping.fill(1000.0);
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());

@@ -57,8 +57,15 @@ fn a_force_that_jumps_at_its_edge_is_read_on_its_pieces() {
                 let start = State::new(0.0, &[0.0], &[speed]);
                 Dop853::new().run(&model, &start, 3.0, &mut statistics).unwrap();
                 let force = statistics.summary("mesh force").unwrap();
-                assert!((force.max / (damping * speed) - 1.0).abs() < met, "{offers_pieces} {stiffness} {damping} {speed}: {force:?}");
-                assert!((statistics.summary("twice the force").unwrap().max / (2.0 * damping * speed) - 1.0).abs() < met);
+                assert!(
+                    (force.max / (damping * speed) - 1.0).abs() < met,
+                    "{offers_pieces} {stiffness} {damping} {speed}: {force:?}"
+                );
+                assert!(
+                    (statistics.summary("twice the force").unwrap().max / (2.0 * damping * speed) - 1.0)
+                        .abs()
+                        < met
+                );
             }
         }
     }
@@ -125,7 +132,14 @@ impl Model for Switched {
     }
 }
 
-fn times<M: Model>(model: &M, channel: &str, level: f64, direction: Direction, start: &State, ends: &[f64]) -> Vec<f64> {
+fn times<M: Model>(
+    model: &M,
+    channel: &str,
+    level: f64,
+    direction: Direction,
+    start: &State,
+    ends: &[f64],
+) -> Vec<f64> {
     let mut section = Section::new(model, channel, level, direction).unwrap();
     let mut state = start.clone();
     for &end in ends {
@@ -141,7 +155,10 @@ fn sections_see_jumps_of_drives() {
     for ends in [&[10.25][..], &[0.5, 1.0, 3.2, 10.25]] {
         let both = times(&Switched, "switch", 0.1, Direction::Both, &start, ends);
         assert_eq!(both, (1..=20).map(|i| 0.5 * f64::from(i)).collect::<Vec<_>>());
-        assert_eq!(times(&Switched, "switch", 0.1, Direction::Rising, &start, ends), (1..=10).map(f64::from).collect::<Vec<_>>());
+        assert_eq!(
+            times(&Switched, "switch", 0.1, Direction::Rising, &start, ends),
+            (1..=10).map(f64::from).collect::<Vec<_>>()
+        );
         assert_eq!(times(&Switched, "switch", 0.1, Direction::Falling, &start, ends).len(), 10);
     }
     // Other starts begin other runs: nothing was crossed between them.
@@ -157,7 +174,8 @@ fn sections_see_jumps_of_drives() {
 fn sections_see_jumps_at_tooth_edges() {
     let model = Oscillator { half_width: 1.0, load: 0.0 };
     // From 1.5: π/2 on the first flank, 4 in the gap, π on a flank, in turn.
-    let times_of = |direction| times(&model, "contact", 0.5, direction, &State::new(0.0, &[1.5], &[0.0]), &[71.0]);
+    let times_of =
+        |direction| times(&model, "contact", 0.5, direction, &State::new(0.0, &[1.5], &[0.0]), &[71.0]);
     let lost: Vec<f64> = (0..10).map(|i| 0.5 * PI + f64::from(i) * (PI + 4.0)).collect();
     let made: Vec<f64> = lost.iter().map(|t| t + 4.0).filter(|t| *t < 71.0).collect();
     for (found, expected) in [(times_of(Direction::Falling), &lost), (times_of(Direction::Rising), &made)] {
@@ -166,7 +184,8 @@ fn sections_see_jumps_at_tooth_edges() {
     }
     let stop = Stop { stiffness: 100.0, damping: 30.0, offers_pieces: true };
     for level in [1.0, 20.0, 29.999] {
-        let found = times(&stop, "mesh force", level, Direction::Rising, &State::new(0.0, &[0.0], &[1.0]), &[3.0]);
+        let found =
+            times(&stop, "mesh force", level, Direction::Rising, &State::new(0.0, &[0.0], &[1.0]), &[3.0]);
         assert!(found.len() == 1 && (found[0] - 1.0).abs() < 1e-9, "{level}: {found:?}");
     }
 }
@@ -180,7 +199,11 @@ fn zero_backlash_does_not_rattle() {
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut rattle).unwrap();
         let contact = rattle.contact(0);
-        assert_eq!((contact.state(), contact.impact_count(), contact.loss_fraction()), (RattleState::None, 0, 0.0), "{load}: {contact:?}");
+        assert_eq!(
+            (contact.state(), contact.impact_count(), contact.loss_fraction()),
+            (RattleState::None, 0, 0.0),
+            "{load}: {contact:?}"
+        );
         assert!(contact.time[0] > 10.0 && contact.time[2] > 10.0);
         let mut sampled = Rattle::new(&model);
         solver.clone().plain().run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut sampled).unwrap();
@@ -197,7 +220,9 @@ fn zero_backlash_does_not_rattle() {
 /// A pair without backlash under a light load that reverses, in lanes, by tables and located, and along an orbit of the balance.
 #[test]
 fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
-    let make = || NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() });
+    let make = || {
+        NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() })
+    };
     let sweep = Sweep::over(Points::along(Axis::list("one", &[1.0]).unwrap())).settle(1).measure(1).rattle();
     let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
     let all = [
@@ -206,7 +231,8 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
         sweep.run(&Located(Dop853::new()), family, start).unwrap(),
     ];
     for rows in &all {
-        let (state, contact) = (rows.row(0).unwrap().unwrap().state(0), rows.row(0).unwrap().unwrap().contact(0));
+        let (state, contact) =
+            (rows.row(0).unwrap().unwrap().state(0), rows.row(0).unwrap().unwrap().contact(0));
         assert!(contact.time[0] > 0.0 && contact.time[2] > 0.0, "the load does not reverse: {contact:?}");
         assert_eq!((state, contact.impact_count()), (RattleState::None, 0), "{contact:?}");
     }
@@ -238,7 +264,11 @@ fn an_edge_on_which_a_run_ends_is_counted_once() {
             };
             let first = solver.run(&model, &start, edge + off, &mut watch).unwrap();
             let second = solver.run(&model, &first.state, 30.0, &mut watch).unwrap();
-            assert_eq!((first.stats.crossings + second.stats.crossings, seen), (whole, whole), "{edge} {off}");
+            assert_eq!(
+                (first.stats.crossings + second.stats.crossings, seen),
+                (whole, whole),
+                "{edge} {off}"
+            );
         }
     }
 }

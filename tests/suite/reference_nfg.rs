@@ -86,13 +86,18 @@ fn every_periodic_case() {
 /// Every so many of the converged cases; how many these are.
 fn check_periodic_cases(stride: usize) -> usize {
     let file = read("nfg.json");
-    let converged = file["cases"].as_array().unwrap().iter().filter(|case| case["converged"].as_bool().unwrap());
+    let converged =
+        file["cases"].as_array().unwrap().iter().filter(|case| case["converged"].as_bool().unwrap());
     let mut count = 0;
     for case in converged.step_by(stride) {
         count += 1;
         let name = format!("case {} {} {}", case["id"], case["params_override"], case["options"]);
-        let pair = NfgPair::with_reading(&params(&case["params_override"]), reading(&case["options"])).unwrap();
-        assert!((pair.natural_frequency() / number(&case["derived"]["omega_n"]) - 1.0).abs() < 1e-13, "{name}");
+        let pair =
+            NfgPair::with_reading(&params(&case["params_override"]), reading(&case["options"])).unwrap();
+        assert!(
+            (pair.natural_frequency() / number(&case["derived"]["omega_n"]) - 1.0).abs() < 1e-13,
+            "{name}"
+        );
         let orbit = orbit(&pair);
         let ppv = number(&case["ppv"]);
         let close = |what: &str, ours: f64, theirs: &Value| {
@@ -112,7 +117,9 @@ fn check_periodic_cases(stride: usize) -> usize {
         close("max", orbit.q.max, &case["qmax"]);
         let multiple = orbit.steady.period_multiple;
         let series = Fourier::fit(&orbit.samples, 65 * multiple).unwrap();
-        for (key, order) in [("wc", 1), ("2wc", 2), ("we", 63), ("we+wc", 64), ("we-wc", 62), ("we+2wc", 65), ("we-2wc", 61)] {
+        for (key, order) in
+            [("wc", 1), ("2wc", 2), ("we", 63), ("we+wc", 64), ("we-wc", 62), ("we+2wc", 65), ("we-2wc", 61)]
+        {
             let [cos, sin] = series.pairs()[order * multiple - 1];
             close(key, cos, &case["harmonics"][key]["cos"]);
             close(key, sin, &case["harmonics"][key]["sin"]);
@@ -143,10 +150,15 @@ fn the_exact_reading() {
         let m = case["M"].as_u64().unwrap() as usize;
         let solver = Dop853::new().rtol(1e-11).atol_each(&[1e-17, 1e-18]);
         let start = orbit.steady.state.t;
-        let run = solver.sample(&pair, &orbit.steady.state, &uniform_times(start, start + pair.period(), m).unwrap()).unwrap();
+        let run = solver
+            .sample(&pair, &orbit.steady.state, &uniform_times(start, start + pair.period(), m).unwrap())
+            .unwrap();
         let sampled = Summary::of(&run.channel(&pair, "deflection").unwrap()).unwrap();
         for (ours, theirs) in [(sampled.min, &case["defl_min_m"]), (sampled.max, &case["defl_max_m"])] {
-            assert!((ours / number(theirs) - 1.0).abs() < 1e-6, "{speed} rad/s: deflection {ours} against {theirs}");
+            assert!(
+                (ours / number(theirs) - 1.0).abs() < 1e-6,
+                "{speed} rad/s: deflection {ours} against {theirs}"
+            );
         }
         assert!(orbit.deflection.min <= sampled.min && orbit.deflection.max >= sampled.max);
     }
@@ -156,13 +168,23 @@ fn the_exact_reading() {
 #[test]
 fn two_degrees_of_freedom_tend_to_one() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-16);
-    for (speed, inertia, expected) in [(120.0, 10.0, 6.9e-4), (120.0, 1000.0, 6.9e-6), (140.0, 10.0, 1.4e-2), (140.0, 1000.0, 1.3e-4)] {
+    for (speed, inertia, expected) in
+        [(120.0, 10.0, 6.9e-4), (120.0, 1000.0, 6.9e-6), (140.0, 10.0, 1.4e-2), (140.0, 1000.0, 1.3e-4)]
+    {
         let params = NfgParams { speed, ..NfgParams::table1() };
         let (one, two) = (NfgPair::new(&params).unwrap(), NfgPair2::new(&params, inertia).unwrap());
         let times = uniform_times(0.0, 3.0 * two.period(), 30_000).unwrap();
         let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
-        let x1 = solver.sample(&one, &one.static_start().unwrap(), &taus).unwrap().channel(&one, "deflection").unwrap();
-        let x2 = solver.sample(&two, &two.static_start().unwrap(), &times).unwrap().channel(&two, "deflection").unwrap();
+        let x1 = solver
+            .sample(&one, &one.static_start().unwrap(), &taus)
+            .unwrap()
+            .channel(&one, "deflection")
+            .unwrap();
+        let x2 = solver
+            .sample(&two, &two.static_start().unwrap(), &times)
+            .unwrap()
+            .channel(&two, "deflection")
+            .unwrap();
         let tail = &x1[20_000..];
         let ppv = Summary::of(tail).unwrap().peak_to_peak();
         let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs())) / ppv;
@@ -186,7 +208,11 @@ fn the_elastic_part_is_a_channel() {
                 HalfWidth::Instant => pair.constant("half backlash").unwrap() / values[radius],
             };
             let expected = (q - half_width).max(0.0) - (-q - half_width).max(0.0);
-            assert!((values[elastic] - expected).abs() < 1e-17, "{q} at {t}: {} against {expected}", values[elastic]);
+            assert!(
+                (values[elastic] - expected).abs() < 1e-17,
+                "{q} at {t}: {} against {expected}",
+                values[elastic]
+            );
         }
     }
     let pair = NfgPair2::new(&NfgParams::table1(), 0.01).unwrap();

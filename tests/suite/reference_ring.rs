@@ -16,7 +16,8 @@ fn ring(p: &Value) -> Ring {
     let column = |key: &str| list(&p[key]);
     let omega = number(&p["omega"]);
     let wave: Vec<[f64; 2]> = column("a_h").iter().map(|a| [*a, 0.0]).collect();
-    let (j, jl, r, ks, cs, tl) = (column("J"), column("J_L"), column("R_b"), column("k_s"), column("c_s"), column("T_L"));
+    let (j, jl, r, ks, cs, tl) =
+        (column("J"), column("J_L"), column("R_b"), column("k_s"), column("c_s"), column("T_L"));
     let gear = |i: usize| Gear {
         inertia: j[i],
         base_radius: r[i],
@@ -53,17 +54,26 @@ fn compare<M: Model>(model: &M, case: &Value, name: &str) {
     let solver = Dop853::new().rtol(1e-12).atol_each(&[vec![1e-17; n], vec![1e-13; n]].concat());
     let run = solver.sample(model, &start, &times).unwrap();
     let all: Vec<Vec<f64>> = outputs.iter().map(|o| list(&o["y"])).collect();
-    let largest = |range: std::ops::Range<usize>| all.iter().flat_map(|y| y[range.clone()].to_vec()).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let largest = |range: std::ops::Range<usize>| {
+        all.iter().flat_map(|y| y[range.clone()].to_vec()).fold(0.0, |m: f64, x| m.max(x.abs()))
+    };
     let (angle, rate) = (largest(0..n), largest(n..2 * n));
     for (i, y) in all.iter().enumerate() {
         let bound = if name == "n3_e10um_5000rpm_rattle" && times[i] == 0.05 { 1e-6 } else { 1e-8 };
-        let worst = |ours: &[f64], theirs: &[f64]| ours.iter().zip(theirs).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let worst = |ours: &[f64], theirs: &[f64]| {
+            ours.iter().zip(theirs).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        };
         let (dq, dv) = (worst(run.q(i), &y[..n]) / angle, worst(run.v(i), &y[n..]) / rate);
         println!("{name} t = {}: angles {dq:.1e}, rates {dv:.1e}", times[i]);
         assert!(dq < bound && dv < bound, "{name} t = {}: angles {dq:e}, rates {dv:e}", times[i]);
         for (mesh, w) in list(&outputs[i]["W"]).iter().enumerate() {
             let ours = run.channel(model, &format!("mesh force {}", mesh + 1)).unwrap()[i];
-            assert!((ours - w).abs() < bound * 1e4, "{name} t = {}: W{} {ours} against {w}", times[i], mesh + 1);
+            assert!(
+                (ours - w).abs() < bound * 1e4,
+                "{name} t = {}: W{} {ours} against {w}",
+                times[i],
+                mesh + 1
+            );
         }
     }
 }
@@ -79,7 +89,8 @@ fn every_trajectory() {
             compare(&ring, case, name);
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
-            let slots: Vec<usize> = (1..=ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
+            let slots: Vec<usize> =
+                (1..=ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
             let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
             compare(&noisy, case, name);
         }
@@ -108,7 +119,10 @@ fn the_presets_are_the_reference_parameters() {
         assert!((preset.mass_matrix() - given.mass_matrix()).amax() < 1e-15, "{name}");
         let mean = given.mean_mesh_stiffness();
         let k = given.stiffness_matrix(&mean).unwrap();
-        assert!((preset.stiffness_matrix(&preset.mean_mesh_stiffness()).unwrap() - &k).amax() < 1e-9 * k.amax(), "{name}");
+        assert!(
+            (preset.stiffness_matrix(&preset.mean_mesh_stiffness()).unwrap() - &k).amax() < 1e-9 * k.amax(),
+            "{name}"
+        );
         assert!((preset.damping_matrix() - given.damping_matrix()).amax() < 1e-12, "{name}");
     }
 }
@@ -134,7 +148,10 @@ fn natural_frequencies() {
             assert!((&k * phi - &m * phi * (w * w)).amax() < 1e-10 * k.amax());
         }
         for (ours, theirs) in modes.eigenvalues().iter().zip(linear["damped"].as_array().unwrap()) {
-            assert!((ours.norm() / std::f64::consts::TAU / number(&theirs["f_hz"]) - 1.0).abs() < 1e-8, "n = {n}");
+            assert!(
+                (ours.norm() / std::f64::consts::TAU / number(&theirs["f_hz"]) - 1.0).abs() < 1e-8,
+                "n = {n}"
+            );
             assert!((-ours.re / ours.norm() / number(&theirs["zeta"]) - 1.0).abs() < 1e-6, "n = {n}");
         }
     }

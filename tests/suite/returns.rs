@@ -17,7 +17,10 @@ fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> 
         (row.period_multiple(), row.change())
     };
     let located = Located(Dop853::new().rtol(1e-10).atol(1e-12));
-    [of(sweep.run(&TableRk4::new(256), family, begin).unwrap()), of(sweep.run(&located, family, begin).unwrap())]
+    [
+        of(sweep.run(&TableRk4::new(256), family, begin).unwrap()),
+        of(sweep.run(&located, family, begin).unwrap()),
+    ]
 }
 
 /// x'' + c x' + x = cos(w t - φ), φ the lag of its motion: strobed where x is largest and its velocity zero.
@@ -50,7 +53,8 @@ fn a_motion_strobed_at_its_crest_has_a_period() {
         assert!(period == Some(1) && change < 1e-8, "{period:?} {change:e}");
     }
     // Its velocity there is rounding.
-    let settled = Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
+    let settled =
+        Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
     assert!(settled.state.v[0].abs() < 1e-8 && settled.period_multiple == 1);
 }
 
@@ -120,11 +124,18 @@ fn what_drifts_apart_does_not_settle() {
 /// The face gear pair at speeds where small differences die out by a factor of 1e9 in a turn, as in examples/bifurcation.rs.
 #[test]
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
-    let sweep = Sweep::over(Points::along(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap())).settle(20).measure(6);
+    let sweep = Sweep::over(Points::along(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()))
+        .settle(20)
+        .measure(6);
     let rows = sweep
         .run(
             &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
-            |p| NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius()),
+            |p| {
+                NfgPair::with_reading(
+                    &NfgParams { speed: p["speed"], ..NfgParams::table1() },
+                    NfgReading::published_on_base_radius(),
+                )
+            },
             |_, pair| pair.static_start(),
         )
         .unwrap();
@@ -169,14 +180,21 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let points = Points::along(Axis::list("x", &[0.0]).unwrap());
     let sweep = Sweep::over(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
-    let rows = sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
+    let rows =
+        sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
     assert_eq!(rows.row(0).unwrap().unwrap().period_multiple(), Some(1));
 }
 
 /// A tolerance below rounding is met where states agree to rounding: the return is then reported as none, never as a share of the tolerance.
 #[test]
 fn returns_below_rounding_are_reported_as_none() {
-    let settle = |tolerance: f64| Settle::new().tolerance(tolerance).most_periods(400).run(&Dop853::new(), &Balanced, &State::at_rest(4));
+    let settle = |tolerance: f64| {
+        Settle::new().tolerance(tolerance).most_periods(400).run(
+            &Dop853::new(),
+            &Balanced,
+            &State::at_rest(4),
+        )
+    };
     let coarse = settle(1e-9).unwrap();
     assert!(coarse.change > 1e-12 && coarse.change <= 1e-9, "{}", coarse.change);
     if let Ok(fine) = settle(1e-300) {

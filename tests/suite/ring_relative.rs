@@ -7,15 +7,26 @@ use std::ops::ControlFlow;
 fn params() -> RingParams {
     let mut params = RingSet::a(3, 1000.0).params().unwrap();
     params.motor = Motor { inertia: 0.031, torque: 44.0, shaft: Shaft { stiffness: 970.0, damping: 0.026 } };
-    let numbers =
-        [(1.7e-3, 0.056, 5.1e-3, 2.0, 24e3, 0.11), (1.9e-3, 0.051, 6.2e-3, 3.0, 21e3, 0.13), (2.3e-3, 0.061, 4.4e-3, 1.5, 27e3, 0.17)];
-    for (gear, (inertia, base_radius, load, torque, stiffness, damping)) in params.gears.iter_mut().zip(numbers) {
-        *gear = Gear { inertia, base_radius, load: Load { inertia: load, torque, shaft: Shaft { stiffness, damping } } };
+    let numbers = [
+        (1.7e-3, 0.056, 5.1e-3, 2.0, 24e3, 0.11),
+        (1.9e-3, 0.051, 6.2e-3, 3.0, 21e3, 0.13),
+        (2.3e-3, 0.061, 4.4e-3, 1.5, 27e3, 0.17),
+    ];
+    for (gear, (inertia, base_radius, load, torque, stiffness, damping)) in
+        params.gears.iter_mut().zip(numbers)
+    {
+        *gear = Gear {
+            inertia,
+            base_radius,
+            load: Load { inertia: load, torque, shaft: Shaft { stiffness, damping } },
+        };
     }
     for (i, mesh) in params.meshes.iter_mut().enumerate() {
         let k = 1.9e8 + 1e7 * i as f64;
         let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]]).unwrap()).ahead(i as f64).unwrap();
-        let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]]).unwrap()).ahead(0.5 * i as f64).unwrap();
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]]).unwrap())
+            .ahead(0.5 * i as f64)
+            .unwrap();
         *mesh = Mesh::new(stiffness, error, Backlash::new(2e-5 + 1e-6 * i as f64).unwrap());
         params.mesh_damping[i] = 900.0 + 100.0 * i as f64;
     }
@@ -79,7 +90,11 @@ fn accelerations_agree_with_the_angle_form() {
     let ring = ring();
     let view = ring.relative(B_E, OMEGA_N).unwrap();
     let t = 3.1e-4;
-    let state = State::new(t, &[2e-3, -1e-3, -1.2e-3, 5e-4, 3e-4, 1e-3, 2e-3], &[0.1, -0.3, 0.2, 0.05, -0.1, 0.4, 0.2]);
+    let state = State::new(
+        t,
+        &[2e-3, -1e-3, -1.2e-3, 5e-4, 3e-4, 1e-3, 2e-3],
+        &[0.1, -0.3, 0.2, 0.05, -0.1, 0.4, 0.2],
+    );
     let mut u = vec![0.0; ring.drives()];
     let mut a = [0.0; 7];
     ring.drive(t, Side::After, &mut u);
@@ -90,7 +105,9 @@ fn accelerations_agree_with_the_angle_form() {
     let (xi, k) = view.coefficients(&mesh_k).unwrap();
     let w2 = OMEGA_N * OMEGA_N;
     let error = |i: usize| p.omega * p.omega * p.meshes[i].error().jet(p.omega * t, Side::After).second;
-    let g: Vec<f64> = (0..7).map(|i| if (1..=3).contains(&i) { p.meshes[i - 1].law().at(q[i] * B_E) / B_E } else { q[i] }).collect();
+    let g: Vec<f64> = (0..7)
+        .map(|i| if (1..=3).contains(&i) { p.meshes[i - 1].law().at(q[i] * B_E) / B_E } else { q[i] })
+        .collect();
     for i in 0..7 {
         let f = match i {
             0 => p.motor.torque / (p.motor.inertia * w2),
@@ -111,7 +128,8 @@ fn accelerations_agree_with_the_angle_form() {
 #[test]
 fn there_and_back() {
     for n in [3, 5, 8] {
-        let ring = Ring::as_printed(&RingSet { error: 3e-6, ..RingSet::a(n, 1500.0) }.params().unwrap()).unwrap();
+        let ring =
+            Ring::as_printed(&RingSet { error: 3e-6, ..RingSet::a(n, 1500.0) }.params().unwrap()).unwrap();
         let view = ring.relative(B_E, OMEGA_N).unwrap();
         let t = 1.7e-4;
         let mut q: Vec<f64> = (0..2 * n + 1).map(|i| 0.3 * (i as f64).sin()).collect();

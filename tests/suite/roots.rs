@@ -49,10 +49,16 @@ fn damping_reaches_far() -> Result<(), RootError> {
 /// The scaling of the equations does not change what damped Newton does.
 #[test]
 fn newton_is_affine_invariant() -> Result<(), RootError> {
-    let plain =
-        Newton::new().solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0] * x[1] - 1.0, x[0] - x[1].exp() + 1.0)), &[2.0, 2.0])?;
-    let scaled = Newton::new()
-        .solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (1e8 * (x[0] * x[1] - 1.0), 1e-6 * (x[0] - x[1].exp() + 1.0))), &[2.0, 2.0])?;
+    let plain = Newton::new().solve(
+        &mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0] * x[1] - 1.0, x[0] - x[1].exp() + 1.0)),
+        &[2.0, 2.0],
+    )?;
+    let scaled = Newton::new().solve(
+        &mut Equations::new(2, |x, r| {
+            (r[0], r[1]) = (1e8 * (x[0] * x[1] - 1.0), 1e-6 * (x[0] - x[1].exp() + 1.0))
+        }),
+        &[2.0, 2.0],
+    )?;
     assert_eq!(plain.iterations, scaled.iterations);
     assert_relative_eq!(plain.x[0], scaled.x[0], epsilon = 1e-10);
     Ok(())
@@ -150,24 +156,34 @@ proptest! {
 fn wrong_length_is_refused() {
     let error = Newton::new().solve(&mut Valley { own_jacobian: true }, &[1.0]).unwrap_err();
     assert_eq!(error, RootError::Length { expected: 2, found: 1 });
-    let error =
-        Broyden::new().first(FirstJacobian::Given(Matrix::dense(3))).solve(&mut Valley { own_jacobian: true }, &[1.0, 1.0]).unwrap_err();
+    let error = Broyden::new()
+        .first(FirstJacobian::Given(Matrix::dense(3)))
+        .solve(&mut Valley { own_jacobian: true }, &[1.0, 1.0])
+        .unwrap_err();
     assert_eq!(error, RootError::Length { expected: 2, found: 3 });
 }
 
 #[test]
 fn tolerance_that_is_no_share_is_refused() {
     for tolerance in [0.0, -1.0, 1.0, 1e160, f64::NAN, f64::INFINITY] {
-        let error = Newton::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
+        let error = Newton::new()
+            .tolerance(tolerance)
+            .solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0])
+            .unwrap_err();
         assert!(matches!(error, RootError::Setting { name: "tolerance", .. }));
-        let error = Broyden::new().tolerance(tolerance).solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0]).unwrap_err();
+        let error = Broyden::new()
+            .tolerance(tolerance)
+            .solve(&mut Valley { own_jacobian: true }, &[1.0, 2.0])
+            .unwrap_err();
         assert!(matches!(error, RootError::Setting { name: "tolerance", .. }));
     }
 }
 
 #[test]
 fn residual_that_is_not_a_number_is_named() {
-    let error = Newton::new().solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0], x[1].ln())), &[1.0, -1.0]).unwrap_err();
+    let error = Newton::new()
+        .solve(&mut Equations::new(2, |x, r| (r[0], r[1]) = (x[0], x[1].ln())), &[1.0, -1.0])
+        .unwrap_err();
     assert!(matches!(error, RootError::NotFinite { equation: 1, .. }));
     assert_eq!(error.last().unwrap().x, [1.0, -1.0]);
 }
@@ -175,8 +191,13 @@ fn residual_that_is_not_a_number_is_named() {
 #[test]
 fn singular_jacobian_names_the_free_unknown() {
     // x[2] does not occur.
-    let mut equations = Equations::new(3, |x: &[f64], r: &mut [f64]| (r[0], r[1], r[2]) = (x[0] - 1.0, x[1] + x[0], x[0] - x[1]));
-    assert!(matches!(Newton::new().solve(&mut equations, &[0.1, 0.2, 0.3]), Err(RootError::Singular { unknown: 2, .. })));
+    let mut equations = Equations::new(3, |x: &[f64], r: &mut [f64]| {
+        (r[0], r[1], r[2]) = (x[0] - 1.0, x[1] + x[0], x[0] - x[1])
+    });
+    assert!(matches!(
+        Newton::new().solve(&mut equations, &[0.1, 0.2, 0.3]),
+        Err(RootError::Singular { unknown: 2, .. })
+    ));
 }
 
 #[test]
@@ -209,7 +230,9 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
         fn residual(&mut self, x: &[f64], r: &mut [f64]) {
             for i in 0..6 {
                 // Two and two are tied crosswise, and in a ring.
-                r[i] = self.diagonal * x[i] + [2.0, 3.0][i % 2] * x[(i + 2) % 6] - 0.5 * x[(i + 4) % 6] - i as f64;
+                r[i] = self.diagonal * x[i] + [2.0, 3.0][i % 2] * x[(i + 2) % 6]
+                    - 0.5 * x[(i + 4) % 6]
+                    - i as f64;
             }
         }
         fn matrix(&self) -> Matrix {
@@ -292,13 +315,18 @@ fn broyden_finds_no_roots_where_there_are_none() {
     let mut equation = Equations::new(1, |x: &[f64], r: &mut [f64]| {
         r[0] = (1.715_613_691_730_086_2 * x[0]).exp() - 3.068_941_040_434_752 * x[0];
     });
-    let error = Broyden::new().first(FirstJacobian::Own).tolerance(1.8e-8).solve(&mut equation, &[1.2e-6]).unwrap_err();
+    let error = Broyden::new()
+        .first(FirstJacobian::Own)
+        .tolerance(1.8e-8)
+        .solve(&mut equation, &[1.2e-6])
+        .unwrap_err();
     assert!(error.last().is_some_and(|last| last.residual > 1e-3), "{error}");
     let mut seed = 7;
     for case in 0..20_000 {
         let a = 0.2 + 2.8 * spread(&mut seed);
         let b = a * std::f64::consts::E * (0.05 + 0.9 * spread(&mut seed));
-        let (tolerance, start) = (10f64.powf(-12.0 + 6.0 * spread(&mut seed)), 10f64.powf(-7.0 + 7.0 * spread(&mut seed)));
+        let (tolerance, start) =
+            (10f64.powf(-12.0 + 6.0 * spread(&mut seed)), 10f64.powf(-7.0 + 7.0 * spread(&mut seed)));
         let mut equation = Equations::new(1, |x: &[f64], r: &mut [f64]| r[0] = (a * x[0]).exp() - b * x[0]);
         let broyden = Broyden::new().tolerance(tolerance).max_iterations(25);
         let broyden = match case % 4 {
@@ -327,18 +355,29 @@ fn residuals_of_roots_are_what_the_tolerance_promises() {
         });
         let found = match case % 3 {
             0 => Broyden::new().tolerance(tolerance).max_iterations(60).solve(&mut equations, &guess),
-            1 => Broyden::new().first(FirstJacobian::Own).tolerance(tolerance).max_iterations(60).solve(&mut equations, &guess),
+            1 => Broyden::new()
+                .first(FirstJacobian::Own)
+                .tolerance(tolerance)
+                .max_iterations(60)
+                .solve(&mut equations, &guess),
             _ => Newton::new().tolerance(tolerance).solve(&mut equations, &guess),
         };
         let Ok(root) = found else { continue };
         solved += 1;
         let x = &root.x;
-        let rows = [(k[0] * (k[0] * x[0]).exp()).abs() + k[1].abs(), (k[3] * x[1] + k[4]).abs() + (2.0 * x[1] + k[3] * x[0]).abs()];
+        let rows = [
+            (k[0] * (k[0] * x[0]).exp()).abs() + k[1].abs(),
+            (k[3] * x[1] + k[4]).abs() + (2.0 * x[1] + k[3] * x[0]).abs(),
+        ];
         let size = guess.iter().chain(x).fold(0.0f64, |m, x| m.max(x.abs()));
         let mut r = [0.0; 2];
         equations.residual(x, &mut r);
         for (r, row) in r.iter().zip(rows) {
-            assert!(r.abs() <= 1.001 * tolerance * size * row, "{k:?}: {r:e} against {:e}", tolerance * size * row);
+            assert!(
+                r.abs() <= 1.001 * tolerance * size * row,
+                "{k:?}: {r:e} against {:e}",
+                tolerance * size * row
+            );
         }
     }
     assert!(solved > 800, "{solved}");
@@ -398,8 +437,14 @@ fn slope_that_is_not_a_number_is_named() {
             true
         }
     }
-    for found in [Newton::new().solve(&mut Torn, &[0.0; 2]), Broyden::new().first(FirstJacobian::Own).solve(&mut Torn, &[0.0; 2])] {
-        assert!(matches!(found, Err(RootError::Slope { equation: 1, unknown: 0, value, .. }) if value.is_nan()), "{found:?}");
+    for found in [
+        Newton::new().solve(&mut Torn, &[0.0; 2]),
+        Broyden::new().first(FirstJacobian::Own).solve(&mut Torn, &[0.0; 2]),
+    ] {
+        assert!(
+            matches!(found, Err(RootError::Slope { equation: 1, unknown: 0, value, .. }) if value.is_nan()),
+            "{found:?}"
+        );
     }
 }
 

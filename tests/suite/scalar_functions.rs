@@ -43,7 +43,8 @@ impl Function for Cos {
 }
 impl Function for Mixed {
     fn of<S: Scalar>(&self, x: S) -> S {
-        (x * x + S::from(1.0)).ln() * (x * (-1.0 / 3.0)).exp() + (x * 2.0).sin_cos().0 * x.sin_cos().1 / x.powf(2.5)
+        (x * x + S::from(1.0)).ln() * (x * (-1.0 / 3.0)).exp()
+            + (x * 2.0).sin_cos().0 * x.sin_cos().1 / x.powf(2.5)
     }
 }
 
@@ -58,7 +59,11 @@ fn holds(f: &impl Function, slope: impl Fn(f64) -> f64) {
         let difference = |h: f64| (f.of(x + h) - f.of(x - h)) / (2.0 * h);
         let h = 1e-3 * x.min(1.0);
         let size = f.of(x).abs().max(slope(x).abs());
-        assert_relative_eq!(dual.slope[0], (4.0 * difference(0.5 * h) - difference(h)) / 3.0, epsilon = 1e-9 * size);
+        assert_relative_eq!(
+            dual.slope[0],
+            (4.0 * difference(0.5 * h) - difference(h)) / 3.0,
+            epsilon = 1e-9 * size
+        );
         let along = f.of(Dual { value: x, slope: [2.0, 0.0, -1.0] });
         assert_eq!(along.slope, [2.0 * dual.slope[0], 0.0, -dual.slope[0]]);
     }
@@ -84,7 +89,8 @@ fn functions_and_their_slopes() {
     holds(&Cos, |x| -x.sin());
     holds(&Mixed, |x| {
         let (growth, decay) = ((x * x + 1.0).ln(), (-x / 3.0).exp());
-        let wave = 2.0 * (2.0 * x).cos() * x.cos() - (2.0 * x).sin() * x.sin() - 2.5 * (2.0 * x).sin() * x.cos() / x;
+        let wave =
+            2.0 * (2.0 * x).cos() * x.cos() - (2.0 * x).sin() * x.sin() - 2.5 * (2.0 * x).sin() * x.cos() / x;
         (2.0 * x / (x * x + 1.0) - growth / 3.0) * decay + wave / x.powf(2.5)
     });
 }
@@ -103,7 +109,10 @@ fn values_in_closed_form() {
     assert_relative_eq!(of(Scalar::sin, std::f64::consts::FRAC_PI_6), 0.5, max_relative = 3e-16);
     for x in PLACES {
         let (sin, cos) = Scalar::sin_cos(x);
-        assert_eq!([sin.to_bits(), cos.to_bits()], [of(Scalar::sin, x).to_bits(), of(Scalar::cos, x).to_bits()]);
+        assert_eq!(
+            [sin.to_bits(), cos.to_bits()],
+            [of(Scalar::sin, x).to_bits(), of(Scalar::cos, x).to_bits()]
+        );
     }
 }
 

@@ -21,7 +21,8 @@ fn complex(v: &Value) -> Vec<Complex64> {
 /// The largest distance of one list from the other, pairs as they fit best.
 fn apart(ours: &[Complex64], theirs: &[Complex64]) -> f64 {
     assert_eq!(ours.len(), theirs.len());
-    let nearest = |z: &Complex64, list: &[Complex64]| list.iter().map(|w| (z - w).norm()).fold(f64::INFINITY, f64::min);
+    let nearest =
+        |z: &Complex64, list: &[Complex64]| list.iter().map(|w| (z - w).norm()).fold(f64::INFINITY, f64::min);
     ours.iter().map(|z| nearest(z, theirs)).chain(theirs.iter().map(|z| nearest(z, ours))).fold(0.0, f64::max)
 }
 
@@ -51,7 +52,8 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     for point in all["points"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
         let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
-        let (state, multipliers) = (off(&cycle, &x0), apart(cycle.multipliers().values(), &complex(&point["multipliers"])));
+        let (state, multipliers) =
+            (off(&cycle, &x0), apart(cycle.multipliers().values(), &complex(&point["multipliers"])));
         println!(
             "{system} {}: state {state:.1e}, multipliers {multipliers:.1e} (estimate {:.1e}), corrections {}, {} segments",
             point["Omega"],
@@ -87,12 +89,24 @@ fn duffing() {
 
 #[test]
 fn dead_zone_of_a_spur_pair() {
-    every_orbit("deadzone_KS90", |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 });
+    every_orbit("deadzone_KS90", |omega| DeadZone {
+        omega,
+        zeta: 0.05,
+        mean: 0.1,
+        amplitude: 0.05 * omega * omega,
+        stiffness: 0.0,
+    });
 }
 
 #[test]
 fn dead_zone_under_a_strong_force() {
-    every_orbit("deadzone_Fm25_Fp25", |omega| DeadZone { omega, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 });
+    every_orbit("deadzone_Fm25_Fp25", |omega| DeadZone {
+        omega,
+        zeta: 0.05,
+        mean: 0.25,
+        amplitude: 0.25,
+        stiffness: 0.0,
+    });
 }
 
 #[test]
@@ -122,7 +136,8 @@ fn spur_pairs_of_the_classics() {
                 assert!(off(&cycle, &y) < 1e-9 && multipliers < 1e-9);
                 assert_eq!(cycle.stability() == Stability::Stable, solution["stable"].as_bool().unwrap());
                 assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
-                let (mut statistics, mut rattle) = (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
+                let (mut statistics, mut rattle) =
+                    (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
                 cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
                 let q = statistics.summary("q1").unwrap();
                 let ours = [q.max, q.min, q.mean, q.standard_deviation(), rattle.contact(0).loss_fraction()];
@@ -148,7 +163,12 @@ fn idlers_of_the_classics() {
             let (model, y) = (Idler { omega: number(&point["W"]), phase }, numbers(&point["state"]));
             let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
             let largest = (cycle.multipliers().largest() - number(&point["max_multiplier_modulus"])).abs();
-            println!("{name} {}: state {:.1e}, multiplier {largest:.1e}, theirs {}", model.omega, off(&cycle, &y), point["n_vs_2n"]);
+            println!(
+                "{name} {}: state {:.1e}, multiplier {largest:.1e}, theirs {}",
+                model.omega,
+                off(&cycle, &y),
+                point["n_vs_2n"]
+            );
             assert!(off(&cycle, &y) < 1e-9 && largest < 1e-9);
         }
     }
@@ -174,16 +194,22 @@ fn check_face_gear_pair(wanted: &[f64]) {
             .iter()
             .find(|case| {
                 let over = case["params_override"].as_object().unwrap();
-                over.len() == 1 && over["w1"] == speed && case["options"]["rmode"] == "et" && case["options"]["radius"] == "base"
+                over.len() == 1
+                    && over["w1"] == speed
+                    && case["options"]["rmode"] == "et"
+                    && case["options"]["radius"] == "base"
             })
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
-        let settled = Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
+        let settled =
+            Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
         let cycle = Shooting::new().segments(63).run(&pair, &[settled.state]).unwrap();
         let first = &cycle.states()[0];
         let ppv = number(&case["ppv"]);
-        let off = ((first.q[0] - number(&case["q0"])) / ppv).abs().max(((first.v[0] - number(&case["v0"])) / ppv).abs());
+        let off = ((first.q[0] - number(&case["q0"])) / ppv)
+            .abs()
+            .max(((first.v[0] - number(&case["v0"])) / ppv).abs());
         let mut statistics = Statistics::new(&pair, &["q1"]).unwrap();
         cycle.observe(&pair, &mut statistics).unwrap();
         let q = statistics.summary("q1").unwrap();
@@ -215,8 +241,10 @@ fn check_face_gear_pair(wanted: &[f64]) {
 fn ring_of_three() {
     let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
     // 0.9981 is the largest multiplier: transients need 10⁴ periods to fall to 1e-8.
-    let settled = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
-    let near = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 30.0 * ring.period()).unwrap();
+    let settled =
+        Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
+    let near =
+        Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 30.0 * ring.period()).unwrap();
     let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
     let view = ring.relative(2.65e-5, 1000.0).unwrap();
     let (ours, theirs) = (view.of(&cycle.states()[0]), view.of(&State { t: 0.0, ..settled }));
@@ -234,7 +262,8 @@ fn ring_of_three() {
 fn ring_of_three_at_speed() {
     let params = RingSet::a(3, 5000.0).params().unwrap();
     let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
-    let near = Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();
+    let near =
+        Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();
     let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
     println!("corrections{}, largest {}", powers(cycle.corrections()), cycle.multipliers().largest());
     assert_eq!(cycle.multipliers().values().len(), 12);
@@ -243,7 +272,8 @@ fn ring_of_three_at_speed() {
     assert!(cycle.mean_acceleration().iter().all(|a| a.abs() < 1e-6));
 
     let start = &cycle.states()[0];
-    let later = Rk45::new().rtol(1e-11).atol(1e-14).end(&ring, start, start.t + 20.0 * ring.period()).unwrap();
+    let later =
+        Rk45::new().rtol(1e-11).atol(1e-14).end(&ring, start, start.t + 20.0 * ring.period()).unwrap();
     let ours = cycle.at(&ring, later.t).unwrap();
     let view = ring.relative(2.65e-5, 1000.0).unwrap();
     for (a, b) in view.of(&later).0.iter().zip(view.of(&ours).0) {
@@ -278,7 +308,11 @@ fn least_multiple() {
 
     // Past the period doubling at 0.5127 the doubled orbit is what a run settles to.
     let model = DeadZone { omega: 0.505, ..model };
-    let settled = Settle::new().tolerance(1e-7).most_periods(2000).run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84])).unwrap();
+    let settled = Settle::new()
+        .tolerance(1e-7)
+        .most_periods(2000)
+        .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
+        .unwrap();
     println!("settled to {} periods", settled.period_multiple);
     let cycle = Shooting::new().multiple(settled.period_multiple).run(&model, &[settled.state]).unwrap();
     assert_eq!(cycle.least_multiple(), settled.period_multiple);
@@ -288,7 +322,8 @@ fn least_multiple() {
 /// From a list of states, thinned or not, from another parameter, and read back at any instant.
 #[test]
 fn guesses_and_instants() {
-    let model = |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 };
+    let model =
+        |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 };
     let at = model(0.75);
     let one = Shooting::new().run(&at, &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
     let times = uniform_times(0.0, at.period(), 40).unwrap();
@@ -316,8 +351,14 @@ fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };
     let (shooting, rest) = (Shooting::new(), State::at_rest(1));
     assert!(matches!(shooting.run(&model, &[]), Err(ShootingError::Parameter(ParameterError::Empty { .. }))));
-    assert!(matches!(shooting.run(&model, &[State::at_rest(2)]), Err(ShootingError::Parameter(ParameterError::Length { .. }))));
-    assert!(matches!(shooting.run(&model, &[State::new(0.0, &[f64::NAN], &[0.0])]), Err(ShootingError::Parameter(_))));
+    assert!(matches!(
+        shooting.run(&model, &[State::at_rest(2)]),
+        Err(ShootingError::Parameter(ParameterError::Length { .. }))
+    ));
+    assert!(matches!(
+        shooting.run(&model, &[State::new(0.0, &[f64::NAN], &[0.0])]),
+        Err(ShootingError::Parameter(_))
+    ));
     for times in [[0.0, 0.0], [0.0, -1.0], [0.0, 100.0]] {
         let guess = times.map(|t| State { t, ..rest.clone() });
         assert!(matches!(shooting.run(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
@@ -351,5 +392,8 @@ fn bad_guesses() {
             1.0
         }
     }
-    assert!(matches!(shooting.run(&Breaks, &[State::at_rest(1)]), Err(ShootingError::Flow { segment: 0, .. })));
+    assert!(matches!(
+        shooting.run(&Breaks, &[State::at_rest(1)]),
+        Err(ShootingError::Flow { segment: 0, .. })
+    ));
 }

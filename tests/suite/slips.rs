@@ -25,7 +25,11 @@ fn a_planetary_set_at_its_static_start_is_right() {
 fn a_train_that_has_turned_far_is_right() {
     for angle in [0.0, 1.0, 600.0, -600.0, 1e4] {
         for pressed in [[2e-6, 4e-6], [-1e-5, 3e-6], [-7e-5, -8e-5]] {
-            assert_eq!(check_periodic(&two_stage(), &two_stage_turned(angle, pressed)), [], "{angle} {pressed:?}");
+            assert_eq!(
+                check_periodic(&two_stage(), &two_stage_turned(angle, pressed)),
+                [],
+                "{angle} {pressed:?}"
+            );
         }
     }
 }
@@ -156,12 +160,20 @@ impl Periodic for Pair {
 #[test]
 fn likely_slips_are_named() {
     for unit in [1.0, 1e-6, 1e5] {
-        for (q, v) in [([0.9, 0.1], [0.5, -0.2]), ([0.9, 0.1], [0.0, 0.0]), ([0.2, 0.1], [0.0, 0.0]), ([-0.8, 0.1], [0.1, 0.0])] {
+        for (q, v) in [
+            ([0.9, 0.1], [0.5, -0.2]),
+            ([0.9, 0.1], [0.0, 0.0]),
+            ([0.2, 0.1], [0.0, 0.0]),
+            ([-0.8, 0.1], [0.1, 0.0]),
+        ] {
             let state = State::new(0.4 * unit, &q, &v.map(|v| v / unit));
             let findings = |slip| check_periodic(&Pair { slip, unit }, &state);
             let one = |slip, named: fn(&Finding) -> bool| {
                 let found = findings(slip);
-                assert!(found.len() == 1 && named(&found[0]), "{slip:?}, unit {unit}, {q:?} {v:?}: {found:?}");
+                assert!(
+                    found.len() == 1 && named(&found[0]),
+                    "{slip:?}, unit {unit}, {q:?} {v:?}: {found:?}"
+                );
             };
             assert_eq!(findings(Slip::None), [], "unit {unit}, {q:?} {v:?}");
             one(Slip::UnannouncedJump, |f| matches!(f, Finding::UnannouncedJump { drive: 0, .. }));
@@ -173,7 +185,13 @@ fn likely_slips_are_named() {
             one(Slip::ForceWithoutDamping, |f| matches!(f, Finding::Force { contact: 0, .. }));
             one(Slip::RateOfWrongSign, |f| matches!(f, Finding::ContactRate { contact: 0, .. }));
             let edges = findings(Slip::EdgesAtRest);
-            assert!(matches!(edges[..], [Finding::EdgeRate { contact: 0, .. }, Finding::EdgeRate { contact: 0, .. }]), "{edges:?}");
+            assert!(
+                matches!(
+                    edges[..],
+                    [Finding::EdgeRate { contact: 0, .. }, Finding::EdgeRate { contact: 0, .. }]
+                ),
+                "{edges:?}"
+            );
             one(Slip::EdgesTogether, |f| matches!(f, Finding::EdgeRate { contact: 0, .. }));
             one(Slip::Period, |f| matches!(f, Finding::Period { what: "acceleration", index: 0, .. }));
         }
@@ -237,8 +255,14 @@ fn findings_are_sentences() {
         (Slip::Period, "period"),
     ] {
         let sentence = said(slip);
-        assert!(sentence.contains(part) && sentence.chars().any(|c| c.is_ascii_digit()), "{slip:?}: {sentence}");
+        assert!(
+            sentence.contains(part) && sentence.chars().any(|c| c.is_ascii_digit()),
+            "{slip:?}: {sentence}"
+        );
     }
     let wrong = check_model(&Pair { slip: Slip::None, unit: 1.0 }, &State::at_rest(3));
-    assert_eq!(wrong[0].to_string(), "the typical state has 3 coordinates and 3 velocities, the model 2 degrees of freedom");
+    assert_eq!(
+        wrong[0].to_string(),
+        "the typical state has 3 coordinates and 3 velocities, the model 2 degrees of freedom"
+    );
 }

@@ -12,9 +12,11 @@ fn orders_on_a_non_autonomous_problem() {
     let fixed = |n: f64| fixed_error(&Rk4::new(4.0 / n).plain(), 4.0);
     assert_eq!(observed_order(&fixed, &[20.0, 40.0, 80.0]), 4);
     // Steps of a given size: the tolerance is out of the way, max_step rules.
-    let rk45 = |n: f64| fixed_error(&Rk45::new().rtol(1e3).atol(1e3).first_step(4.0 / n).max_step(4.0 / n), 4.0);
+    let rk45 =
+        |n: f64| fixed_error(&Rk45::new().rtol(1e3).atol(1e3).first_step(4.0 / n).max_step(4.0 / n), 4.0);
     assert_eq!(observed_order(&rk45, &[20.0, 40.0, 80.0]), 5);
-    let dop853 = |n: f64| fixed_error(&Dop853::new().rtol(1e3).atol(1e3).first_step(4.0 / n).max_step(4.0 / n), 4.0);
+    let dop853 =
+        |n: f64| fixed_error(&Dop853::new().rtol(1e3).atol(1e3).first_step(4.0 / n).max_step(4.0 / n), 4.0);
     assert_eq!(observed_order(&dop853, &[5.0, 10.0, 20.0]), 8);
 }
 
@@ -33,7 +35,9 @@ fn orders_of_the_dense_output() {
     };
     let rk4 = |n: f64| {
         let mut worst = 0.0;
-        Rk4::new(4.0 / n).run(&Forced, &Forced::start(), 4.0, &mut |s: &mut Step<'_>| inside(s, &mut worst)).unwrap();
+        Rk4::new(4.0 / n)
+            .run(&Forced, &Forced::start(), 4.0, &mut |s: &mut Step<'_>| inside(s, &mut worst))
+            .unwrap();
         worst
     };
     let rk45 = |n: f64| {
@@ -93,7 +97,8 @@ fn the_end_and_the_output_times_are_exact() {
 fn tolerances_per_component() {
     let loose = Dop853::new().rtol(1e-14).atol_each(&[1e-2, 1e-2]);
     let tight = Dop853::new().rtol(1e-14).atol_each(&[1e-12, 1e-12]);
-    let count = |solver: &Dop853| solver.trajectory(&Forced, &Forced::start(), 4.0).unwrap().stats().evaluations;
+    let count =
+        |solver: &Dop853| solver.trajectory(&Forced, &Forced::start(), 4.0).unwrap().stats().evaluations;
     assert!(2 * count(&loose) < count(&tight));
 }
 
@@ -141,7 +146,9 @@ fn drive_edges_are_met() {
         }
     };
     fn run<I: Integrator>(solver: &I, model: &Square, t: f64) -> (State, u64) {
-        let finish = solver.run(model, &State::at_rest(1), t, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).unwrap();
+        let finish = solver
+            .run(model, &State::at_rest(1), t, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .unwrap();
         (finish.state, finish.stats.drive_edges)
     }
     check(&|t| run(&Rk4::new(0.07), &model, t));

@@ -43,8 +43,11 @@ fn the_same_bits_however_it_is_run() {
         assert_eq!(expected, pool.install(|| hash(&sweep, &LaneRk4::<16>::new(STEPS))), "{threads} threads");
     }
     for chunks in [2, 3, 7] {
-        let mut parts: Vec<Rows> =
-            (0..chunks).map(|i| sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Watch::new()).unwrap()).collect();
+        let mut parts: Vec<Rows> = (0..chunks)
+            .map(|i| {
+                sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Watch::new()).unwrap()
+            })
+            .collect();
         parts.reverse();
         assert_eq!(expected, Rows::merge(parts).unwrap().fingerprint(), "{chunks} chunks");
     }
@@ -122,7 +125,8 @@ fn missed(pair: &NfgPair, settle: usize, steps: usize, channels: &[&str]) -> Mis
 #[test]
 fn lanes_agree_with_located_edges_within_their_estimate() {
     let channels = ["q1", "deflection", "mesh force"];
-    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
+    let sweep =
+        Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::<4>::new(63 * 64), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
@@ -132,12 +136,21 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
         let Missed { flights, short, peaks } = missed(&nfg(&a.point()).unwrap(), 8, 63 * 64, &channels);
         assert!(x.impact_count().abs_diff(y.impact_count()) <= short, "{x:?} {y:?}, {short} short stays");
         // The samples in a stay are its length in steps, rounded up or down.
-        assert!((x.loss_fraction() - y.loss_fraction()).abs() <= flights as f64 / (63.0 * 64.0), "{x:?} {y:?}, {flights} flights");
+        assert!(
+            (x.loss_fraction() - y.loss_fraction()).abs() <= flights as f64 / (63.0 * 64.0),
+            "{x:?} {y:?}, {flights} flights"
+        );
         for (channel, peak) in channels.into_iter().zip(peaks) {
             let (p, q) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
             let error = a.error(channel).unwrap();
-            let apart = [p.mean - q.mean, p.rms - q.rms, p.min - q.min, p.max - q.max].into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            println!("{} {channel}: {apart:.2e} apart, estimate {error:.2e}, grid {peak:.2e}, ppv {:.3e}", a.index(), q.peak_to_peak());
+            let apart = [p.mean - q.mean, p.rms - q.rms, p.min - q.min, p.max - q.max]
+                .into_iter()
+                .fold(0.0, |m: f64, x| m.max(x.abs()));
+            println!(
+                "{} {channel}: {apart:.2e} apart, estimate {error:.2e}, grid {peak:.2e}, ppv {:.3e}",
+                a.index(),
+                q.peak_to_peak()
+            );
             // The estimate of an extreme is twice its change on the finer grid: it covers the error, and is itself within what a grid misses.
             assert!(apart <= error && error <= 2.0 * peak, "{channel}: {apart} against {error}, {peak}");
         }
@@ -148,13 +161,20 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
 /// One run at a time over a table of all drives: the same steps, to the rounding of the drives.
 #[test]
 fn the_scalar_engine_agrees_with_lanes() {
-    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0])).settle(1).measure(2).channels(&["q1", "deflection", "mesh force"]).rattle();
+    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0]))
+        .settle(1)
+        .measure(2)
+        .channels(&["q1", "deflection", "mesh force"])
+        .rattle();
     let lanes = sweep.run(&LaneRk4::<4>::new(2016), nfg, at_rest).unwrap();
     let scalar = sweep.run(&TableRk4::new(2016), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(scalar.iter()) {
         for channel in ["q1", "deflection", "mesh force"] {
             let (a, b) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
-            assert!((a.mean - b.mean).abs() < 1e-9 * a.mean.abs() && (a.max - b.max).abs() < 1e-9 * a.max.abs(), "{a:?} {b:?}");
+            assert!(
+                (a.mean - b.mean).abs() < 1e-9 * a.mean.abs() && (a.max - b.max).abs() < 1e-9 * a.max.abs(),
+                "{a:?} {b:?}"
+            );
         }
         assert_eq!(a.contact(0), b.contact(0));
     }
@@ -164,9 +184,14 @@ fn the_scalar_engine_agrees_with_lanes() {
 /// period one, and it is not flagged: finer steps find the orbit.
 #[test]
 fn chaos_is_flagged_and_periods_are_found() {
-    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0])).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0]))
+        .settle(60)
+        .measure(40)
+        .channels(&["q1", "deflection"])
+        .rattle();
     let rows = sweep.run(&LaneRk4::<8>::new(4032), nfg, at_rest).unwrap();
-    let of = |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
+    let of =
+        |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
     let fine = Sweep::over(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
     let fine = fine.periodic_within(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
@@ -204,7 +229,10 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
         for channel in ["q1", "deflection 1", "mesh force 2"] {
             assert_eq!(one.channel(channel).ok(), row.channel(channel).ok(), "{channel} of {}", row.index());
         }
-        assert_eq!((one.settled_after(), one.change(), one.scatter()), (row.settled_after(), row.change(), row.scatter()));
+        assert_eq!(
+            (one.settled_after(), one.change(), one.scatter()),
+            (row.settled_after(), row.change(), row.scatter())
+        );
         assert!(one.strobes().eq(row.strobes()));
     }
     assert_eq!(together.iter().count(), together.points().len());
@@ -230,20 +258,32 @@ fn rings_in_lanes_are_each_ring_alone() {
             Ring::as_printed(&params)
         };
         let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-        let sweep =
-            |points: Points| Sweep::over(points).settle(1).measure(2).channels(&["q1", "deflection 1", "mesh force 2"]).rattle().strobe(1);
-        let grid = [Axis::linear("torque", 4.0, 8.0, 9).unwrap(), Axis::linear("damping", 1000.0, 3000.0, 3).unwrap()];
+        let sweep = |points: Points| {
+            Sweep::over(points)
+                .settle(1)
+                .measure(2)
+                .channels(&["q1", "deflection 1", "mesh force 2"])
+                .rattle()
+                .strobe(1)
+        };
+        let grid = [
+            Axis::linear("torque", 4.0, 8.0, 9).unwrap(),
+            Axis::linear("damping", 1000.0, 3000.0, 3).unwrap(),
+        ];
         let sweep_all = sweep(Points::grid(grid.to_vec()).unwrap());
         let together = sweep_all.run(&LaneRk4::<16>::new(200), family, start).unwrap();
         assert_eq!(together.alone(), 0);
         assert_eq!(together, sweep_all.run(&LaneRk4::<4>::new(200), family, start).unwrap());
         assert_eq!(together, sweep_all.run(&LaneRk4::<8>::new(200), family, start).unwrap());
         assert_eq!(together, sweep_all.run(&LaneRk4::<24>::new(200), family, start).unwrap());
-        equals_each_alone(&together, |points| sweep(points).run(&LaneRk4::<16>::new(200), family, start).unwrap());
+        equals_each_alone(&together, |points| {
+            sweep(points).run(&LaneRk4::<16>::new(200), family, start).unwrap()
+        });
         prints.push(format!("{:016x}", together.fingerprint()));
         // The rows are rows of different motions, with impacts in them.
         assert!(together.iter().any(|row| (0..3).any(|i| row.contact(i).impact_count() > 0)));
-        let mut differ: Vec<u64> = together.iter().map(|row| row.channel("deflection 1").unwrap().rms.to_bits()).collect();
+        let mut differ: Vec<u64> =
+            together.iter().map(|row| row.channel("deflection 1").unwrap().rms.to_bits()).collect();
         differ.sort_unstable();
         differ.dedup();
         assert_eq!(differ.len(), 27);
@@ -262,9 +302,15 @@ fn states_are_carried_along_a_line() {
         let order: Vec<usize> = if carry == Carry::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
-            let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap())).settle(1).measure(1).channels(&["q1"]).strobe(1);
+            let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()))
+                .settle(1)
+                .measure(1)
+                .channels(&["q1"])
+                .strobe(1);
             let start = state.clone();
-            let alone = alone.run(&LaneRk4::<8>::new(1008), pair, |_, _| Ok::<_, ParameterError>(start.clone())).unwrap();
+            let alone = alone
+                .run(&LaneRk4::<8>::new(1008), pair, |_, _| Ok::<_, ParameterError>(start.clone()))
+                .unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.row(i).unwrap().unwrap());
             assert_eq!(a.channel("q1"), b.channel("q1"), "{carry:?} {i}");
             let end = a.strobes().next().unwrap();
@@ -284,7 +330,11 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     let watch = Watch::new().rows(&rows).cancel(&stop);
     let sweep = sweep(200);
     let part = sweep.run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &watch).unwrap();
-    assert!(!part.is_complete() && part.iter().count() >= 10 && part.iter().count() < 100, "{}", part.iter().count());
+    assert!(
+        !part.is_complete() && part.iter().count() >= 10 && part.iter().count() < 100,
+        "{}",
+        part.iter().count()
+    );
     let whole = sweep.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
     for row in part.iter() {
         assert_eq!(row.channel("q1"), whole.row(row.index()).unwrap().unwrap().channel("q1"));
@@ -298,7 +348,9 @@ fn progress_counts_every_point() {
         assert!(done <= total && total == 30);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    sweep(30).run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new().progress(&progress)).unwrap();
+    sweep(30)
+        .run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new().progress(&progress))
+        .unwrap();
     assert_eq!(last.into_inner(), 30);
 }
 
@@ -323,7 +375,10 @@ fn zero_steps_per_period_and_zero_periods() {
     let sweep = sweep(3);
     let steps = sweep.run(&LaneRk4::<4>::new(0), pair, rest).unwrap_err();
     assert_eq!(steps, SweepError::Table(TableError::Size { steps: 0, drives: 2 }));
-    assert!(matches!(sweep.run(&TableRk4::new(0), pair, rest), Err(SweepError::Table(TableError::Size { steps: 0, .. }))));
+    assert!(matches!(
+        sweep.run(&TableRk4::new(0), pair, rest),
+        Err(SweepError::Table(TableError::Size { steps: 0, .. }))
+    ));
     let nothing = sweep.clone().measure(0).run(&LaneRk4::<4>::new(8), pair, rest);
     assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
@@ -334,7 +389,9 @@ fn zero_steps_per_period_and_zero_periods() {
 
 #[test]
 fn a_family_that_fails_at_some_points() {
-    let odd = |p: &Point<'_>| if !p.index().is_multiple_of(2) { Err("odd") } else { pair(p).map_err(|_| "no pair") };
+    let odd = |p: &Point<'_>| {
+        if !p.index().is_multiple_of(2) { Err("odd") } else { pair(p).map_err(|_| "no pair") }
+    };
     let rows = sweep(9).run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
     assert_eq!(rows.row(3).unwrap().unwrap_err(), &PointError::Model("odd".into()));
@@ -346,7 +403,11 @@ fn a_family_that_fails_at_some_points() {
 #[test]
 fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
     let far = |p: &Point<'_>, _: &LanePair| {
-        Ok::<_, ParameterError>(State::new(0.0, &[if p.index() == 1 { 1e308 } else { -6.4e-4 }], &[1e308 * (p.index() == 1) as u8 as f64]))
+        Ok::<_, ParameterError>(State::new(
+            0.0,
+            &[if p.index() == 1 { 1e308 } else { -6.4e-4 }],
+            &[1e308 * (p.index() == 1) as u8 as f64],
+        ))
     };
     let rows = sweep(3).run(&LaneRk4::<4>::new(STEPS), pair, far).unwrap();
     assert!(matches!(rows.row(1).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
@@ -354,28 +415,42 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
     // Steps far beyond the limit of stability.
     let coarse = sweep(3).settle(2000).run(&LaneRk4::<4>::new(3), pair, rest).unwrap();
     assert!((0..3).all(|i| matches!(coarse.row(i).unwrap(), Err(PointError::Diverged { period: 2.. }))));
-    let wrong = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2))).unwrap();
+    let wrong = sweep(2)
+        .run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2)))
+        .unwrap();
     assert!(matches!(wrong.row(0).unwrap(), Err(PointError::Start(ParameterError::Length { .. }))));
-    let late = sweep(2).run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))).unwrap();
+    let late = sweep(2)
+        .run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0])))
+        .unwrap();
     assert!(matches!(late.row(0).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
 }
 
 /// Families whose models share no lanes run one by one, and the rows say so; families of several kinds run kind by kind.
 #[test]
 fn models_that_cannot_share_lanes_run_alone() {
-    let eccentric = |p: &Point<'_>| NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() });
+    let eccentric = |p: &Point<'_>| {
+        NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() })
+    };
     let points = Points::along(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
     let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
     let rows = sweep.run(&LaneRk4::<16>::new(2016), eccentric, at_rest).unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
-    let grid = Points::grid(vec![Axis::linear("speed", 100.0, 110.0, 5).unwrap(), Axis::list("eps", &[0.1, 0.2]).unwrap()]).unwrap();
-    let family = |p: &Point<'_>| NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() });
+    let grid = Points::grid(vec![
+        Axis::linear("speed", 100.0, 110.0, 5).unwrap(),
+        Axis::list("eps", &[0.1, 0.2]).unwrap(),
+    ])
+    .unwrap();
+    let family = |p: &Point<'_>| {
+        NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() })
+    };
     let sweep = Sweep::over(grid).settle(0).measure(1).channels(&["q1"]);
     let rows = sweep.run(&LaneRk4::<8>::new(2016), family, at_rest).unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
-        let alone =
-            Sweep::over(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap()).settle(0).measure(1).channels(&["q1"]);
+        let alone = Sweep::over(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
+            .settle(0)
+            .measure(1)
+            .channels(&["q1"]);
         let alone = alone.run(&LaneRk4::<8>::new(2016), family, at_rest).unwrap();
         assert_eq!(alone.iter().next().unwrap().channel("q1"), row.channel("q1"));
     }
@@ -397,7 +472,10 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         Ring::new(&params)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-    let sweep = Sweep::over(Points::along(Axis::list("torque", &[40.0, 48.0]).unwrap())).settle(1).measure(1).channels(&["deflection 1"]);
+    let sweep = Sweep::over(Points::along(Axis::list("torque", &[40.0, 48.0]).unwrap()))
+        .settle(1)
+        .measure(1)
+        .channels(&["deflection 1"]);
     let on = sweep.run(&LaneRk4::<4>::new(4000), wave, start).unwrap();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9)), wave, start).unwrap();
     for (a, b) in on.iter().zip(located.iter()) {
@@ -406,7 +484,11 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         assert!((a.mean - b.mean).abs() < b.peak_to_peak() / (2.0 * 4000.0), "{a:?} {b:?}");
     }
     let off = sweep.run(&LaneRk4::<4>::new(4002), wave, start).unwrap();
-    assert!(matches!(off.row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))), "{:?}", off.errors());
+    assert!(
+        matches!(off.row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))),
+        "{:?}",
+        off.errors()
+    );
 }
 
 #[test]
@@ -422,33 +504,52 @@ fn channels_that_tables_do_not_measure_and_names_there_are_not() {
 #[test]
 fn parts_that_do_not_fit_together() {
     let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new()).unwrap();
-    assert!(matches!(Rows::merge(vec![part(0), part(2)]), Err(RowsError { error: SweepError::Parts { row: 3 }, .. })));
-    assert!(matches!(Rows::merge(vec![part(0), part(1)]), Err(RowsError { error: SweepError::Parts { row: 6 }, .. })));
+    assert!(matches!(
+        Rows::merge(vec![part(0), part(2)]),
+        Err(RowsError { error: SweepError::Parts { row: 3 }, .. })
+    ));
+    assert!(matches!(
+        Rows::merge(vec![part(0), part(1)]),
+        Err(RowsError { error: SweepError::Parts { row: 6 }, .. })
+    ));
     assert!(matches!(Rows::merge(vec![]), Err(RowsError { error: SweepError::Parts { row: 0 }, .. })));
 }
 
 fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
-    NfgPair::with_reading(&NfgParams { speed: p["speed"], ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+    NfgPair::with_reading(
+        &NfgParams { speed: p["speed"], ..NfgParams::table1() },
+        NfgReading::published_on_base_radius(),
+    )
 }
 
 /// Reading A in lanes, up and down, each run starting where its neighbour ended: there is no hysteresis, so that both ways give the same
 /// rattle state and, to the 5 % that the flag is about, the same peak-to-peak. Flagged speeds are not compared: chaos from 150 to 163 rad/s, and
 /// up to 167.5 weakly attracting orbits which fixed steps keep from settling (the located ones are compared below).
 fn up_and_down(speeds: &[f64]) {
-    let sweep = Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let sweep =
+        Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
     let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
     let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
     let mut firm = 0;
     for (a, b) in up.iter().zip(down.iter()) {
         let speed = a.point()["speed"];
         let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
-        println!("{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}", a.state(0), b.state(0), 100.0 * (x / y - 1.0), a.scatter());
+        println!(
+            "{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}",
+            a.state(0),
+            b.state(0),
+            100.0 * (x / y - 1.0),
+            a.scatter()
+        );
         if !(a.is_sensitive() || b.is_sensitive()) {
             firm += 1;
             assert_eq!(a.state(0), b.state(0), "{speed}");
             assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
         }
-        assert!((150.0..168.0).contains(&speed) || !(a.is_sensitive() || b.is_sensitive()), "{speed} is flagged");
+        assert!(
+            (150.0..168.0).contains(&speed) || !(a.is_sensitive() || b.is_sensitive()),
+            "{speed} is flagged"
+        );
     }
     println!("{firm} of {} speeds are firm", speeds.len());
 }
@@ -464,7 +565,9 @@ fn up_and_down_agree() {
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::over(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let diagram = Bifurcation::strobed(sweep, "q1");
-    let diagram = diagram.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap();
+    let diagram = diagram
+        .run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest)
+        .unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
@@ -498,6 +601,7 @@ fn thresholds_of_reading_a() {
 fn onset_of_bilateral_rattle_of_reading_a() {
     let scan = [149.0, 149.1, 149.2, 149.3, 149.4, 149.5, 149.6, 149.7, 149.8, 149.9, 150.0, 150.1];
     let rows = located(&scan, 40);
-    let onset = rows.iter().zip(scan).find(|(row, _)| row.state(0) == RattleState::Bilateral).map(|(_, speed)| speed);
+    let onset =
+        rows.iter().zip(scan).find(|(row, _)| row.state(0) == RattleState::Bilateral).map(|(_, speed)| speed);
     assert!(onset.is_some_and(|speed| (149.6..=150.1).contains(&speed)), "{onset:?}");
 }

@@ -59,7 +59,11 @@ impl Stops {
     fn of(stop: &Stop, u: &[f64], q: f64, v: f64) -> Contact {
         let (edge, rate) = Stops::edge(stop, u);
         let contact = Contact { deflection: q, rate: v, ..Contact::default() };
-        if stop.below { Contact { lower: edge, lower_rate: rate, ..contact } } else { Contact { upper: edge, upper_rate: rate, ..contact } }
+        if stop.below {
+            Contact { lower: edge, lower_rate: rate, ..contact }
+        } else {
+            Contact { upper: edge, upper_rate: rate, ..contact }
+        }
     }
 }
 
@@ -144,7 +148,8 @@ impl Seen {
 
 /// Runs on every solver; fixed steps of `step`.
 fn each(step: f64, check: impl Fn(&str, &dyn Fn(&Stops, &State, &[f64]) -> Seen)) {
-    let (rk4, rk45, dop853) = (Rk4::new(step), Rk45::new().rtol(1e-10).atol(1e-13), Dop853::new().rtol(1e-11).atol(1e-14));
+    let (rk4, rk45, dop853) =
+        (Rk4::new(step), Rk45::new().rtol(1e-10).atol(1e-13), Dop853::new().rtol(1e-11).atol(1e-14));
     check("Rk4", &|model, start, cuts| Seen::cut(&rk4, model, start, cuts));
     check("Rk45", &|model, start, cuts| Seen::cut(&rk45, model, start, cuts));
     check("Dop853", &|model, start, cuts| Seen::cut(&dop853, model, start, cuts));
@@ -273,11 +278,15 @@ fn a_shaking_table_is_met_by_400_balls() {
 /// A mass at rest, and an edge that comes down to it, touches it from above by δ and goes: q is constant, only the edge moves.
 #[test]
 fn an_edge_that_moves_over_a_mass_at_rest() {
-    let model = Stops { all: vec![Stop { edge: 1.0, shake: [1.0, 1.0, 0.0], ..Stop::default() }], ..Stops::default() };
+    let model = Stops {
+        all: vec![Stop { edge: 1.0, shake: [1.0, 1.0, 0.0], ..Stop::default() }],
+        ..Stops::default()
+    };
     for depth in [1e-2, 1e-4, 1e-6, 1e-8] {
         // 1 + sin t < q = depth about t = 3π/2 + 2πk, for cos(t - 3π/2) > 1 - depth.
         let half = 2.0 * (0.5 * depth).sqrt().asin();
-        let expected: Vec<f64> = (0..5).flat_map(|k| [-half, half].map(|s| 0.75 * TAU + TAU * f64::from(k) + s)).collect();
+        let expected: Vec<f64> =
+            (0..5).flat_map(|k| [-half, half].map(|s| 0.75 * TAU + TAU * f64::from(k) + s)).collect();
         each(0.02, |name, run| {
             let seen = run(&model, &State::new(0.0, &[depth], &[0.0]), &[5.0 * TAU]);
             close(&format!("{name}, {depth:e}"), &seen.times(), &expected, 1e-10 / half + 1e-9);
@@ -290,7 +299,8 @@ fn an_edge_that_moves_over_a_mass_at_rest() {
 /// A ball thrown up to a ceiling that it reaches by δ, or misses by δ: the parabola and its touch in closed form.
 #[test]
 fn a_ball_that_grazes_a_ceiling() {
-    let model = Stops { pull: -1.0, all: vec![Stop { edge: 1.0, stiffness: 1.0, ..Stop::default() }], jumps: None };
+    let model =
+        Stops { pull: -1.0, all: vec![Stop { edge: 1.0, stiffness: 1.0, ..Stop::default() }], jumps: None };
     for depth in [1e-3, 1e-5, 1e-7, 1e-9f64] {
         each(0.005, |name, run| {
             let start = |apex: f64| State::new(0.0, &[0.0], &[(2.0 * apex).sqrt()]);
@@ -308,7 +318,10 @@ fn a_ball_that_grazes_a_ceiling() {
 #[test]
 fn several_edges_at_one_place() {
     let stop = |edge: f64, stiffness: f64| Stop { edge, stiffness, ..Stop::default() };
-    let four = Stops { all: vec![stop(1.0, 1.0), stop(1.0, 3.0), stop(1.0, 4.0), stop(1.0 + 1e-14, 1.0)], ..Stops::default() };
+    let four = Stops {
+        all: vec![stop(1.0, 1.0), stop(1.0, 3.0), stop(1.0, 4.0), stop(1.0 + 1e-14, 1.0)],
+        ..Stops::default()
+    };
     let wall = Stop { below: true, edge: -1.0, stiffness: 9.0, ..Stop::default() };
     let both = Stops { all: [four.all.clone(), vec![wall]].concat(), ..four };
     // Flight of 2 in 2 s, contact for π/3, on either side.
@@ -348,7 +361,8 @@ fn hops_that_die_out() {
             break; // it does not lift off any more
         };
         let wave = (-decay * s).exp();
-        speed = wave * ((omega * b - decay * a) * (omega * s).cos() - (omega * a + decay * b) * (omega * s).sin());
+        speed = wave
+            * ((omega * b - decay * a) * (omega * s).cos() - (omega * a + decay * b) * (omega * s).sin());
         expected.push(t + s);
         t += s + 2.0 * speed;
     }
@@ -356,7 +370,11 @@ fn hops_that_die_out() {
     each(1e-3, |name, run| {
         let seen = run(&model, &State::new(0.0, &[0.5], &[0.0]), &[60.0]);
         close(name, &seen.times(), &expected, if name == "Rk4" { 1e-3 } else { 1e-6 });
-        assert!((seen.end.q[0] + 1.0 / k).abs() < 1e-6 && seen.end.v[0].abs() < 1e-4, "{name}: {:?}", seen.end);
+        assert!(
+            (seen.end.q[0] + 1.0 / k).abs() < 1e-6 && seen.end.v[0].abs() < 1e-4,
+            "{name}: {:?}",
+            seen.end
+        );
     });
 }
 
@@ -375,7 +393,11 @@ fn shaken_stops_against_brute_force() {
     each(2e-3, |name, run| {
         let seen = run(&model, &start, &[6.0]);
         close(name, &seen.times(), &times, 1e-6);
-        assert!((seen.end.q[0] - q).abs() < 1e-6 && (seen.end.v[0] - v).abs() < 1e-5, "{name}: {:?}, {q} {v}", seen.end);
+        assert!(
+            (seen.end.q[0] - q).abs() < 1e-6 && (seen.end.v[0] - v).abs() < 1e-5,
+            "{name}: {:?}, {q} {v}",
+            seen.end
+        );
         assert!(seen.astray < 1e-8, "{name}: {}", seen.astray);
     });
 }
@@ -395,18 +417,29 @@ fn a_run_in_pieces_is_the_same_run() {
             close(&format!("{name}, cut at {cuts:?}"), &parts.times(), &whole.times(), 1e-7);
             let order = |seen: &Seen| seen.events.iter().map(|event| event.1).collect::<Vec<_>>();
             assert_eq!(order(&parts), order(&whole), "{name}");
-            assert!((parts.end.q[0] - whole.end.q[0]).abs() < 1e-7, "{name}: {:?} {:?}", parts.end, whole.end);
+            assert!(
+                (parts.end.q[0] - whole.end.q[0]).abs() < 1e-7,
+                "{name}: {:?} {:?}",
+                parts.end,
+                whole.end
+            );
         }
     });
     let mut cuts: Vec<f64> = (0..40).map(|_| 6.0 * random.next()).chain([6.0]).collect();
     cuts.sort_by(f64::total_cmp);
-    each(2e-3, |name, run| close(name, &run(&model, &start, &cuts).times(), &run(&model, &start, &[6.0]).times(), 1e-7));
+    each(2e-3, |name, run| {
+        close(name, &run(&model, &start, &cuts).times(), &run(&model, &start, &[6.0]).times(), 1e-7)
+    });
 }
 
 /// Starts exactly on an edge: into it, away from it, at rest and pushed either way; ends exactly on it.
 #[test]
 fn edges_at_start_and_end() {
-    let ceiling = |pull: f64| Stops { pull, all: vec![Stop { edge: 1.0, stiffness: 4.0, ..Stop::default() }], jumps: None };
+    let ceiling = |pull: f64| Stops {
+        pull,
+        all: vec![Stop { edge: 1.0, stiffness: 4.0, ..Stop::default() }],
+        jumps: None,
+    };
     let contact = std::f64::consts::FRAC_PI_2;
     each(1e-3, |name, run| {
         let into = run(&ceiling(0.0), &State::new(0.0, &[1.0], &[1.0]), &[3.0]);
@@ -438,7 +471,11 @@ fn edges_that_jump() {
     let (q, v) = (push - push * (w * 0.1).cos(), push * w * (w * 0.1).sin());
     each(5e-4, |name, run| {
         let seen = run(&model, &State::new(0.0, &[0.0], &[0.0]), &[0.25]);
-        assert!((seen.end.q[0] - (q + 0.05 * v)).abs() < 1e-8 && (seen.end.v[0] - v).abs() < 1e-7, "{name}: {:?}", seen.end);
+        assert!(
+            (seen.end.q[0] - (q + 0.05 * v)).abs() < 1e-8 && (seen.end.v[0] - v).abs() < 1e-7,
+            "{name}: {:?}",
+            seen.end
+        );
         assert!(seen.astray < 1e-9, "{name}: {}", seen.astray);
         let parts = run(&model, &State::new(0.0, &[0.0], &[0.0]), &[0.05, 0.1, 0.1 + 1e-9, 0.15, 0.2, 0.25]);
         assert!((parts.end.q[0] - seen.end.q[0]).abs() < 1e-8, "{name}: {:?} {:?}", parts.end, seen.end);
@@ -446,6 +483,10 @@ fn edges_that_jump() {
     let (_, q, v) = brute(&model, &State::new(0.0, &[0.0], &[-1.0]), 1.0, 200_000);
     each(1e-3, |name, run| {
         let seen = run(&model, &State::new(0.0, &[0.0], &[-1.0]), &[1.0]);
-        assert!((seen.end.q[0] - q).abs() < 1e-3 && (seen.end.v[0] - v).abs() < 1e-2, "{name}: {:?}, {q} {v}", seen.end);
+        assert!(
+            (seen.end.q[0] - q).abs() < 1e-3 && (seen.end.v[0] - v).abs() < 1e-2,
+            "{name}: {:?}, {q} {v}",
+            seen.end
+        );
     });
 }

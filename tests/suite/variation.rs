@@ -27,7 +27,10 @@ fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f6
         // Richardson: two central differences.
         let (far, near) = ([moved(h), moved(-h)], [moved(0.5 * h), moved(-0.5 * h)]);
         let slope: Vec<f64> = (0..2 * n)
-            .map(|i| (4.0 * (near[0][i] - near[1][i]) / h - (far[0][i] - far[1][i]) / (2.0 * h)) / 3.0 * size[j] / size[i])
+            .map(|i| {
+                (4.0 * (near[0][i] - near[1][i]) / h - (far[0][i] - far[1][i]) / (2.0 * h)) / 3.0 * size[j]
+                    / size[i]
+            })
             .collect();
         let largest = slope.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for i in 0..2 * n {
@@ -70,7 +73,15 @@ impl Model for Jumping {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (b, rate) = self.width(u[0]);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, lower_rate: -rate, upper_rate: rate, force: 0.0 };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: -b,
+            upper: b,
+            lower_rate: -rate,
+            upper_rate: rate,
+            force: 0.0,
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let b = self.width(u[0]).0;
@@ -83,7 +94,14 @@ impl Model for Jumping {
             };
         true
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         if let (true, Some(pieces)) = (self.jacobian, pieces) {
             let touching = if pieces[0] == Piece::Gap { 0.0 } else { 1.0 };
             (out.q[(0, 0)], out.v[(0, 0)]) = (-4.0 * touching, -0.6 * touching);
@@ -96,7 +114,10 @@ impl Model for Jumping {
 #[test]
 fn differences_of_small_models() {
     assert!(against_differences(&Impact, &Impact::start(), 60.0, &[1.0; 2]) < 1e-7);
-    assert!(against_differences(&FreeDeadZone { b: 0.5 }, &State::new(0.0, &[1.2], &[0.1]), 25.0, &[1.0; 2]) < 1e-7);
+    assert!(
+        against_differences(&FreeDeadZone { b: 0.5 }, &State::new(0.0, &[1.2], &[0.1]), 25.0, &[1.0; 2])
+            < 1e-7
+    );
 }
 
 /// The force jumps at edges at rest and at edges that move: without saltation matrices the error is of order one.
@@ -114,7 +135,8 @@ fn differences_where_the_force_jumps() {
 #[test]
 fn differences_of_the_pair() {
     for reading in [NfgReading::exact(), NfgReading::published_on_base_radius()] {
-        let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
+        let pair =
+            NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
         let start = Dop853::new().end(&pair, &pair.static_start().unwrap(), 0.5 * pair.period()).unwrap();
         let worst = against_differences(&pair, &start, 0.06 * pair.period(), &[1e-4; 2]);
         assert!(worst < 1e-7, "{worst}");
@@ -145,12 +167,20 @@ fn differences_of_the_ring() {
 /// det Φ = exp(∫ trace), Liouville, for a damping that is constant.
 #[test]
 fn determinant() {
-    let pair = NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, NfgReading::published_on_base_radius()).unwrap();
+    let pair = NfgPair::with_reading(
+        &NfgParams { speed: 180.0, ..NfgParams::table1() },
+        NfgReading::published_on_base_radius(),
+    )
+    .unwrap();
     let start = pair.static_start().unwrap();
     let span = 0.3 * pair.period();
     let through = Variation::new().tolerance(1e-13).run(&pair, &start, start.t + span).unwrap();
     let exact = (-2.0 * pair.constant("damping ratio").unwrap() * span).exp();
-    assert!((through.matrix.determinant() / exact - 1.0).abs() < 1e-10, "{}", through.matrix.determinant() / exact - 1.0);
+    assert!(
+        (through.matrix.determinant() / exact - 1.0).abs() < 1e-10,
+        "{}",
+        through.matrix.determinant() / exact - 1.0
+    );
 }
 
 /// q'' + 2 ζ q' + q = 0 in closed form, at rest: the differences alone hold the steps back.

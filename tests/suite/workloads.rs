@@ -20,7 +20,12 @@ fn the_rattling_pair() {
     let held = run(&adaptive(), &pair, &Pair::start(), pair.end());
     assert!(held.stats.evaluations <= 550_000 && error(&held) <= 1e-6, "{:?}: {}", held.stats, error(&held));
     let unheld = run(&adaptive(), &Unheld(Pair::new()), &Pair::start(), pair.end());
-    assert!(error(&unheld) <= 1e-6 && unheld.stats.crossings == held.stats.crossings, "{:?}: {}", unheld.stats, error(&unheld));
+    assert!(
+        error(&unheld) <= 1e-6 && unheld.stats.crossings == held.stats.crossings,
+        "{:?}: {}",
+        unheld.stats,
+        error(&unheld)
+    );
     let plain = run(&adaptive().plain(), &pair, &Pair::start(), pair.end());
     assert!(plain.stats.evaluations as f64 > 1.1 * held.stats.evaluations as f64, "{:?}", plain.stats);
 }
@@ -35,6 +40,10 @@ fn rings_of_3_and_16() {
         let worst = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         let error = (worst(&finish.state.q, &truth.q) / 1e-4).max(worst(&finish.state.v, &truth.v));
         println!("{gears}: {:?}, error {error:.1e}", finish.stats);
-        assert!(finish.stats.evaluations <= evaluations && error <= bound, "{gears}: {:?}, error {error}", finish.stats);
+        assert!(
+            finish.stats.evaluations <= evaluations && error <= bound,
+            "{gears}: {:?}, error {error}",
+            finish.stats
+        );
     }
 }

@@ -12,8 +12,8 @@ use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
 use gear_dynamics::{
-    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, Machine, ParameterError, Points, Rk4, Rows, Step, Sweep, SweepEngine,
-    TableRk4,
+    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, Machine, ParameterError, Points, Rk4, Rows,
+    Step, Sweep, SweepEngine, TableRk4,
 };
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;
@@ -66,8 +66,9 @@ fn steps(pair: &Pair) -> usize {
 }
 
 fn ours<I: Integrator>(solver: &I, pair: &Pair) -> End {
-    let finish: Finish =
-        solver.run(pair, &Pair::start(), pair.end(), &mut |_: &mut Step<'_>| ControlFlow::Continue(())).expect("the workload runs");
+    let finish: Finish = solver
+        .run(pair, &Pair::start(), pair.end(), &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+        .expect("the workload runs");
     End { q: finish.state.q[0], evaluations: finish.stats.evaluations as usize }
 }
 
@@ -82,7 +83,8 @@ fn our_dop853(pair: &Pair) -> End {
 /// It keeps every step and does not say otherwise; the number of steps is rounded up, so the end is given half a step early.
 fn ode_solvers_rk4(pair: &Pair) -> End {
     let (h, steps) = (pair.step(), steps(pair));
-    let mut solver = ode_solvers::Rk4::new(Rates(pair), 0.0, Vector2::new(Q0, 0.0), (steps as f64 - 0.5) * h, h);
+    let mut solver =
+        ode_solvers::Rk4::new(Rates(pair), 0.0, Vector2::new(Q0, 0.0), (steps as f64 - 0.5) * h, h);
     let stats = solver.integrate().expect("the workload runs");
     assert_eq!(stats.accepted_steps as usize, steps);
     End { q: solver.y_out().last().expect("the start is kept")[0], evaluations: stats.num_eval as usize }
@@ -146,7 +148,8 @@ fn differential_equations<S>(mut solver: S, pair: &Pair) -> End
 where
     S: OrdinaryNumericalMethod<f64, [f64; 2]> + Interpolation<f64, [f64; 2]>,
 {
-    let solution = solve_ode(&mut solver, &Rates(pair), 0.0, pair.end(), &[Q0, 0.0], &mut Nothing).expect("the workload runs");
+    let solution = solve_ode(&mut solver, &Rates(pair), 0.0, pair.end(), &[Q0, 0.0], &mut Nothing)
+        .expect("the workload runs");
     End { q: solver.y()[0], evaluations: solution.evals.function }
 }
 
@@ -161,8 +164,11 @@ fn differential_equations_dop853(pair: &Pair) -> End {
 type Entrant = (&'static str, fn(&Pair) -> End);
 
 /// Ours first.
-const RK4: [Entrant; 3] =
-    [("gear-dynamics, plain steps", our_rk4), ("ode_solvers", ode_solvers_rk4), ("differential-equations", differential_equations_rk4)];
+const RK4: [Entrant; 3] = [
+    ("gear-dynamics, plain steps", our_rk4),
+    ("ode_solvers", ode_solvers_rk4),
+    ("differential-equations", differential_equations_rk4),
+];
 const DOP853: [Entrant; 3] = [
     ("gear-dynamics, located edges", our_dop853),
     ("ode_solvers, time as state", ode_solvers_dop853),
@@ -195,7 +201,11 @@ fn errors_and_ratios(title: &str, truth: f64, entrants: &[Entrant]) {
         let End { q, evaluations } = run(&pair);
         print!("{entrant:28} {evaluations:8} evaluations, error {:.1e}", (q - truth).abs() / SCALE);
         if k > 0 {
-            let [median, least, most] = ratio(ROUNDS, || _ = black_box(run(black_box(&pair))), || _ = black_box(our_run(black_box(&pair))));
+            let [median, least, most] = ratio(
+                ROUNDS,
+                || _ = black_box(run(black_box(&pair))),
+                || _ = black_box(our_run(black_box(&pair))),
+            );
             print!(", time / ours {median:.2} ({least:.2} .. {most:.2})");
         }
         println!();
@@ -223,7 +233,8 @@ fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows 
     let pair = Pair::new().machine();
     let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::over(points).settle(0).measure(20).channels(&["q1"]).rattle();
-    let rows = sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows =
+        sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")
 }
 
@@ -238,8 +249,9 @@ fn workload_c() {
         start.elapsed().as_secs_f64()
     };
     let lanes = |set| move || drop(black_box(ensemble(COUNT, &LaneRk4::<32>::new(STEPS).instructions(set))));
-    let (mut best, mut avx2, mut table) =
-        (lanes(InstructionSet::Best), lanes(InstructionSet::Avx2), || drop(black_box(ensemble(2, &TableRk4::new(STEPS)))));
+    let (mut best, mut avx2, mut table) = (lanes(InstructionSet::Best), lanes(InstructionSet::Avx2), || {
+        drop(black_box(ensemble(2, &TableRk4::new(STEPS))))
+    });
     let one = |run: fn(&Pair) -> End| {
         let pair = &pair;
         move || _ = black_box(run(black_box(pair)))
@@ -261,9 +273,16 @@ fn workload_c() {
             *least = least.min(time(*f) / *runs);
         }
     }
-    println!("\nC, least time per trajectory on one thread; how many times the lanes go into it, with the best instructions and with AVX2");
+    println!(
+        "\nC, least time per trajectory on one thread; how many times the lanes go into it, with the best instructions and with AVX2"
+    );
     for (least_of, (name, ..)) in least.iter().zip(&entrants) {
-        println!("{name:56} {:7.3} ms {:6.1} {:6.1}", 1e3 * least_of, least_of / least[0], least_of / least[1]);
+        println!(
+            "{name:56} {:7.3} ms {:6.1} {:6.1}",
+            1e3 * least_of,
+            least_of / least[0],
+            least_of / least[1]
+        );
     }
 }
 
@@ -275,8 +294,14 @@ fn hand_written_dop853(pair: &Pair) -> End {
 /// Ours against loops by hand and against the other crates.
 fn ratios() {
     let pair = Pair::new();
-    let runs: [fn(&Pair) -> End; 6] =
-        [our_rk4, hand_written_rk4, ode_solvers_rk4, differential_equations_rk4, our_dop853, hand_written_dop853];
+    let runs: [fn(&Pair) -> End; 6] = [
+        our_rk4,
+        hand_written_rk4,
+        ode_solvers_rk4,
+        differential_equations_rk4,
+        our_dop853,
+        hand_written_dop853,
+    ];
     let entrants = runs.map(|run| {
         let pair = &pair;
         move || run(black_box(pair)).evaluations
@@ -292,7 +317,11 @@ criterion_group!(benches, rk4, dop853);
 
 fn main() {
     benches();
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread is to be had").install(workload_c);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a thread is to be had")
+        .install(workload_c);
     let truth = ours(&Dop853::new().rtol(1e-13).atol(1e-18), &Pair::new()).q;
     errors_and_ratios("A, RK4, 64 steps per mesh period, error against DOP853 at rtol 1e-13", truth, &RK4);
     errors_and_ratios("A, DOP853, rtol 1e-8, atol 1e-12, error against DOP853 at rtol 1e-13", truth, &DOP853);

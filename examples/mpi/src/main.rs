@@ -11,7 +11,9 @@
 //! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
 //! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
 
-use gear_dynamics::{Axis, LaneRk4, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError, Watch};
+use gear_dynamics::{
+    Axis, LaneRk4, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError, Watch,
+};
 use mpi::Threading;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};
@@ -24,12 +26,15 @@ const CHUNKS: u64 = 24;
 const NO_MORE: u64 = u64::MAX;
 
 fn sweep(channel: &str) -> Result<Sweep, ParameterError> {
-    let points = Points::grid(vec![Axis::linear("speed", 100.0, 250.0, 24)?, Axis::linear("load", 10.0, 50.0, 16)?])?;
+    let points =
+        Points::grid(vec![Axis::linear("speed", 100.0, 250.0, 24)?, Axis::linear("load", 10.0, 50.0, 16)?])?;
     Ok(Sweep::over(points).settle(4).measure(2).channels(&[channel]).rattle())
 }
 
 fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
-    let pair = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() });
+    let pair = |p: &Point<'_>| {
+        NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
+    };
     let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
     sweep.run_chunk(chunk as usize, chunks as usize, &LaneRk4::<16>::new(63 * 64), pair, start, &Watch::new())
 }
@@ -86,7 +91,8 @@ fn follow(world: &SimpleCommunicator, sweep: &Sweep) -> Result<(), Box<dyn Error
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
-    let channel = arguments.iter().position(|argument| argument == "--channel").and_then(|i| arguments.get(i + 1));
+    let channel =
+        arguments.iter().position(|argument| argument == "--channel").and_then(|i| arguments.get(i + 1));
     let sweep = sweep(channel.map_or("q1", String::as_str))?;
     if arguments.iter().any(|argument| argument == "--serial") {
         println!("{:016x}", compute(&sweep, 0, 1)?.fingerprint());

@@ -46,7 +46,13 @@ pub fn pair(case: &mut Case) -> Run {
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair::with_reading(&params, reading)?;
-    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.centre_frequency(), pair.period()];
+    let figures = [
+        pair.mean_radius(),
+        pair.natural_frequency(),
+        pair.half_width(),
+        pair.centre_frequency(),
+        pair.period(),
+    ];
     all_finite("mean radius, natural frequency, half width, frequency of the centre, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.static_start()?;
@@ -74,7 +80,10 @@ pub fn pair2(case: &mut Case) -> Run {
 pub fn ring(case: &mut Case) -> Run {
     let ring = models::ring(case)?;
     let n = ring.gears();
-    all_finite("imbalance, acceleration, period", &[ring.torque_imbalance(), ring.rigid_acceleration(), ring.period()])?;
+    all_finite(
+        "imbalance, acceleration, period",
+        &[ring.torque_imbalance(), ring.rigid_acceleration(), ring.period()],
+    )?;
     all_finite("rigid motion", ring.rigid_motion())?;
     let mean = ring.mean_mesh_stiffness();
     all_finite("mean mesh stiffness", &mean)?;
@@ -112,12 +121,16 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
     let mut held = Held::new(pair);
     for _ in 0..1 + case.below(3) {
         let process = laws::process(case, 20.0, 1e-3)?;
-        let mut slots: Vec<usize> = (0..case.below(3)).map(|_| if case.hostile() { case.count(12) } else { case.below(12) }).collect();
+        let mut slots: Vec<usize> = (0..case.below(3))
+            .map(|_| if case.hostile() { case.count(12) } else { case.below(12) })
+            .collect();
         let name = case.pick(&["load torque", "damping ratio", "speed", "no such constant"]);
         slots.extend(held.bare().slot(name).ok());
         let gain = case.number(1.0);
         let way = case.below(4);
-        case.note(|| format!("way {way}, slots {slots:?}, gain {gain:e}, {process:?}, first {:?}", process.held(0, 0)));
+        case.note(|| {
+            format!("way {way}, slots {slots:?}, gain {gain:e}, {process:?}, first {:?}", process.held(0, 0))
+        });
         held = match way {
             0 => held.shared(&slots, gain, process)?,
             1 => held.per_slot(&slots, gain, process)?,

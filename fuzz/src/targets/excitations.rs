@@ -39,7 +39,11 @@ pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
         8 => {
             let (scale, order) = (case.quantity(mean), case.pick(&[1.0, 2.0, 0.5]));
             let function = Function::new(move |angle: Jet| (angle * order).sin() * scale);
-            if case.chance(0.5) { Wave::new(function) } else { Wave::new(function.with_edges(&angles(case))?) }
+            if case.chance(0.5) {
+                Wave::new(function)
+            } else {
+                Wave::new(function.with_edges(&angles(case))?)
+            }
         }
         9 => Wave::new(Sum::new(some(case, levels, mean)?)),
         10 => Wave::new(Product::new(some(case, levels, mean)?)),
@@ -102,15 +106,21 @@ pub fn any(case: &mut Case) -> Run {
         }
         for side in [Side::Before, Side::After] {
             let (jet, value) = (one.jet(angle, side), one.value(angle, side));
-            all_finite(format_args!("value and derivatives at {angle:e}"), &[jet.value, jet.rate, jet.second])?;
-            holds(value.to_bits() == jet.value.to_bits() || (value - jet.value).abs() <= 1e-9 * value.abs().max(1e-300), || {
-                format!("value({angle:e}) is {value:e}, that of the jet {:e}", jet.value)
-            })?;
+            all_finite(
+                format_args!("value and derivatives at {angle:e}"),
+                &[jet.value, jet.rate, jet.second],
+            )?;
+            holds(
+                value.to_bits() == jet.value.to_bits()
+                    || (value - jet.value).abs() <= 1e-9 * value.abs().max(1e-300),
+                || format!("value({angle:e}) is {value:e}, that of the jet {:e}", jet.value),
+            )?;
         }
         let edge = one.next_edge(angle);
-        holds(edge.is_none_or(|edge| edge > angle && edge <= angle + 1.1 * TAU + 1e-9 * angle.abs()), || {
-            format!("next_edge({angle:e}) is {edge:?}")
-        })?;
+        holds(
+            edge.is_none_or(|edge| edge > angle && edge <= angle + 1.1 * TAU + 1e-9 * angle.abs()),
+            || format!("next_edge({angle:e}) is {edge:?}"),
+        )?;
         angle = match edge {
             Some(edge) if case.chance(0.5) => edge,
             _ => angle + case.number(1.0) * case.signed(),

@@ -120,7 +120,8 @@ pub fn runs(case: &mut Case) -> Run {
 }
 
 fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
-    let names: Vec<String> = Probe::new(model).channels().iter().map(|channel| channel.name.clone()).collect();
+    let names: Vec<String> =
+        Probe::new(model).channels().iter().map(|channel| channel.name.clone()).collect();
     for name in names.iter().take(6) {
         let values = trajectory.channel(model, name)?;
         all_finite(format_args!("channel {name}"), &values)?;
@@ -138,13 +139,19 @@ pub fn observers(case: &mut Case) -> Run {
     let (model, start) = models::any(case)?;
     let solver = solver(case, model.period(), 2 * model.dof());
     let end = start.t + span(case, model.period());
-    let names: Vec<String> = Probe::new(&model).channels().iter().map(|channel| channel.name.clone()).collect();
+    let names: Vec<String> =
+        Probe::new(&model).channels().iter().map(|channel| channel.name.clone()).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(&model, &names)?;
     let mut rattle = Rattle::new(&model);
     let name = if names.is_empty() { "q1" } else { case.pick(&names) };
     let level = case.number(1e-4) * case.signed();
-    let mut section = Section::new(&model, name, level, case.pick(&[Direction::Rising, Direction::Falling, Direction::Both]))?;
+    let mut section = Section::new(
+        &model,
+        name,
+        level,
+        case.pick(&[Direction::Rising, Direction::Falling, Direction::Both]),
+    )?;
     let mut three = (&mut statistics, &mut rattle);
     let outcome = solver.run(&model, &start, end, &mut (&mut three, &mut section));
     let lasted = outcome.as_ref().map_or(0.0, |finish| finish.state.t - start.t);
@@ -157,7 +164,9 @@ pub fn observers(case: &mut Case) -> Run {
         all_finite("times on pieces", &contact.time)?;
         let sum: f64 = contact.time.iter().sum();
         holds(
-            outcome.is_err() || (sum - lasted).abs() <= 1e-9 * lasted.abs().max(end.abs()).max(f64::MIN_POSITIVE / f64::EPSILON),
+            outcome.is_err()
+                || (sum - lasted).abs()
+                    <= 1e-9 * lasted.abs().max(end.abs()).max(f64::MIN_POSITIVE / f64::EPSILON),
             || format!("{contact:?} of {lasted:e}"),
         )?;
         if sum > 0.0 {
@@ -188,7 +197,10 @@ pub fn settling(case: &mut Case) -> Run {
         }
         return Ok(());
     }
-    let settle = Settle::new().tolerance(case.number(1e-6)).most_periods(case.effort(20)).largest_multiple(case.count(4));
+    let settle = Settle::new()
+        .tolerance(case.number(1e-6))
+        .most_periods(case.effort(20))
+        .largest_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
     match settle.run(&solver, &model, &start) {
@@ -198,9 +210,10 @@ pub fn settling(case: &mut Case) -> Run {
         }
         Err(error) => {
             // A start that is no number is handed back as it was.
-            holds(start.q.iter().any(|q| !q.is_finite()) || error.state().q.iter().all(|q| q.is_finite()), || {
-                format!("{:?}", error.state())
-            })?;
+            holds(
+                start.q.iter().any(|q| !q.is_finite()) || error.state().q.iter().all(|q| q.is_finite()),
+                || format!("{:?}", error.state()),
+            )?;
             Err(error.into())
         }
     }
@@ -235,7 +248,8 @@ pub fn varying(case: &mut Case) -> Run {
 /// What the checks of models say: never a panic, and every finding has figures.
 pub fn checks(case: &mut Case) -> Run {
     let (model, start) = models::any(case)?;
-    let findings = if case.chance(0.5) { check_model(&model, &start) } else { check_periodic(&model, &start) };
+    let findings =
+        if case.chance(0.5) { check_model(&model, &start) } else { check_periodic(&model, &start) };
     case.note(|| format!("{findings:?}"));
     Ok(())
 }
@@ -252,7 +266,11 @@ pub fn stopped(case: &mut Case) -> Result<(), Stop> {
         step.at(0.5 * (step.t0() + step.t1()), &mut y);
         // Between the steps of a motion that blows up there is nothing to interpolate.
         let moderate = step.y1().iter().all(|y| y.abs() < 1e30);
-        if left == 0 || (moderate && y.iter().any(|y| !y.is_finite())) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if left == 0 || (moderate && y.iter().any(|y| !y.is_finite())) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     };
     let finish = solver.run(&model, &start, end, &mut watch)?;
     holds(finish.stopped || finish.state.t == end, || format!("{finish:?}"))?;

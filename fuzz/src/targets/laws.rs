@@ -36,12 +36,17 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<AnyLaw<N>, Stop>
         }
         4 => AnyLaw::Varying(VaryingBacklash::new(wave(case, 1, size)?)),
         5 => {
-            let exponent = if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
+            let exponent =
+                if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
             let (b, depth) = (case.number(size), case.number(size));
             let one = PowerLaw::new(b, exponent, depth)?;
             // Higher powers are allowed, and overflow far from the edge.
             let one = if exponent <= 3.0 { one } else { PowerLaw::new(b, 3.0, depth)? };
-            AnyLaw::Power(if case.chance(0.8) { one } else { one.with_edges(-case.number(size), case.number(size))? })
+            AnyLaw::Power(if case.chance(0.8) {
+                one
+            } else {
+                one.with_edges(-case.number(size), case.number(size))?
+            })
         }
         _ => AnyLaw::Smoothed(SmoothedBacklash::new(case.number(size), case.number(0.1 * size))?),
     })
@@ -72,12 +77,19 @@ pub fn any(case: &mut Case) -> Run {
         finite(format_args!("force at rest at {x:e}"), law.at(x))?;
         finite(format_args!("slope at {x:e}"), law.slope(x))?;
         for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
-            finite(format_args!("force on {piece:?} at {x:e}"), law.force_on(piece, x, 0.0, edges.lower, edges.upper))?;
+            finite(
+                format_args!("force on {piece:?} at {x:e}"),
+                law.force_on(piece, x, 0.0, edges.lower, edges.upper),
+            )?;
             let pieces = vec![piece; law.switches()];
-            finite(format_args!("force of switches on {piece:?} at {x:e}"), law.force_on_all(&pieces, x, 0.0, edges.lower, edges.upper))?;
+            finite(
+                format_args!("force of switches on {piece:?} at {x:e}"),
+                law.force_on_all(&pieces, x, 0.0, edges.lower, edges.upper),
+            )?;
         }
         for k in 0..law.switches() {
-            let switch = [law.switch(k, x, case.signed()), law.switch_rate(k, x, case.signed(), case.signed())];
+            let switch =
+                [law.switch(k, x, case.signed()), law.switch_rate(k, x, case.signed(), case.signed())];
             all_finite(format_args!("switch {k} at {x:e}"), &switch)?;
         }
         let edge = law.next_edge(angle);
@@ -93,8 +105,11 @@ pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Sto
         1 => PhaseLaw::ramp(case.number(speed), case.number(speed), case.number(time))?,
         2 => PhaseLaw::fluctuation(case.number(speed), case.number(0.3), case.number(speed))?,
         _ => {
-            let speeds: Vec<f64> =
-                case.list(5, speed).into_iter().map(|speed| if case.chance(0.1) { speed } else { speed.abs() }).collect();
+            let speeds: Vec<f64> = case
+                .list(5, speed)
+                .into_iter()
+                .map(|speed| if case.chance(0.1) { speed } else { speed.abs() })
+                .collect();
             let mut times = vec![0.0];
             while times.len() < speeds.len() {
                 times.push(times[times.len() - 1] + case.number(0.2 * time));

@@ -26,7 +26,10 @@ fn cycle(model: &Erased, cycle: &Cycle, phase: f64) -> Run {
         all_finite("v of a cycle", &state.v)?;
     }
     all_finite("monodromy", cycle.monodromy().as_slice())?;
-    all_finite("period, accuracy, first correction", &[cycle.period(), cycle.accuracy(), cycle.first_correction()])?;
+    all_finite(
+        "period, accuracy, first correction",
+        &[cycle.period(), cycle.accuracy(), cycle.first_correction()],
+    )?;
     all_finite("corrections", cycle.corrections())?;
     all_finite("range", cycle.range())?;
     all_finite("mean acceleration", &cycle.mean_acceleration())?;
@@ -43,11 +46,14 @@ fn cycle(model: &Erased, cycle: &Cycle, phase: f64) -> Run {
 pub fn shooting(case: &mut Case) -> Run {
     let (model, start) = models::any(case)?;
     let guess: Vec<State> = if case.hostile() {
-        (0..case.below(4)).map(|i| State { t: start.t + case.number(0.2) * i as f64, ..models::state(case, start.clone()) }).collect()
+        (0..case.below(4))
+            .map(|i| State { t: start.t + case.number(0.2) * i as f64, ..models::state(case, start.clone()) })
+            .collect()
     } else {
         vec![start]
     };
-    let mut shooting = Shooting::new().multiple(case.count(1)).most_iterations(case.effort(6)).budget(budget());
+    let mut shooting =
+        Shooting::new().multiple(case.count(1)).most_iterations(case.effort(6)).budget(budget());
     if case.chance(0.3) {
         shooting = shooting.segments(case.count(4));
     }
@@ -110,7 +116,9 @@ pub fn lyapunov(case: &mut Case) -> Run {
     };
     all_finite("exponents", &exponents.values())?;
     all_finite("exponents per period", &exponents.per_period())?;
-    holds(exponents.standard_error().iter().all(|bar| !bar.is_nan()), || format!("bars {:?}", exponents.standard_error()))?;
+    holds(exponents.standard_error().iter().all(|bar| !bar.is_nan()), || {
+        format!("bars {:?}", exponents.standard_error())
+    })?;
     for i in 0..exponents.values().len() {
         all_finite("history", &exponents.history(i))?;
     }
@@ -121,7 +129,8 @@ fn harmonics(case: &mut Case) -> Result<Harmonics, ParameterError> {
     let harmonics = match case.below(6) {
         0 => Harmonics::bands(case.count(7), case.count(2), case.count(2))?,
         1 => {
-            let orders: Vec<usize> = (0..case.below(8)).map(|i| if case.hostile() { case.count(5) } else { i }).collect();
+            let orders: Vec<usize> =
+                (0..case.below(8)).map(|i| if case.hostile() { case.count(5) } else { i }).collect();
             Harmonics::list(&orders)?
         }
         _ => Harmonics::up_to(if case.hostile() { case.below(3) } else { 2 + case.below(30) }),
@@ -135,8 +144,12 @@ pub fn orders(case: &mut Case) -> Run {
     case.note(|| format!("{kept:?}"));
     let orders = kept.orders();
     holds(orders.is_sorted_by(|a, b| a < b), || format!("orders {:?} ...", &orders[..orders.len().min(20)]))?;
-    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.periods() > 0, || format!("highest {}", kept.highest()))?;
-    holds(kept.unknowns() + usize::from(kept.has_mean()) == 2 * orders.len(), || format!("{} unknowns", kept.unknowns()))?;
+    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.periods() > 0, || {
+        format!("highest {}", kept.highest())
+    })?;
+    holds(kept.unknowns() + usize::from(kept.has_mean()) == 2 * orders.len(), || {
+        format!("{} unknowns", kept.unknowns())
+    })?;
     if kept.unknowns() > 1 << 16 {
         return Ok(());
     }
@@ -165,7 +178,13 @@ pub fn orders(case: &mut Case) -> Run {
 pub fn balance(case: &mut Case) -> Run {
     let (model, start) = models::any(case)?;
     let samples = case.count(200);
-    let all = [Integrals::Exact, Integrals::Sampled { samples }, Integrals::Panels, Integrals::Kinks, Integrals::Closed];
+    let all = [
+        Integrals::Exact,
+        Integrals::Sampled { samples },
+        Integrals::Panels,
+        Integrals::Kinks,
+        Integrals::Closed,
+    ];
     let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all)).budget(budget());
     let tolerance = case.number(1e-9);
     balance = match case.chance(0.7) {
@@ -177,7 +196,12 @@ pub fn balance(case: &mut Case) -> Run {
         return Ok(()); // asked for in earnest: minutes of work
     }
     let guess = match case.below(4) {
-        0 => Orbit::project(&Solver::Rk4(Rk4::new(0.01 * model.period()).max_steps(10_000)), &model, &start, balance.harmonics())?,
+        0 => Orbit::project(
+            &Solver::Rk4(Rk4::new(0.01 * model.period()).max_steps(10_000)),
+            &model,
+            &start,
+            balance.harmonics(),
+        )?,
         1 => {
             let width = balance.harmonics().unknowns().min(1 << 12);
             let coefficients: Vec<Vec<f64>> = (0..model.dof()).map(|_| case.list(width, 1e-4)).collect();

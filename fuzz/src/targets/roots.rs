@@ -20,7 +20,9 @@ pub fn broyden(case: &mut Case, tolerance: f64) -> Broyden {
     }
     match case.below(3) {
         0 => broyden.first(FirstJacobian::Own),
-        1 => broyden.first(FirstJacobian::Given(Matrix::dense(if case.hostile() { case.below(4) } else { 1 }))),
+        1 => {
+            broyden.first(FirstJacobian::Given(Matrix::dense(if case.hostile() { case.below(4) } else { 1 })))
+        }
         _ => broyden,
     }
 }
@@ -68,7 +70,9 @@ pub fn solve(case: &mut Case) -> Run {
             // The tolerance is a share of the largest unknown of the guess or the root.
             let scale = a.abs() + b.abs() + guess.iter().chain(&root.x).fold(0.0, |m: f64, x| m.max(x.abs()));
             let sensible = scale < 1e3 && n > 0 && tolerance < 1e-3;
-            holds(!sensible || largest < 0.1 * scale.max(1e-3), || format!("a root of residual {largest:e}: {:?}", root.x))
+            holds(!sensible || largest < 0.1 * scale.max(1e-3), || {
+                format!("a root of residual {largest:e}: {:?}", root.x)
+            })
         }
         Err(error) => {
             if let Some(last) = error.last() {
@@ -85,9 +89,10 @@ pub fn matrices(case: &mut Case) -> Run {
     let pattern: Vec<(usize, usize)> = (0..case.below(10)).map(|_| (case.count(2), case.count(2))).collect();
     case.note(|| format!("heights {heights:?}, pattern {pattern:?}"));
     let mut matrix = Matrix::blocks(&heights, &pattern)?;
-    holds(heights.iter().try_fold(0usize, |sum, height| sum.checked_add(*height)) == Some(matrix.size()), || {
-        format!("heights {heights:?} make a size of {}", matrix.size())
-    })?;
+    holds(
+        heights.iter().try_fold(0usize, |sum, height| sum.checked_add(*height)) == Some(matrix.size()),
+        || format!("heights {heights:?} make a size of {}", matrix.size()),
+    )?;
     for &(i, j) in pattern.iter().take(3) {
         for x in matrix.block_mut(i, j).iter_mut().take(100) {
             *x = 1.0;

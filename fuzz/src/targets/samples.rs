@@ -14,7 +14,9 @@ pub fn summaries(case: &mut Case) -> Run {
     all_finite("range and deviation", &[summary.peak_to_peak(), summary.standard_deviation()])?;
     // Squares of values below 1e-150 are lost.
     let slack = 1e-9 * summary.min.abs().max(summary.max.abs()) + 1e-150;
-    holds(summary.mean >= summary.min - slack && summary.mean <= summary.max + slack, || format!("{summary:?}"))?;
+    holds(summary.mean >= summary.min - slack && summary.mean <= summary.max + slack, || {
+        format!("{summary:?}")
+    })?;
     holds(summary.rms <= summary.min.abs().max(summary.max.abs()) + slack, || format!("{summary:?}"))?;
     holds(summary.standard_deviation() <= summary.peak_to_peak() + 1e-6 * slack + f64::MIN_POSITIVE, || {
         format!("deviation {} of {summary:?}", summary.standard_deviation())
@@ -23,7 +25,8 @@ pub fn summaries(case: &mut Case) -> Run {
 
 /// Amplitudes and orders of any samples in any window.
 pub fn spectra(case: &mut Case) -> Run {
-    let window = case.pick(&[Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop]);
+    let window =
+        case.pick(&[Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop]);
     let n = case.effort(64);
     all_finite("window", &window.coefficients(n)?)?;
     let (length, size) = (1 + case.below(100), case.number(1.0));
@@ -45,7 +48,9 @@ pub fn distributions(case: &mut Case) -> Run {
     let mut all = Distribution::of(values.iter().copied());
     all.add(case.number(size));
     let (p, spans) = (case.number(0.5), case.count(10).min(1 << 40));
-    holds(all.count() + all.not_finite() == values.len() as u64 + 1, || format!("{} + {}", all.count(), all.not_finite()))?;
+    holds(all.count() + all.not_finite() == values.len() as u64 + 1, || {
+        format!("{} + {}", all.count(), all.not_finite())
+    })?;
     if all.count() == 0 {
         return Ok(());
     }
@@ -56,9 +61,13 @@ pub fn distributions(case: &mut Case) -> Run {
     }
     let quantile = all.quantile(p)?;
     finite("quantile", quantile)?;
-    holds((all.min()..=all.max()).contains(&quantile), || format!("quantile {p} is {quantile}, of {} .. {}", all.min(), all.max()))?;
+    holds((all.min()..=all.max()).contains(&quantile), || {
+        format!("quantile {p} is {quantile}, of {} .. {}", all.min(), all.max())
+    })?;
     let histogram = all.histogram(spans)?;
     let total: u64 = histogram.iter().map(|(_, count)| count).sum();
     histogram.iter().try_for_each(|(edge, _)| finite("edge of a histogram", *edge))?;
-    holds(spans == 0 || total == all.count(), || format!("histogram of {spans} spans counts {total} of {}", all.count()))
+    holds(spans == 0 || total == all.count(), || {
+        format!("histogram of {spans} spans counts {total} of {}", all.count())
+    })
 }

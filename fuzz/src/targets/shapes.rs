@@ -72,7 +72,9 @@ impl Shape for Own {
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         match self.slip {
-            Slip::Refused => Err(ParameterError::NotFinite { name: NAMES[0].into(), value: constants.len() as f64 }),
+            Slip::Refused => {
+                Err(ParameterError::NotFinite { name: NAMES[0].into(), value: constants.len() as f64 })
+            }
             _ => Ok(()),
         }
     }
@@ -105,10 +107,20 @@ impl Shape for Own {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         match self.slip {
             Slip::Edge(ahead) => Some(angle + ahead),
-            _ => [self.stiffness.next_edge(angle), self.error.next_edge(angle)].into_iter().flatten().reduce(f64::min),
+            _ => [self.stiffness.next_edge(angle), self.error.next_edge(angle)]
+                .into_iter()
+                .flatten()
+                .reduce(f64::min),
         }
     }
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let ([_, e, rate], [_, _, stiffness, b]) = (u.waves(), u.constants());
         let (deflection, rate) = (q[0] - e, v[0] - rate * u.speed());
         let force = stiffness * law.force(i, &self.law, deflection, rate, -b, b);
@@ -148,7 +160,8 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
     let b = Backlash::new(case.quantity(0.5).abs())?;
     let shape = Own { stiffness: wave(case, 1, 1.0)?, error: wave(case, 1, 0.1)?, law: b, slip: slip(case) };
     case.note(|| format!("{shape:?}"));
-    let mut constants: Vec<(&str, f64)> = NAMES.iter().zip([1.0, 0.5, 0.1, 10.0, 0.5]).map(|(name, x)| (*name, case.number(x))).collect();
+    let mut constants: Vec<(&str, f64)> =
+        NAMES.iter().zip([1.0, 0.5, 0.1, 10.0, 0.5]).map(|(name, x)| (*name, case.number(x))).collect();
     // A gap of negative width is told by the check of the model.
     constants[4].1 = constants[4].1.abs();
     if case.hostile() {
@@ -182,7 +195,9 @@ pub fn own(case: &mut Case) -> Run {
 pub fn named<G: Shape>(case: &mut Case, machine: &Machine<G>) -> Run {
     let mut names: Vec<String> = machine.names().iter().map(|channel| channel.name.clone()).collect();
     let known = names.len();
-    holds(machine.shares_lanes_with(machine) && *machine == machine.clone(), || "a copy is another machine".into())?;
+    holds(machine.shares_lanes_with(machine) && *machine == machine.clone(), || {
+        "a copy is another machine".into()
+    })?;
     let mut other = machine.clone();
     for _ in 0..4 {
         if case.hostile() {
@@ -204,7 +219,9 @@ pub fn named<G: Shape>(case: &mut Case, machine: &Machine<G>) -> Run {
         }
         // Most constants are prepared, and no drive.
         let slot = machine.slot(&name).ok();
-        holds(slot.is_none_or(|slot| exists && slot < machine.drives()), || format!("slot of \"{name}\": {slot:?}"))?;
+        holds(slot.is_none_or(|slot| exists && slot < machine.drives()), || {
+            format!("slot of \"{name}\": {slot:?}")
+        })?;
         let mut u = vec![0.0; machine.drives()];
         machine.drive(case.signed(), Side::After, &mut u);
         holds(slot.is_none_or(|slot| u[slot] == size), || format!("slot of \"{name}\": {slot:?} of {u:?}"))?;
@@ -246,7 +263,8 @@ pub fn driven(case: &mut Case) -> Run {
     let mut driven = Driven::new(pair);
     for _ in 0..1 + case.below(2) {
         // Rates of waves are left alone: edges that do not move as they say are looked at again and again.
-        let slot = if case.hostile() { 4 + case.count(12).min(1 << 60) } else { case.pick(&[0, 4, 8, 9, 10, 11]) };
+        let slot =
+            if case.hostile() { 4 + case.count(12).min(1 << 60) } else { case.pick(&[0, 4, 8, 9, 10, 11]) };
         let edges: Vec<f64> = (0..case.below(4)).map(|_| case.number(10.0) * case.signed()).collect();
         let (scale, at) = (case.quantity(1e-3), edges.first().copied().unwrap_or(0.0));
         case.note(|| format!("slot {slot}, edges {edges:?}, scale {scale:e}"));

@@ -52,7 +52,12 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.strobe(case.count(2));
     }
     if case.chance(0.2) {
-        sweep = sweep.lyapunov(Lyapunov::new().periods(case.effort(2)).tolerance(case.number(1e-6)).budget(Budget::new().steps(20_000)));
+        sweep = sweep.lyapunov(
+            Lyapunov::new()
+                .periods(case.effort(2))
+                .tolerance(case.number(1e-6))
+                .budget(Budget::new().steps(20_000)),
+        );
     }
     if case.chance(0.2) {
         sweep = sweep.check_every(case.count(2));
@@ -63,13 +68,25 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
 /// Rows hold numbers, bring back what they wrote, and go together again.
 fn judge(case: &mut Case, sweep: &Sweep, rows: Rows) -> Run {
     for row in rows.iter() {
-        holds(row.channel("q1").map_or(true, |s| s.mean.is_finite() && s.rms.is_finite() && s.max.is_finite()), || {
-            format!("row {}: {:?}", row.index(), row.channel("q1"))
+        holds(
+            row.channel("q1").map_or(true, |s| s.mean.is_finite() && s.rms.is_finite() && s.max.is_finite()),
+            || format!("row {}: {:?}", row.index(), row.channel("q1")),
+        )?;
+        holds(row.lyapunov().is_none_or(f64::is_finite), || {
+            format!("row {}: exponent {:?}", row.index(), row.lyapunov())
         })?;
-        holds(row.lyapunov().is_none_or(f64::is_finite), || format!("row {}: exponent {:?}", row.index(), row.lyapunov()))?;
-        holds(!row.change().is_nan() && !row.scatter().is_nan(), || format!("row {}: {} {}", row.index(), row.change(), row.scatter()))?;
+        holds(!row.change().is_nan() && !row.scatter().is_nan(), || {
+            format!("row {}: {} {}", row.index(), row.change(), row.scatter())
+        })?;
         row.strobes().try_for_each(|state| all_finite("strobed state", state))?;
-        let _ = (row.grazes(), row.is_sensitive(), row.checked().is_some(), row.error("q1"), row.period_multiple(), row.settled_after());
+        let _ = (
+            row.grazes(),
+            row.is_sensitive(),
+            row.checked().is_some(),
+            row.error("q1"),
+            row.period_multiple(),
+            row.settled_after(),
+        );
     }
     let bytes = rows.to_bytes();
     let back = sweep.rows_from_bytes(&bytes)?;
@@ -130,7 +147,12 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     let count = 2 + case.below(4);
     let value = machine.constant(name).unwrap_or(1.0);
     let points = Points::along(axis(case, name, 0.5 * value, 2.0 * value, count)?);
-    let sweep = Sweep::over(points).settle(case.effort(2)).measure(case.effort(2)).channels(&["q1", "deflection"]).rattle().strobe(2);
+    let sweep = Sweep::over(points)
+        .settle(case.effort(2))
+        .measure(case.effort(2))
+        .channels(&["q1", "deflection"])
+        .rattle()
+        .strobe(2);
     let engine = LaneRk4::<4>::new(if case.hostile() { steps(case, 100) } else { 60 });
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
@@ -151,7 +173,8 @@ pub fn lanes(case: &mut Case) -> Run {
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let family = |p: &Point<'_>| NfgPair::new(&NfgParams { load_torque: p["load"], ..params.clone() });
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
-    let (chunk, chunks) = if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
+    let (chunk, chunks) =
+        if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
     let rows = if chunks == 1 {
         sweep.run(&engine, family, start)?
     } else {
@@ -169,7 +192,8 @@ pub fn bifurcation(case: &mut Case) -> Run {
     let points = Points::along(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     let name = if case.hostile() { "contact force 9" } else { "q1" };
-    let diagram = if case.chance(0.5) { Bifurcation::strobed(sweep, name) } else { Bifurcation::extremes(sweep, name) };
+    let diagram =
+        if case.chance(0.5) { Bifurcation::strobed(sweep, name) } else { Bifurcation::extremes(sweep, name) };
     case.note(|| format!("{diagram:?}"));
     let engine = TableRk4::new(100);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
@@ -185,7 +209,8 @@ pub fn bifurcation(case: &mut Case) -> Run {
 /// Members of a random family, and what varies with what.
 pub fn ensembles(case: &mut Case) -> Run {
     let user = user(case);
-    let (members, spans) = (if case.hostile() { case.count(5) as u64 } else { 1 + case.below(8) as u64 }, case.count(5));
+    let (members, spans) =
+        (if case.hostile() { case.count(5) as u64 } else { 1 + case.below(8) as u64 }, case.count(5));
     let end = case.number(5.0);
     let mut ensemble = Ensemble::new(members, end, spans)?;
     // More are asked for in earnest, and would run.
@@ -227,7 +252,9 @@ fn uncertain(case: &mut Case) -> Result<Uncertain, Stop> {
     let (mean, deviation) = (case.number(0.5), case.number(0.1));
     let (low, high) = (case.number(1.0), case.number(3.0));
     let seed = case.seed();
-    Ok(Uncertain::new(seed).with("a", rand_distr::Normal::new(mean, deviation)?).with("b", rand_distr::Uniform::new(low, high)?))
+    Ok(Uncertain::new(seed)
+        .with("a", rand_distr::Normal::new(mean, deviation)?)
+        .with("b", rand_distr::Uniform::new(low, high)?))
 }
 
 /// Samples of uncertain parameters and Sobol indices of a measure.

@@ -115,7 +115,11 @@ impl NfgPair {
     /// As [`new`](NfgPair::new).
     pub fn with_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
-        let over_mean: Vec<_> = params.stiffness_harmonics.iter().map(|[c, s]| [c / params.stiffness, s / params.stiffness]).collect();
+        let over_mean: Vec<_> = params
+            .stiffness_harmonics
+            .iter()
+            .map(|[c, s]| [c / params.stiffness, s / params.stiffness])
+            .collect();
         let series = [Fourier::new(1.0, &over_mean)?, Fourier::new(params.error, &params.error_harmonics)?];
         let [stiffness, error] = series.clone().map(Wave::new);
         // The half width is a constant: the shape is the same for all.
@@ -139,7 +143,8 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// As [`new`](NfgPair::new).
     pub fn with_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
-        let half_backlash = if N::HALF_WIDTH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
+        let half_backlash =
+            if N::HALF_WIDTH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
         NfgPair::made(params, reading, mesh.scaled(1.0 / params.stiffness)?, half_backlash, None)
     }
 
@@ -216,7 +221,11 @@ impl<N: Nonlinearity> NfgPair<N> {
         let at = self.shape().at(u);
         let [_, load] = u.constants();
         let load = load / check::positive("mesh stiffness at the start", u.all_waves()[STIFFNESS])?;
-        let start = State::new(0.0, &[if self.shape().missing[0] { 0.0 } else { at.lower * at.per_unit } - load], &[0.0]);
+        let start = State::new(
+            0.0,
+            &[if self.shape().missing[0] { 0.0 } else { at.lower * at.per_unit } - load],
+            &[0.0],
+        );
         start.check(1)?;
         Ok(start)
     }
@@ -236,15 +245,27 @@ impl<N: Nonlinearity> NfgShape<N> {
         let mean = matches!(self.reading.half_width, HalfWidth::Mean);
         let (damping, stretch) = match self.reading.damping {
             Damping::ConstantRatio => (damping, zero),
-            Damping::ConstantCoefficient => {
-                (damping * waves[RADIUS] * waves[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)), rho_stretch)
-            }
+            Damping::ConstantCoefficient => (
+                damping * waves[RADIUS] * waves[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)),
+                rho_stretch,
+            ),
         };
         if N::HALF_WIDTH {
             // The law is the same in any unit: that of q.
-            let (width, rate) = if mean { (width, zero) } else { (width * inverse, -(width * inverse * rho_stretch)) };
+            let (width, rate) =
+                if mean { (width, zero) } else { (width * inverse, -(width * inverse * rho_stretch)) };
             let (unit, per_unit, unit_stretch) = (one, one, zero);
-            return At { unit, per_unit, unit_stretch, lower: -width, upper: width, lower_rate: -rate, upper_rate: rate, damping, stretch };
+            return At {
+                unit,
+                per_unit,
+                unit_stretch,
+                lower: -width,
+                upper: width,
+                lower_rate: -rate,
+                upper_rate: rate,
+                damping,
+                stretch,
+            };
         }
         let (unit, per_unit, unit_stretch) = if mean {
             (S::from(self.radius), S::from(1.0 / self.radius), zero)
@@ -288,7 +309,12 @@ impl<N: Nonlinearity> NfgShape<N> {
 impl<N: Nonlinearity> Shape for NfgShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES }, contacts: 1, constants: if N::HALF_WIDTH { 6 } else { 5 } }
+        Size {
+            dof: 1,
+            waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES },
+            contacts: 1,
+            constants: if N::HALF_WIDTH { 6 } else { 5 },
+        }
     }
     fn constants(&self) -> Vec<Channel> {
         let constants = [
@@ -337,7 +363,14 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     }
 
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let (at, waves) = (self.at(u), u.all_waves());
         let [_, _, mesh_force] = u.constants();
         // In metres: r_b2 times what is in radians, with the rates of the products.
@@ -348,13 +381,25 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             if missing {
                 return (x, S::from(0.0));
             }
-            let (x, rate) = if N::HALF_WIDTH { (x, rate) } else { (x * at.per_unit, rate * at.per_unit + x * per_unit_rate) };
+            let (x, rate) = if N::HALF_WIDTH {
+                (x, rate)
+            } else {
+                (x * at.per_unit, rate * at.per_unit + x * per_unit_rate)
+            };
             (r * x, r_rate * x + r * rate)
         };
         let (lower, lower_rate) = edge(at.lower, at.lower_rate, self.missing[0]);
         let (upper, upper_rate) = edge(at.upper, at.upper_rate, self.missing[1]);
         let force = self.tooth(law, i, &at, u, q[0], v[0]) * mesh_force * waves[INVERSE];
-        Contact { deflection: r * q[0], rate: r * v[0] + r_rate * q[0], lower, upper, lower_rate, upper_rate, force }
+        Contact {
+            deflection: r * q[0],
+            rate: r * v[0] + r_rate * q[0],
+            lower,
+            upper,
+            lower_rate,
+            upper_rate,
+            force,
+        }
     }
 
     fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {

@@ -77,7 +77,11 @@ impl NfgPair2 {
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
-    pub fn with_reading(params: &NfgParams, pinion_inertia: f64, reading: NfgReading) -> Result<Self, ParameterError> {
+    pub fn with_reading(
+        params: &NfgParams,
+        pinion_inertia: f64,
+        reading: NfgReading,
+    ) -> Result<Self, ParameterError> {
         params.check()?;
         let stiffness = Wave::new(Fourier::new(params.stiffness, &params.stiffness_harmonics)?);
         let error = Wave::new(Fourier::new(params.error, &params.error_harmonics)?);
@@ -93,7 +97,12 @@ impl<N: Nonlinearity> NfgPair2<N> {
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
-    pub fn with_mesh(params: &NfgParams, pinion_inertia: f64, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
+    pub fn with_mesh(
+        params: &NfgParams,
+        pinion_inertia: f64,
+        reading: NfgReading,
+        mesh: Mesh<N>,
+    ) -> Result<Self, ParameterError> {
         params.check()?;
         let half_backlash = mesh.law().edges(0.0, Side::After).upper;
         NfgPair2::made(params, pinion_inertia, reading, mesh, half_backlash)
@@ -146,7 +155,10 @@ impl<N: Nonlinearity> NfgPair2<N> {
     where
         N: Clone,
     {
-        let shape = NfgShape2 { torque: Some(check::quantity("torque on the pinion", torque)?), ..self.shape().clone() };
+        let shape = NfgShape2 {
+            torque: Some(check::quantity("torque on the pinion", torque)?),
+            ..self.shape().clone()
+        };
         Ok(self.reshaped(shape))
     }
 
@@ -164,7 +176,8 @@ impl<N: Nonlinearity> NfgPair2<N> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(self.size().waves, &u);
-        let ([stiffness, error, error_rate, lower, upper, _, _], [load]) = (self.shape().mesh_waves(u), u.constants());
+        let ([stiffness, error, error_rate, lower, upper, _, _], [load]) =
+            (self.shape().mesh_waves(u), u.constants());
         let (radius, radius_rate) = (u.all_waves()[RADIUS], u.all_waves()[RADIUS_RATE]);
         if upper == f64::INFINITY && lower.is_finite() {
             return Err(ParameterError::NoFlank { flank: "upper" });
@@ -229,14 +242,16 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             return Vec::new();
         };
         let one = S::from(1.0);
-        let mut prepared = vec![speed / S::from(self.ratio), load, damping, inertia, one / inertia, one / pinion_inertia];
+        let mut prepared =
+            vec![speed / S::from(self.ratio), load, damping, inertia, one / inertia, one / pinion_inertia];
         prepared.extend(half_backlash);
         prepared
     }
 
     #[inline(always)]
     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let (waves, omega, [load, _, inertia, per_inertia, per_pinion]) = (u.all_waves(), u.speed(), u.constants());
+        let (waves, omega, [load, _, inertia, per_inertia, per_pinion]) =
+            (u.all_waves(), u.speed(), u.constants());
         let w = self.contact(law, 0, u, q, v).force;
         let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
         let torque = match self.torque {
@@ -248,7 +263,14 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     }
 
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let (w, omega, [_, damping]) = (u.all_waves(), u.speed(), u.constants());
         let x = q[0] * self.pinion_radius - w[RADIUS] * q[1];
         let rate = v[0] * self.pinion_radius - w[RADIUS] * v[1] - omega * (w[RADIUS_RATE] * q[1]);
@@ -272,6 +294,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let contact = contacts[0];
         out[0] = u.all_waves()[RADIUS];
-        out[1] = AsIs.force(0, self.mesh.law(), contact.deflection, contact.rate, contact.lower, contact.upper);
+        out[1] =
+            AsIs.force(0, self.mesh.law(), contact.deflection, contact.rate, contact.lower, contact.upper);
     }
 }

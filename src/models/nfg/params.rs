@@ -111,7 +111,10 @@ impl NfgParams {
         check::scale("mean radius L", radius)?;
         check::scale("natural frequency", natural)?;
         check::scale("frequency of the centre", self.centre_frequency())?;
-        let omega = check::scale("frequency of the centre over the natural frequency", self.centre_frequency() / natural)?;
+        let omega = check::scale(
+            "frequency of the centre over the natural frequency",
+            self.centre_frequency() / natural,
+        )?;
         // Bounds of the drives over a turn; the smallest radius is 1 - β of the mean one.
         let thinnest = (1.0 / (1.0 - beta)).powi(4);
         let wave = |pairs: &[[f64; 2]], powers: i32| {
@@ -119,7 +122,8 @@ impl NfgParams {
             pairs.iter().enumerate().map(|(i, [c, s])| (c.abs() + s.abs()) * order(i)).sum::<f64>()
         };
         let error = (self.error.abs() + wave(&self.error_harmonics, 2)) * thinnest;
-        let within = |name: &str, figure: f64, values: &[f64]| check::representable(name, figure, values).map(|_| ());
+        let within =
+            |name: &str, figure: f64, values: &[f64]| check::representable(name, figure, values).map(|_| ());
         let amplitudes = |pairs: &[[f64; 2]]| pairs.concat();
         within(
             "mesh stiffness over its mean",
@@ -136,13 +140,25 @@ impl NfgParams {
             self.load_torque / (inertia * natural * natural),
             &[self.load_torque],
         )?;
-        within("mesh force of a unit deflection", inertia * natural * natural / radius * thinnest, &[self.stiffness, radius])?;
-        within("mesh damping", 2.0 * self.damping_ratio * inertia * natural / (radius * radius), &[self.damping_ratio, inertia, natural])?;
+        within(
+            "mesh force of a unit deflection",
+            inertia * natural * natural / radius * thinnest,
+            &[self.stiffness, radius],
+        )?;
+        within(
+            "mesh damping",
+            2.0 * self.damping_ratio * inertia * natural / (radius * radius),
+            &[self.damping_ratio, inertia, natural],
+        )?;
         // The force of two degrees of freedom holds the error itself.
         let damping = 2.0 * self.damping_ratio * inertia * natural / (radius * radius);
         let rates = (self.stiffness + wave(&self.stiffness_harmonics, 0)) + damping * self.centre_frequency();
         let force = 8.0 * rates * (error + self.half_backlash) * radius.max(1.0) / inertia.min(1.0);
-        within("acceleration by the mesh force", force, &[&[self.error][..], &amplitudes(&self.stiffness_harmonics)].concat())?;
+        within(
+            "acceleration by the mesh force",
+            force,
+            &[&[self.error][..], &amplitudes(&self.stiffness_harmonics)].concat(),
+        )?;
         Ok(natural)
     }
 

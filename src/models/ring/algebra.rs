@@ -94,7 +94,14 @@ impl<'a, S: Scalar> Instant<'a, S> {
 
     /// W_i, from gear i and the next one.
     #[inline(always)]
-    fn force<N: Nonlinearity, L: Law<S>>(&self, law: &L, meshes: &[Mesh<N>], i: usize, gear: &Turning<S>, next: &Turning<S>) -> S {
+    fn force<N: Nonlinearity, L: Law<S>>(
+        &self,
+        law: &L,
+        meshes: &[Mesh<N>],
+        i: usize,
+        gear: &Turning<S>,
+        next: &Turning<S>,
+    ) -> S {
         let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
         meshes[i].pull(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
     }
@@ -102,7 +109,8 @@ impl<'a, S: Scalar> Instant<'a, S> {
     /// θ_i'' and θ_Li'', from what else turns the gear.
     #[inline(always)]
     fn turn(&self, i: usize, gear: &Turning<S>, torque: S, turns: &mut [[S; 2]]) {
-        let shaft = (gear.q - self.q[i][1]) * self.stiffness[i] + (gear.v - self.v[i][1]) * self.shaft_damping[i];
+        let shaft =
+            (gear.q - self.q[i][1]) * self.stiffness[i] + (gear.v - self.v[i][1]) * self.shaft_damping[i];
         turns[i][0] = (torque - shaft) * self.per_gear[i];
         turns[i][1] = (shaft - self.load_torque[i]) * self.per_load[i];
     }
@@ -117,7 +125,14 @@ fn after(i: usize, n: usize) -> usize {
 impl<N: Nonlinearity> RingShape<N> {
     /// The equations of [`Ring`](super::shape::Ring); on plain numbers three gears are compiled for their number.
     #[inline(always)]
-    pub(super) fn accelerate<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    pub(super) fn accelerate<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
         let n = self.meshes.len();
         if const { size_of::<S>() == size_of::<f64>() } && n == 3 {
             return self.accelerate_gears(3, law, u, q, v, a);
@@ -127,7 +142,15 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// The same for n gears.
     #[inline(always)]
-    fn accelerate_gears<S: Scalar, L: Law<S>>(&self, n: usize, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accelerate_gears<S: Scalar, L: Law<S>>(
+        &self,
+        n: usize,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
         let at = Instant::of(n, &self.columns, u, q, v);
         let a = &mut a[..2 * n + 1];
         let meshes = &self.meshes[..n];
@@ -165,7 +188,14 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// Mesh i.
     #[inline(always)]
-    pub(super) fn touch<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    pub(super) fn touch<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let n = self.meshes.len();
         let at = Instant::of(n, &self.columns, u, q, v);
         let (gear, next) = (at.gear(i), at.gear(after(i, n)));

@@ -76,7 +76,10 @@ impl<N: Nonlinearity> Ring<N> {
             check::not_negative(format!("mesh stiffness [{i}]"), k)?;
         }
         let outputs = self.shape().gears.iter().map(|gear| gear.load.shaft.stiffness);
-        Ok(std::iter::once(self.shape().motor_shaft.stiffness).chain(mesh_stiffness.iter().copied()).chain(outputs).collect())
+        Ok(std::iter::once(self.shape().motor_shaft.stiffness)
+            .chain(mesh_stiffness.iter().copied())
+            .chain(outputs)
+            .collect())
     }
 
     pub(super) fn link_dampings(&self) -> Vec<f64> {
@@ -120,7 +123,8 @@ impl<N: Nonlinearity> Ring<N> {
         // M^(-1/2) K M^(-1/2) is symmetric.
         let root: Vec<f64> = j.iter().map(|j| j.sqrt()).collect();
         let scaled = faer::Mat::from_fn(size, size, |a, b| k[(a, b)] / (root[a] * root[b]));
-        let failed = || ParameterError::NotFinite { name: "an eigenvalue of the ring".into(), value: f64::NAN };
+        let failed =
+            || ParameterError::NotFinite { name: "an eigenvalue of the ring".into(), value: f64::NAN };
         let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| failed())?;
         let frequencies: Vec<f64> = (0..size).map(|i| eigen.S().column_vector()[i].max(0.0).sqrt()).collect();
         let shapes = DMatrix::from_fn(size, size, |a, i| eigen.U()[(a, i)] / root[a]);
@@ -139,7 +143,8 @@ impl<N: Nonlinearity> Ring<N> {
             }
         });
         let all = first_order.eigenvalues().map_err(|_| failed())?;
-        let mut eigenvalues: Vec<Complex64> = all.iter().filter(|l| l.im > 0.0).map(|l| Complex64::new(l.re, l.im)).collect();
+        let mut eigenvalues: Vec<Complex64> =
+            all.iter().filter(|l| l.im > 0.0).map(|l| Complex64::new(l.re, l.im)).collect();
         eigenvalues.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         Ok(Modes { frequencies, shapes, eigenvalues })
     }

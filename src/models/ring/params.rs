@@ -112,7 +112,11 @@ impl<N: Nonlinearity> RingParams<N> {
         check::quantity("motor.torque", self.motor.torque)?;
         self.motor.shaft.check("motor.shaft")?;
         if self.gears.len() < 3 {
-            return Err(ParameterError::TooFew { name: "gears of a closed ring".into(), value: self.gears.len(), least: 3 });
+            return Err(ParameterError::TooFew {
+                name: "gears of a closed ring".into(),
+                value: self.gears.len(),
+                least: 3,
+            });
         }
         check::count("gears of a closed ring", &[self.gears.len()], MOST_GEARS)?;
         check::length("meshes", self.meshes.len(), self.gears.len())?;
@@ -201,7 +205,11 @@ impl RingSet {
             motor_shaft: Shaft { stiffness: 973.157_411_834_650_8, damping: 0.025_722_833_964_290_64 },
             output_shaft: Shaft { stiffness: 24_912.829_742_967_06, damping: 0.117_443_414_477_269_11 },
             mesh_stiffness: 206_025_177.896_396_16,
-            stiffness_harmonics: vec![0.342_925_318_200_537_45, -0.021_092_036_341_720_31, -0.112_578_717_802_194_36],
+            stiffness_harmonics: vec![
+                0.342_925_318_200_537_45,
+                -0.021_092_036_341_720_31,
+                -0.112_578_717_802_194_36,
+            ],
             mesh_damping: 1_069.791_561_337_394_3,
             half_backlash: 2.65e-5,
             error: 1e-6,
@@ -249,7 +257,8 @@ impl RingSet {
         let stiffness = Wave::new(Fourier::new(self.mesh_stiffness, &wave)?);
         let error = Wave::new(Fourier::new(0.0, &[[0.0, self.error]])?);
         let law = Backlash::new(self.half_backlash)?;
-        let mesh = |phase: &f64| Ok(Mesh::new(stiffness.clone().ahead(*phase)?, error.clone().ahead(*phase)?, law));
+        let mesh =
+            |phase: &f64| Ok(Mesh::new(stiffness.clone().ahead(*phase)?, error.clone().ahead(*phase)?, law));
         let meshes = self.phases.iter().map(mesh).collect::<Result<Vec<_>, ParameterError>>()?;
         let load = Load { inertia: self.load_inertia, torque: self.load_torque, shaft: self.output_shaft };
         let gear = Gear { inertia: self.gear_inertia, base_radius: self.base_radius, load };

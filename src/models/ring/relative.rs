@@ -74,7 +74,8 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
             if i >= 1 && i <= errors.len() { errors[i - 1] } else { (0.0, 0.0) }
         };
         let q = (0..units.len()).map(|i| (row(&state.q, i) - error(i).0) / units[i]).collect();
-        let v = (0..units.len()).map(|i| (row(&state.v, i) - error(i).1) / (units[i] * self.frequency)).collect();
+        let v =
+            (0..units.len()).map(|i| (row(&state.v, i) - error(i).1) / (units[i] * self.frequency)).collect();
         (q, v)
     }
 
@@ -109,7 +110,8 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         check::quantities("relative coordinates", q)?;
         check::quantities("relative rates", v)?;
         let (e, rate) = self.closure(t);
-        for (name, x, expected) in [("sum of the mesh coordinates", q, e), ("sum of the mesh rates", v, rate)] {
+        for (name, x, expected) in [("sum of the mesh coordinates", q, e), ("sum of the mesh rates", v, rate)]
+        {
             let found: f64 = x[1..=n].iter().sum();
             let size = x[1..=n].iter().fold(expected.abs(), |m, x| m.max(x.abs()));
             if (found - expected).abs() > CLOSURE * size {
@@ -123,7 +125,9 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
             angles[0] = scale * x[0];
             for i in 0..n {
                 if i > 0 {
-                    let moved = gears[i - 1].base_radius * angles[2 * i - 1] - scale * self.length * x[i] - error(i - 1);
+                    let moved = gears[i - 1].base_radius * angles[2 * i - 1]
+                        - scale * self.length * x[i]
+                        - error(i - 1);
                     angles[2 * i + 1] = moved / gears[i].base_radius;
                 }
                 angles[2 * i + 2] = angles[2 * i + 1] - scale * x[n + 1 + i];
@@ -138,16 +142,23 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     ///
     /// # Errors
     /// Mesh stiffnesses not as many as meshes, negative or above 1e50.
-    pub fn coefficients(&self, mesh_stiffness: &[f64]) -> Result<(DMatrix<f64>, DMatrix<f64>), ParameterError> {
-        let (dampings, stiffnesses) = (self.ring.link_dampings(), self.ring.link_stiffnesses(mesh_stiffness)?);
+    pub fn coefficients(
+        &self,
+        mesh_stiffness: &[f64],
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), ParameterError> {
+        let (dampings, stiffnesses) =
+            (self.ring.link_dampings(), self.ring.link_stiffnesses(mesh_stiffness)?);
         let b = self.ring.mesh_matrix();
-        let inverse = DMatrix::from_diagonal(&self.ring.shape().inertias().iter().map(|j| 1.0 / j).collect::<Vec<_>>().into());
+        let inverse = DMatrix::from_diagonal(
+            &self.ring.shape().inertias().iter().map(|j| 1.0 / j).collect::<Vec<_>>().into(),
+        );
         let coupling = &b * inverse * b.transpose();
         let units = self.units();
         let size = units.len();
         let w = self.frequency;
-        let scaled =
-            |links: &[f64], factor: f64| DMatrix::from_fn(size, size, |i, j| coupling[(i, j)] * links[j] * units[j] / units[i] * factor);
+        let scaled = |links: &[f64], factor: f64| {
+            DMatrix::from_fn(size, size, |i, j| coupling[(i, j)] * links[j] * units[j] / units[i] * factor)
+        };
         Ok((scaled(&dampings, 0.5 / w), scaled(&stiffnesses, 1.0 / (w * w))))
     }
 }

@@ -102,7 +102,10 @@ impl<N: Nonlinearity> Ring<N> {
         let shape = RingShape::new(params, Frame::Inertial);
         let names = shape.constants();
         let loads = params.gears.iter().map(|gear| gear.load.torque);
-        let values = [params.omega, params.motor.torque].into_iter().chain(params.mesh_damping.iter().copied()).chain(loads);
+        let values = [params.omega, params.motor.torque]
+            .into_iter()
+            .chain(params.mesh_damping.iter().copied())
+            .chain(loads);
         let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
         shape.machine(&constants)
     }
@@ -165,19 +168,36 @@ impl<N: Nonlinearity> RingShape<N> {
         let mut rigid = vec![1.0];
         rigid.extend(params.gears.iter().flat_map(|gear| [r1 / gear.base_radius; 2]));
         let meshes = params.meshes.clone();
-        let first = |i: usize, is: &dyn Fn(&Mesh<N>, &Mesh<N>) -> bool| (0..=i).find(|&j| is(&meshes[i], &meshes[j])).unwrap_or(i);
+        let first = |i: usize, is: &dyn Fn(&Mesh<N>, &Mesh<N>) -> bool| {
+            (0..=i).find(|&j| is(&meshes[i], &meshes[j])).unwrap_or(i)
+        };
         let same: Vec<[usize; 2]> = (0..meshes.len())
-            .map(|i| [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())])
+            .map(|i| {
+                [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())]
+            })
             .collect();
         let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants, not shape.
         let mut gears = params.gears.clone();
         gears.iter_mut().for_each(|gear| gear.load.torque = 0.0);
-        let (motor_inertia, motor_shaft, columns) = (params.motor.inertia, params.motor.shaft, Columns::of(&gears));
-        let mut shape =
-            RingShape { gears, motor_inertia, motor_shaft, meshes, frame, rigid, same, alike, edges_move, per_inertia: 0.0, columns };
-        shape.per_inertia = 1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
+        let (motor_inertia, motor_shaft, columns) =
+            (params.motor.inertia, params.motor.shaft, Columns::of(&gears));
+        let mut shape = RingShape {
+            gears,
+            motor_inertia,
+            motor_shaft,
+            meshes,
+            frame,
+            rigid,
+            same,
+            alike,
+            edges_move,
+            per_inertia: 0.0,
+            columns,
+        };
+        shape.per_inertia =
+            1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
         shape
     }
 
@@ -191,7 +211,9 @@ impl<N: Nonlinearity> RingShape<N> {
             (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
         };
         if self.alike {
-            waves[..self.meshes.len()].iter_mut().for_each(|wave| write(wave, stiffness, error.value, error.rate));
+            waves[..self.meshes.len()]
+                .iter_mut()
+                .for_each(|wave| write(wave, stiffness, error.value, error.rate));
             return;
         }
         write(&mut waves[0], stiffness, error.value, error.rate);
@@ -225,14 +247,19 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n, constants: 2 + 2 * n }
     }
     fn constants(&self) -> Vec<Channel> {
-        let each = |name: &'static str, unit: &'static str| (1..=self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit));
+        let each = |name: &'static str, unit: &'static str| {
+            (1..=self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit))
+        };
         let shared = [Channel::new("mesh frequency", "rad/s"), Channel::new("motor torque", "N m")];
         shared.into_iter().chain(each("mesh damping", "N s/m")).chain(each("load torque", "N m")).collect()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         let n = self.meshes.len();
         check::scale("mesh frequency", constants[0])?;
-        constants[2..2 + n].iter().enumerate().try_for_each(|(i, c)| check::not_negative(format!("mesh damping {}", i + 1), *c).map(drop))
+        constants[2..2 + n]
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, c)| check::not_negative(format!("mesh damping {}", i + 1), *c).map(drop))
     }
 
     #[inline(always)]
@@ -240,7 +267,14 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         self.accelerate(law, u, q, v, a);
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         self.touch(law, i, u, q, v)
     }
 
@@ -264,8 +298,12 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
     /// where the 5.9 and 5.5 kN of the paper come from.
     fn channels(&self) -> Vec<Channel> {
-        let of_mesh =
-            |i| [Channel::new(format!("transmission error {i}"), "m"), Channel::new(format!("stiffness times deflection {i}"), "N")];
+        let of_mesh = |i| {
+            [
+                Channel::new(format!("transmission error {i}"), "m"),
+                Channel::new(format!("stiffness times deflection {i}"), "N"),
+            ]
+        };
         (1..=self.meshes.len()).flat_map(of_mesh).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {

@@ -1,8 +1,8 @@
 //! A crate of someone else's, on public names only: a spur pair, a bearing contact, a torque ripple, lanes, an integrator.
 
 use gear_dynamics::{
-    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Law, Mesh, Model, Nonlinearity, Observer, Piece,
-    Scalar, Shape, Side, Size, State, Stats, Step, StepView, Wave, same,
+    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Law, Mesh, Model,
+    Nonlinearity, Observer, Piece, Scalar, Shape, Side, Size, State, Stats, Step, StepView, Wave, same,
 };
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -27,7 +27,14 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
         self.0.next_edge(angle)
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let [_, damping] = u.constants();
         self.0.contact(law, i, &u.waves(), u.speed(), damping, q[0], v[0])
     }
@@ -112,7 +119,14 @@ impl Shape for Knock {
         self.kick.next_edge(angle)
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: Law<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        _: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let (deflection, rate, touch) = (q[0] - q[1], v[0] - v[1], S::from(self.stop.touch));
         let force = law.force(i, &self.stop, deflection, rate, S::from(f64::NEG_INFINITY), touch);
         Contact { deflection, rate, upper: touch, force, ..Contact::default() }

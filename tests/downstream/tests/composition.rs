@@ -48,7 +48,10 @@ fn the_pair_takes_any_law() {
     check(VaryingBacklash::new(Wave::new(Fourier::new(2e-5, &[[2e-6, 0.0]]).unwrap())));
     // Edges of one side alone: the other one is an infinite drive.
     let stop = pair(AsymmetricBacklash::stop_above(2e-5).unwrap());
-    let (one, two) = (accurate().end(&stop, &loaded(), 2e-3).unwrap(), accurate().end(&rattling(), &loaded(), 2e-3).unwrap());
+    let (one, two) = (
+        accurate().end(&stop, &loaded(), 2e-3).unwrap(),
+        accurate().end(&rattling(), &loaded(), 2e-3).unwrap(),
+    );
     approx::assert_relative_eq!(one.q[0], two.q[0], max_relative = 1e-9); // the lower flank is never met
     accurate().end(&pair(SoftStop { touch: 2e-5, loss: 10.0 }), &loaded(), 2e-3).unwrap();
 }
@@ -79,7 +82,10 @@ fn the_pair_has_one_orbit() {
 #[test]
 fn the_pair_is_swept() {
     let pair = rattling();
-    let axes = vec![Axis::linear("mesh frequency", 1.0e4, 2.2e4, 4).unwrap(), Axis::linear("load", 300.0, 700.0, 3).unwrap()];
+    let axes = vec![
+        Axis::linear("mesh frequency", 1.0e4, 2.2e4, 4).unwrap(),
+        Axis::linear("load", 300.0, 700.0, 3).unwrap(),
+    ];
     let names = ["deflection", "mesh force"];
     let sweep = Sweep::over(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
@@ -105,20 +111,25 @@ fn the_pair_is_wrapped() {
     let load = pair.slot("load").unwrap();
     let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
     let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
-    let member =
-        |member: u64| Held::new(rattling()).per_slot(&[load], 1.0, process.clone().with_member(member)).map(|held| (held, loaded()));
+    let member = |member: u64| {
+        Held::new(rattling())
+            .per_slot(&[load], 1.0, process.clone().with_member(member))
+            .map(|held| (held, loaded()))
+    };
     let bands = ensemble.run(&accurate(), member).unwrap();
     assert_eq!(bands.at("dynamic factor", 20).unwrap().count(), 8);
 
     let end = 10.0 * pair.period();
-    let stepped = Driven::new(pair.clone()).add(load, |t| if t < 1e-3 { 0.0 } else { 500.0 }, &[1e-3]).unwrap();
+    let stepped =
+        Driven::new(pair.clone()).add(load, |t| if t < 1e-3 { 0.0 } else { 500.0 }, &[1e-3]).unwrap();
     let until = accurate().end(&stepped, &loaded(), end).unwrap();
     let before = accurate().end(&pair, &loaded(), 1e-3).unwrap();
     let after = accurate().end(&pair.with("load", 1000.0).unwrap(), &before, end).unwrap();
     approx::assert_relative_eq!(until.q[0], after.q[0], max_relative = 1e-6);
 
     let steady = Varying::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
-    let (a, b) = (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
+    let (a, b) =
+        (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
     approx::assert_relative_eq!(a.q[0], b.q[0], max_relative = 1e-6);
 
     let mut u = vec![0.0; pair.drives()];
@@ -141,7 +152,8 @@ fn every_solver_agrees() {
     assert!(error(Rk45::new().rtol(1e-10).end(&knock(1.0), &start(), 50.0).unwrap()) < 1e-7);
     assert!(error(Rk4::new(0.01).end(&knock(1.0), &start(), 50.0).unwrap()) < 1e-7);
     // A third-party method is as good as its order.
-    let ratio = error(Heun(0.004).end(&knock(1.0), &start(), 50.0).unwrap()) / error(Heun(0.001).end(&knock(1.0), &start(), 50.0).unwrap());
+    let ratio = error(Heun(0.004).end(&knock(1.0), &start(), 50.0).unwrap())
+        / error(Heun(0.001).end(&knock(1.0), &start(), 50.0).unwrap());
     assert!((8.0..32.0).contains(&ratio), "{ratio}");
 }
 
@@ -201,8 +213,13 @@ fn lanes_of_ones_own() {
 #[test]
 fn in_the_ring() {
     let preset = RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap();
-    let law =
-        |i: usize| if i == 2 { AnyLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 }) } else { AnyLaw::Backlash(*preset.meshes[i].law()) };
+    let law = |i: usize| {
+        if i == 2 {
+            AnyLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 })
+        } else {
+            AnyLaw::Backlash(*preset.meshes[i].law())
+        }
+    };
     let kick = Wave::new(Scaled::new(1e-6, Wave::new(Kick)).unwrap());
     let stiffness = Wave::constant(2e8).unwrap();
     let meshes = (0..4).map(|i| Mesh::new(stiffness.clone(), kick.clone(), law(i))).collect();
@@ -211,7 +228,8 @@ fn in_the_ring() {
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     assert_eq!(ring.next_edge(0.0), Some(ring.period()));
     let run = |rtol: f64| {
-        let solver = Dop853::new().rtol(rtol).atol_each(&[vec![1e-6 * rtol; 9], vec![1e-2 * rtol; 9]].concat());
+        let solver =
+            Dop853::new().rtol(rtol).atol_each(&[vec![1e-6 * rtol; 9], vec![1e-2 * rtol; 9]].concat());
         solver.end(&ring, &State::at_rest(9), 0.01).unwrap()
     };
     let (a, b) = (run(1e-9), run(1e-11));

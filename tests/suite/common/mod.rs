@@ -43,7 +43,11 @@ pub fn fixed_error<I: Integrator>(solver: &I, end: f64) -> f64 {
 /// The order seen between successive step counts, rounded; all pairs must agree with the last to half an order.
 pub fn observed_order(error: &dyn Fn(f64) -> f64, counts: &[f64]) -> i64 {
     let errors: Vec<f64> = counts.iter().map(|n| error(*n)).collect();
-    let orders: Vec<f64> = errors.windows(2).zip(counts.windows(2)).map(|(e, n)| (e[0] / e[1]).log2() / (n[1] / n[0]).log2()).collect();
+    let orders: Vec<f64> = errors
+        .windows(2)
+        .zip(counts.windows(2))
+        .map(|(e, n)| (e[0] / e[1]).log2() / (n[1] / n[0]).log2())
+        .collect();
     println!("errors {errors:?} orders {orders:.2?}");
     orders[orders.len() - 1].round() as i64
 }
@@ -66,7 +70,14 @@ impl Model for FreeDeadZone {
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let mut a = [0.0];
         self.accel(&[], q, v, &mut a);
-        out[0] = Contact { deflection: q[0], rate: v[0], lower: -self.b, upper: self.b, force: -a[0], ..Contact::default() };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: -self.b,
+            upper: self.b,
+            force: -a[0],
+            ..Contact::default()
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
         a[0] = match pieces[0] {

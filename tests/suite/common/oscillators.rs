@@ -73,15 +73,28 @@ impl Model for DeadZone {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        out[0] =
-            Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force: tooth(piece_of(q[0]), q[0]).0, ..Contact::default() };
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: -1.0,
+            upper: 1.0,
+            force: tooth(piece_of(q[0]), q[0]).0,
+            ..Contact::default()
+        };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let (stiffness, force) = self.forces(u[0]);
         a[0] = force - 2.0 * self.zeta * v[0] - stiffness * tooth(pieces[0], q[0]).0;
         true
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        _: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         let piece = pieces.map_or(piece_of(q[0]), |pieces| pieces[0]);
         (out.q[(0, 0)], out.v[(0, 0)]) = (-self.forces(u[0]).0 * tooth(piece, q[0]).1, -2.0 * self.zeta);
         true

@@ -78,13 +78,21 @@ impl<const N: usize, const M: usize> Model for Train<N, M> {
         self.turn(Some(pieces), u, q, v, a);
         true
     }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
         for j in 0..N {
             for k in 0..N {
                 let shaft = if j == k { self.shaft[j] } else { 0.0 };
                 let (mut by_q, mut by_v) = (-shaft, 0.0);
                 for (i, tooth) in self.teeth.iter().enumerate() {
-                    let piece = pieces.map_or_else(|| self.reading(i, u, q, v, None).piece(), |pieces| pieces[i]);
+                    let piece =
+                        pieces.map_or_else(|| self.reading(i, u, q, v, None).piece(), |pieces| pieces[i]);
                     let both = tooth.gradient[j] * tooth.gradient[k];
                     by_q -= if piece == Piece::Gap { 0.0 } else { both * tooth.stiffness };
                     by_v -= both * tooth.damping;
@@ -118,7 +126,13 @@ pub fn planetary() -> Train<5, 6> {
         tooth(gradient)
     });
     let inertia = [4e-4, 6e-3, 5e-5, 5e-5, 5e-5];
-    Train { teeth, inertia, torque: [60.0, 0.0, 0.0, 0.0, 0.0], shaft: [0.0, 1e6, 0.0, 0.0, 0.0], omega: 3000.0 }
+    Train {
+        teeth,
+        inertia,
+        torque: [60.0, 0.0, 0.0, 0.0, 0.0],
+        shaft: [0.0, 1e6, 0.0, 0.0, 0.0],
+        omega: 3000.0,
+    }
 }
 
 /// Where the planetary set stands under its torque.
@@ -134,7 +148,8 @@ pub fn planetary_static_start() -> State {
 
 /// Two stages: input, intermediate shaft, output `[rad]`; the second stage is met by the torque of the load.
 pub fn two_stage() -> Train<3, 2> {
-    let tooth = |gradient, stiffness| Tooth { gradient, stiffness, damping: 800.0, half_width: 3e-5, error: 4e-6 };
+    let tooth =
+        |gradient, stiffness| Tooth { gradient, stiffness, damping: 800.0, half_width: 3e-5, error: 4e-6 };
     let teeth = [tooth([0.04, -0.08, 0.0], 3e8), tooth([0.0, 0.03, -0.09], 4e8)];
     Train { teeth, inertia: [2e-3, 1e-2, 4e-2], torque: [100.0, 0.0, -600.0], shaft: [0.0; 3], omega: 2000.0 }
 }

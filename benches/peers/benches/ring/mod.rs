@@ -39,7 +39,9 @@ impl<const G: usize, const N: usize> ODE<f64, [f64; N]> for Rates<G> {
 
 fn ours<const N: usize>(solver: &impl Integrator, ring: &Ring) -> End<N> {
     let start = State::at_rest(N / 2);
-    let finish: Finish = solver.run(ring, &start, RING_END, &mut |_: &mut Step<'_>| ControlFlow::Continue(())).expect("the workload runs");
+    let finish: Finish = solver
+        .run(ring, &start, RING_END, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+        .expect("the workload runs");
     let mut y = [0.0; N];
     y[..N / 2].copy_from_slice(&finish.state.q);
     y[N / 2..].copy_from_slice(&finish.state.v);
@@ -53,24 +55,33 @@ fn hand_dop853<const G: usize, const N: usize>() -> End<N> {
 
 /// The number of steps is rounded up, so the end is given half a step early.
 fn ode_solvers_rk4<const G: usize, const N: usize>() -> End<N> {
-    let mut solver = ode_solvers::Rk4::new(Rates::<G>, 0.0, SVector::<f64, N>::zeros(), (STEPS as f64 - 0.5) * H, H);
+    let mut solver =
+        ode_solvers::Rk4::new(Rates::<G>, 0.0, SVector::<f64, N>::zeros(), (STEPS as f64 - 0.5) * H, H);
     let stats = solver.integrate().expect("the workload runs");
     assert_eq!(stats.accepted_steps as usize, STEPS);
-    End { y: solver.y_out().last().expect("the start is kept").data.0[0], evaluations: stats.num_eval as usize }
+    End {
+        y: solver.y_out().last().expect("the start is kept").data.0[0],
+        evaluations: stats.num_eval as usize,
+    }
 }
 
 fn ode_solvers_dopri5<const G: usize, const N: usize>() -> End<N> {
-    let mut solver = ode_solvers::Dopri5::new(Rates::<G>, 0.0, RING_END, RING_END, SVector::<f64, N>::zeros(), RTOL, ATOL);
+    let mut solver =
+        ode_solvers::Dopri5::new(Rates::<G>, 0.0, RING_END, RING_END, SVector::<f64, N>::zeros(), RTOL, ATOL);
     solver.set_output(OutputType::Sparse);
     let stats = solver.integrate().expect("the workload runs");
-    End { y: solver.y_out().last().expect("the start is kept").data.0[0], evaluations: stats.num_eval as usize }
+    End {
+        y: solver.y_out().last().expect("the start is kept").data.0[0],
+        evaluations: stats.num_eval as usize,
+    }
 }
 
 fn differential_equations<const G: usize, const N: usize, S>(mut solver: S) -> End<N>
 where
     S: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]>,
 {
-    let solution = solve_ode(&mut solver, &Rates::<G>, 0.0, RING_END, &[0.0; N], &mut Nothing).expect("the workload runs");
+    let solution = solve_ode(&mut solver, &Rates::<G>, 0.0, RING_END, &[0.0; N], &mut Nothing)
+        .expect("the workload runs");
     End { y: *solver.y(), evaluations: solution.evals.function }
 }
 
@@ -95,16 +106,32 @@ pub fn ratios<const G: usize, const N: usize>() {
     type Entrant<'a, const N: usize> = (&'static str, Box<dyn Fn() -> End<N> + 'a>);
     let entrants: [Entrant<'_, N>; 9] = [
         ("gear-dynamics Rk4, plain steps", Box::new(|| ours(&Rk4::new(H).plain(), ring))),
-        ("RK4 by hand on f(t, y)", Box::new(|| End { y: hand_ring::rk4::<G, N>(H, STEPS), evaluations: 4 * STEPS })),
-        ("RK4 by hand, drives shared", Box::new(|| End { y: hand_ring::rk4_shared::<G, N>(H, STEPS), evaluations: 4 * STEPS })),
+        (
+            "RK4 by hand on f(t, y)",
+            Box::new(|| End { y: hand_ring::rk4::<G, N>(H, STEPS), evaluations: 4 * STEPS }),
+        ),
+        (
+            "RK4 by hand, drives shared",
+            Box::new(|| End { y: hand_ring::rk4_shared::<G, N>(H, STEPS), evaluations: 4 * STEPS }),
+        ),
         ("ode_solvers rk4", Box::new(ode_solvers_rk4::<G, N>)),
-        ("differential-equations rk4", Box::new(|| differential_equations::<G, N, _>(ExplicitRungeKutta::rk4(H).max_steps(usize::MAX)))),
-        ("gear-dynamics Dop853, located edges", Box::new(|| ours(&Dop853::new().rtol(RTOL).atol(ATOL), ring))),
+        (
+            "differential-equations rk4",
+            Box::new(|| differential_equations::<G, N, _>(ExplicitRungeKutta::rk4(H).max_steps(usize::MAX))),
+        ),
+        (
+            "gear-dynamics Dop853, located edges",
+            Box::new(|| ours(&Dop853::new().rtol(RTOL).atol(ATOL), ring)),
+        ),
         ("DOP853 by hand, located edges", Box::new(hand_dop853::<G, N>)),
         ("ode_solvers dopri5", Box::new(ode_solvers_dopri5::<G, N>)),
         (
             "differential-equations dop853",
-            Box::new(|| differential_equations::<G, N, _>(ExplicitRungeKutta::dop853().rtol(RTOL).atol(ATOL).max_steps(usize::MAX))),
+            Box::new(|| {
+                differential_equations::<G, N, _>(
+                    ExplicitRungeKutta::dop853().rtol(RTOL).atol(ATOL).max_steps(usize::MAX),
+                )
+            }),
         ),
     ];
     let counts: Vec<_> = entrants.iter().map(|(_, run)| move || run().evaluations).collect();
@@ -113,7 +140,8 @@ pub fn ratios<const G: usize, const N: usize>() {
     println!("\nB{G}");
     for ((name, run), time) in entrants.iter().zip(&times) {
         let End { y, evaluations } = run();
-        let error = (0..N).fold(0.0, |m: f64, i| m.max((y[i] - truth[i]).abs() / if i < N / 2 { SCALE } else { 1.0 }));
+        let error = (0..N)
+            .fold(0.0, |m: f64, i| m.max((y[i] - truth[i]).abs() / if i < N / 2 { SCALE } else { 1.0 }));
         println!(
             "{name:36} {evaluations:8} evaluations {:7.1} ns each {:7.2} ms, error {error:.1e}",
             1e9 * time,
