@@ -22,7 +22,7 @@ fn rattling_pair(c: &mut Criterion) {
     let pair = pair(180.0);
     let (solver, state) = settled(&pair);
     let project = |highest: usize| {
-        Orbit::project(&solver, &pair, &state, &Harmonics::up_to(highest)).expect("a settled run")
+        FourierOrbit::project(&solver, &pair, &state, &Harmonics::up_to(highest)).expect("a settled run")
     };
     let guess = project(500);
     for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Sampled { samples: 65_536 }] {
@@ -91,7 +91,8 @@ impl Periodic for Duffing {
 fn duffing(c: &mut Criterion) {
     let balance = Balance::new(Harmonics::up_to(10));
     let (here, next) = (Duffing { omega: 1.195 }, Duffing { omega: 1.2 });
-    let guess = Orbit::new(&Harmonics::up_to(1), here.period(), &[vec![0.0, 1.35, 2.1]]).expect("finite");
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), here.period(), &[vec![0.0, 1.35, 2.1]]).expect("finite");
     let orbit = balance.solve(&here, &guess).expect("converges");
     c.bench_function("Duffing, H = 10: point with multipliers", |b| {
         b.iter(|| {
@@ -110,7 +111,7 @@ fn rings(c: &mut Criterion) {
         // Along a run, once every gear has been reached: held on one flank, half of the meshes would pull.
         let (solver, balance) = (Dop853::new(), Balance::new(Harmonics::up_to(20)));
         let end = solver.end(&moving, &State::at_rest(ring.dof()), 400.0 * ring.period()).expect("runs");
-        let guess = Orbit::project(&solver, &moving, &end, balance.harmonics()).expect("runs");
+        let guess = FourierOrbit::project(&solver, &moving, &end, balance.harmonics()).expect("runs");
         let mut equations = balance.equations(&ring, &guess).expect("fits");
         let x = equations.unknowns(&guess);
         let step = Newton::new().max_iterations(1);

@@ -9,8 +9,8 @@
 mod support;
 
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Orbit, Proof, Residual, Settle,
-    Shooting, State,
+    Balance, Dop853, FourierOrbit, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Proof, Residual,
+    Settle, Shooting, State,
 };
 use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
@@ -30,12 +30,12 @@ fn solver() -> Dop853 {
 }
 
 /// The orbit itself, on more orders than any balance here.
-fn truth(pair: &NfgPair) -> Outcome<(Orbit, u64)> {
+fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
     let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
     let cycle =
         Shooting::new().multiple(steady.period_multiple).run(pair, &[State { t: 0.0, ..steady.state }])?;
     let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
-    Ok((Orbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
+    Ok((FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
 }
 
 /// What a balance on H orders comes to, as shares of the peak-to-peak of the truth; NaN where there is none.
@@ -51,7 +51,7 @@ struct Row {
 const NOTHING: Row =
     Row { error: f64::NAN, truncation: f64::NAN, shooting: f64::NAN, aliasing: f64::NAN, iterations: 0 };
 
-fn row(pair: &NfgPair, truth: &Orbit, highest: usize, integrals: Integrals) -> Row {
+fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integrals) -> Row {
     let balance = Balance::new(Harmonics::up_to(highest)).integrals(integrals);
     let Ok(orbit) = balance.solve(pair, truth) else { return NOTHING };
     let error = truth.distance(&orbit);
@@ -83,7 +83,7 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
         NfgReading::published_on_base_radius(),
     )?;
     let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.static_start()?)?;
-    let guess = Orbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
+    let guess = FourierOrbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
     let look = |integrals| -> Outcome<(DVector<f64>, DMatrix<f64>)> {
         let mut equations =
             Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(&pair, &guess)?;

@@ -26,7 +26,7 @@ impl Shape for SpurPair {
         u[0] = libm::cos(angle);
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -45,7 +45,7 @@ impl Shape for SpurPair {
         }
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([wave], [amplitude]) = (u.waves(), u.constants());
         a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.contact(law, 0, u, q, v).force;
     }

@@ -39,7 +39,7 @@ struct Run {
 
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let settled =
-        Settle::new().tolerance(1e-8).most_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
+        Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
     let (on_orbit, multiple) = match settled {
         Ok(steady) => (steady.state, steady.period_multiple),
         Err(Unsettled::Aperiodic { state, .. }) => (state, 0),

@@ -5,8 +5,8 @@
 mod support;
 
 use gear_dynamics::{
-    Axis, Integrator, LaneRk4, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4, Row, State,
-    Statistics, Sweep, Watch,
+    Axis, Integrator, LaneRk4, Monitor, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4,
+    Row, State, Statistics, Sweep,
 };
 use std::time::Instant;
 use support::{Csv, Map, Outcome, gallery, maps, progress};
@@ -55,7 +55,7 @@ fn main() -> Outcome<()> {
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
     let rows =
-        sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Watch::new().progress(&advance))?;
+        sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Monitor::new().progress(&advance))?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 

@@ -8,7 +8,7 @@ mod lines;
 mod point;
 mod rates;
 
-pub use finding::Finding;
+pub use finding::Inconsistency;
 
 use crate::channel::Probe;
 use crate::model::{Model, Periodic, State};
@@ -33,15 +33,15 @@ fn differ(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
 ///
 /// Drives against their edges, Jacobian against differences, pieces and contacts against the acceleration. An empty list is good news. A
 /// factor that is wrong throughout the force of a contact stays unseen, since masses are not known, and so does damping that it lacks.
-pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
+pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     check_over(model, typical, None)
 }
 
 /// The same with the period of the drives, if it is known.
-fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>) -> Vec<Finding> {
+fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>) -> Vec<Inconsistency> {
     let mut findings = Vec::new();
     if (typical.q.len(), typical.v.len()) != (model.dof(), model.dof()) {
-        return vec![Finding::State { given: [typical.q.len(), typical.v.len()], dof: model.dof() }];
+        return vec![Inconsistency::State { given: [typical.q.len(), typical.v.len()], dof: model.dof() }];
     }
     let mut at = Point::new(model, typical);
     at.finite(&mut findings);
@@ -51,7 +51,7 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
         at.pieces(&mut findings);
         at.rates(period, &mut findings);
         at.kinks(&mut findings);
-        if !findings.iter().any(|f| matches!(f, Finding::Kink { .. })) {
+        if !findings.iter().any(|f| matches!(f, Inconsistency::Kink { .. })) {
             at.untold_kinks(&mut findings);
         }
         drives::check(model, typical, period, &mut findings);
@@ -60,14 +60,14 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
 }
 
 /// The same, and accelerations and contacts against the period: of all that does not repeat, what is off the most.
-pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Finding> {
+pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     let period = Some(model.period()).filter(|period| *period > 0.0 && period.is_finite());
     let mut findings = check_over(model, typical, period);
-    if findings.iter().any(|f| matches!(f, Finding::State { .. })) {
+    if findings.iter().any(|f| matches!(f, Inconsistency::State { .. })) {
         return findings;
     }
     let Some(period) = period else {
-        findings.push(Finding::BadPeriod { period: model.period() });
+        findings.push(Inconsistency::BadPeriod { period: model.period() });
         return findings;
     };
     let mut point = Point::new(model, typical);
@@ -96,7 +96,7 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<F
                 let off =
                     if (first - second).is_nan() { f64::INFINITY } else { (first - second).abs() / allowed };
                 if first != second && off > 1.0 && off > worst[k].0 {
-                    worst[k] = (off, Some(Finding::Period { what, index, t, first, second }));
+                    worst[k] = (off, Some(Inconsistency::Period { what, index, t, first, second }));
                 }
             }
         }

@@ -160,7 +160,7 @@ pub enum ParameterError {
     },
     /// A constant that the algebra reads in another form, so that no drive holds it, or the speed.
     #[error(
-        "constant \"{name}\" is no drive that may be added to: the algebra reads what is derived from it, or it is the speed of the angle (see Varying)"
+        "constant \"{name}\" is no drive that may be added to: the algebra reads what is derived from it, or it is the speed of the angle (see VaryingSpeed)"
     )]
     NotADrive {
         /// Which constant.

@@ -3,7 +3,7 @@
 use crate::dual::Dual;
 use crate::model::Jacobian;
 use crate::piece::Piece;
-use crate::shape::{AsIs, Drives, Law, OnPieces, Shape};
+use crate::shape::{ByDeflection, Drives, FixedPieces, PieceChoice, Shape};
 
 /// The Jacobian of a shape by dual numbers, exact to rounding.
 pub(crate) fn dual_jacobian<G: Shape>(
@@ -15,8 +15,8 @@ pub(crate) fn dual_jacobian<G: Shape>(
     out: &mut Jacobian,
 ) {
     match pieces {
-        None => slopes(shape, &AsIs, u, q, v, out),
-        Some(pieces) => slopes(shape, &OnPieces(pieces), u, q, v, out),
+        None => slopes(shape, &ByDeflection, u, q, v, out),
+        Some(pieces) => slopes(shape, &FixedPieces(pieces), u, q, v, out),
     }
 }
 
@@ -27,7 +27,7 @@ const LARGER: usize = 512;
 /// Columns that one evaluation gives.
 const COLUMNS: usize = 4;
 
-fn slopes<G: Shape, L: Law<Dual<COLUMNS>>>(
+fn slopes<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
     shape: &G,
     law: &L,
     u: &[f64],
@@ -47,7 +47,7 @@ fn slopes<G: Shape, L: Law<Dual<COLUMNS>>>(
 }
 
 #[inline(always)]
-fn slopes_in<G: Shape, L: Law<Dual<COLUMNS>>>(
+fn slopes_in<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
     numbers: &mut [Dual<COLUMNS>],
     shape: &G,
     law: &L,

@@ -27,12 +27,12 @@
 //! | functions of an angle | [`Wave`], [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
 //! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], [`PowerLaw`], [`NoPullBacklash`], [`Damped`], ...; rigid stops: [`Restitution`]; [table](guide::contact_laws) |
 //! | random drives, functions of time | [`HeldProcess`], [`Held`]; [`Driven`] |
-//! | periodic orbits | [`Balance`], [`Harmonics`], [`Orbit`], [`Proof`]; [`Shooting`], [`Cycle`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
+//! | periodic orbits | [`Balance`], [`Harmonics`], [`FourierOrbit`], [`Proof`]; [`Shooting`], [`ShootingOrbit`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
 //! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
 //! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
-//! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`Uncertain`] |
+//! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`RandomParameters`] |
 //! | limits on work | [`Budget`]: steps, time, a flag |
-//! | changing speed | [`PhaseLaw`], [`Varying`], [`Waterfall`] |
+//! | changing speed | [`PhaseLaw`], [`VaryingSpeed`], [`Waterfall`] |
 //! | background | [`guide`] |
 
 mod analysis;
@@ -69,11 +69,12 @@ pub use analysis::{
     Summary, Unsettled, Waterfall, WaterfallError, WaterfallLine, Window, strobe,
 };
 pub use balance::{
-    Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, Harmonics, Integrals, Orbit, Proof,
+    Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, FourierOrbit, Harmonics, Integrals,
+    Proof,
 };
 pub use budget::{Budget, Exhausted};
 pub use channel::Probe;
-pub use check::{Finding, check_model, check_periodic};
+pub use check::{Inconsistency, check_model, check_periodic};
 pub use driven::{Driven, TimeDrives};
 pub use dual::Dual;
 pub use error::ParameterError;
@@ -93,26 +94,26 @@ pub use models::{
     Shaft,
 };
 pub use nonlinearity::{
-    AnyLaw, AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, NoPullBacklash, Nonlinearity,
+    AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, MixedLaw, NoPullBacklash, Nonlinearity,
     PowerLaw, SmoothedBacklash, VaryingBacklash,
 };
 pub use ode::{
-    Adaptive, Crossing, Dop853, DormandPrince, Failed, Finish, IntegrateError, Integrator, Observer, Order8,
-    Rk4, Rk45, Stats, Step, StepView, Trajectory, uniform_times,
+    Adaptive, Crossing, Dop853, DormandPrince5, DormandPrince8, Failed, Finish, IntegrateError, Integrator,
+    Observer, Rk4, Rk45, Stats, Step, StepView, Trajectory, uniform_times,
 };
 pub use orbit::{
-    Cycle, Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, Stability,
-    Transition, Variation,
+    Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, ShootingOrbit,
+    Stability, Transition, Variation,
 };
-pub use phase::{PhaseLaw, Varying};
+pub use phase::{PhaseLaw, VaryingSpeed};
 pub use piece::{Piece, Side};
 pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
-pub use scalar::{Scalar, one_by_one};
-pub use shape::{AsIs, Drives, Law, OnPieces, Shape, Size};
+pub use scalar::{Scalar, keep_rolled};
+pub use shape::{ByDeflection, Drives, FixedPieces, PieceChoice, Shape, Size};
 pub use sweep::{
-    Attractor, Attractors, Axis, Bands, Bifurcation, Carry, Diagram, DiagramPoint, Distribution, Ensemble,
-    EnsembleError, LaneRk4, Located, Point, PointError, Points, Row, Rows, RowsError, SobolDesign,
-    SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, Uncertain, Watch,
+    Attractor, Attractors, Axis, Bands, Bifurcation, Diagram, DiagramPoint, Distribution, Ensemble,
+    EnsembleError, LaneRk4, Located, Monitor, Point, PointError, Points, RandomParameters, Row, Rows,
+    RowsError, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, WarmStart,
 };
 pub use wrapped::{DriveRule, Wrapped};
 

@@ -7,7 +7,7 @@ use crate::error::{ParameterError, check};
 use crate::jacobian::dual_jacobian;
 use crate::model::{Channel, Contact, Jacobian, Model, Periodic};
 use crate::piece::{Piece, Side};
-use crate::shape::{AsIs, Drives, OnPieces, Shape, Size};
+use crate::shape::{ByDeflection, Drives, FixedPieces, Shape, Size};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -188,7 +188,7 @@ impl<G: Shape> Machine<G> {
     /// The drive in which a constant stands, for [`Held`](crate::Held) and [`Driven`](crate::Driven).
     ///
     /// # Errors
-    /// No such name; a constant that the algebra reads in another form; the speed of the angle, which [`Varying`](crate::Varying) changes.
+    /// No such name; a constant that the algebra reads in another form; the speed of the angle, which [`VaryingSpeed`](crate::VaryingSpeed) changes.
     pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
         let place = self.fixed.place(name)?;
         let changed = |by: &Dual| by.slope[0] != 0.0;
@@ -227,7 +227,7 @@ impl<G: Shape> Machine<G> {
         for (i, x) in self.shape().prepare(&self.along(place)).into_iter().enumerate() {
             lifted[self.slot_of(i)].slope = x.slope;
         }
-        self.shape().accel(&AsIs, Drives::new(waves, &lifted), &lift(q), &lift(v), &mut a);
+        self.shape().accel(&ByDeflection, Drives::new(waves, &lifted), &lift(q), &lift(v), &mut a);
         Ok(a.iter().map(|a| a.slope[0]).collect())
     }
 
@@ -263,7 +263,7 @@ impl<G: Shape> Model for Machine<G> {
     }
     #[inline]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.shape().accel(&AsIs, Drives::new(self.size().waves, u), q, v, a);
+        self.shape().accel(&ByDeflection, Drives::new(self.size().waves, u), q, v, a);
     }
     #[inline(always)]
     fn drives(&self) -> usize {
@@ -296,12 +296,12 @@ impl<G: Shape> Model for Machine<G> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let u = Drives::new(self.size().waves, u);
         for (i, out) in out.iter_mut().enumerate() {
-            *out = self.shape().contact(&AsIs, i, u, q, v);
+            *out = self.shape().contact(&ByDeflection, i, u, q, v);
         }
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.shape().accel(&OnPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
+        self.shape().accel(&FixedPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
         true
     }
     fn jacobian(

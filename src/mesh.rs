@@ -6,7 +6,7 @@ use crate::model::Contact;
 use crate::nonlinearity::{Backlash, Edges, Nonlinearity};
 use crate::piece::Side;
 use crate::scalar::Scalar;
-use crate::shape::Law;
+use crate::shape::PieceChoice;
 
 /// When the mesh damping acts. Damping that follows the stiffness or the depth belongs to the law: [`Damped`](crate::Damped),
 /// [`NoPullBacklash`](crate::NoPullBacklash).
@@ -37,13 +37,13 @@ pub(crate) const UPPER_RATE: usize = 6;
 /// [`contact`](Mesh::contact) has its deflection and force.   Source: Yao 2020, Eq. (1), with the dots it lacks.
 ///
 /// ```
-/// use gear_dynamics::{AsIs, Backlash, Fourier, Mesh, Side, Wave};
+/// use gear_dynamics::{ByDeflection, Backlash, Fourier, Mesh, Side, Wave};
 /// let stiffness = Wave::constant(2e8)?; // [N/m]
 /// let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]])?); // 1 μm sin φ [m]
 /// let mesh = Mesh::new(stiffness, error, Backlash::new(2.65e-5)?);
 /// let mut waves = [0.0; 7];
 /// mesh.waves(0.0, Side::After, &mut waves);
-/// let contact = mesh.contact(&AsIs, 0, &waves, 1e3, 0.0, 3e-5, 0.0); // φ' = 1000 rad/s, C = 0, x = 30 μm at rest
+/// let contact = mesh.contact(&ByDeflection, 0, &waves, 1e3, 0.0, 3e-5, 0.0); // φ' = 1000 rad/s, C = 0, x = 30 μm at rest
 /// assert!((contact.force - 2e8 * (3e-5 - 2.65e-5)).abs() < 1e-9);
 /// assert_eq!(contact.rate, -1e-3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -144,7 +144,7 @@ impl<N: Nonlinearity> Mesh<N> {
     /// Contact `i` from the [`waves`](Mesh::waves) of the mesh, φ', the damping C [N s/m], the path x `[m]` and its rate [m/s].
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
-    pub fn contact<S: Scalar, L: Law<S>>(
+    pub fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -163,7 +163,7 @@ impl<N: Nonlinearity> Mesh<N> {
     /// The force of [`contact`](Mesh::contact) alone: what an algebra over many meshes reads.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
-    pub(crate) fn pull<S: Scalar, L: Law<S>>(
+    pub(crate) fn pull<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -181,7 +181,7 @@ impl<N: Nonlinearity> Mesh<N> {
 
     /// W from the deflection d, its rate, the rate `slip` that is damped and what the drives say.
     #[inline(always)]
-    pub(crate) fn force<S: Scalar, L: Law<S>>(
+    pub(crate) fn force<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,

@@ -154,13 +154,13 @@ pub trait Nonlinearity: PartialEq {
 /// Any of the built-in laws, or one's own as `Other`: for a model whose meshes differ.
 ///
 /// ```
-/// use gear_dynamics::{AnyLaw, Backlash, Cubic, Nonlinearity};
-/// let laws: [AnyLaw; 2] = [AnyLaw::Backlash(Backlash::new(1.0)?), AnyLaw::Cubic(Cubic::new(1.0, 0.5)?)];
+/// use gear_dynamics::{MixedLaw, Backlash, Cubic, Nonlinearity};
+/// let laws: [MixedLaw; 2] = [MixedLaw::Backlash(Backlash::new(1.0)?), MixedLaw::Cubic(Cubic::new(1.0, 0.5)?)];
 /// assert_eq!(laws.map(|law| law.at(2.0)), [1.0, 6.0]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub enum AnyLaw<N = Linear> {
+pub enum MixedLaw<N = Linear> {
     /// f(x) = x.
     Linear(Linear),
     /// Cubic.
@@ -170,7 +170,7 @@ pub enum AnyLaw<N = Linear> {
     /// Asymmetric dead zone.
     Asymmetric(AsymmetricBacklash),
     /// Dead zone whose half width moves.
-    Varying(VaryingBacklash),
+    VaryingSpeed(VaryingBacklash),
     /// Rounded dead zone.
     Smoothed(SmoothedBacklash),
     /// Powers of the depth.
@@ -185,20 +185,20 @@ pub enum AnyLaw<N = Linear> {
 macro_rules! each_law {
     ($self:ident, $law:ident => $body:expr) => {
         match $self {
-            AnyLaw::Linear($law) => $body,
-            AnyLaw::Cubic($law) => $body,
-            AnyLaw::Backlash($law) => $body,
-            AnyLaw::Asymmetric($law) => $body,
-            AnyLaw::Varying($law) => $body,
-            AnyLaw::Smoothed($law) => $body,
-            AnyLaw::Power($law) => $body,
-            AnyLaw::NoPull($law) => $body,
-            AnyLaw::Other($law) => $body,
+            MixedLaw::Linear($law) => $body,
+            MixedLaw::Cubic($law) => $body,
+            MixedLaw::Backlash($law) => $body,
+            MixedLaw::Asymmetric($law) => $body,
+            MixedLaw::VaryingSpeed($law) => $body,
+            MixedLaw::Smoothed($law) => $body,
+            MixedLaw::Power($law) => $body,
+            MixedLaw::NoPull($law) => $body,
+            MixedLaw::Other($law) => $body,
         }
     };
 }
 
-impl<N: Nonlinearity> Nonlinearity for AnyLaw<N> {
+impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
         each_law!(self, law => law.force(x, rate, lower, upper))

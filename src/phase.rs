@@ -177,17 +177,17 @@ impl PhaseLaw {
 /// d²e/dt² = e'' φ'² + e' φ''.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, PhaseLaw, Varying};
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, PhaseLaw, VaryingSpeed};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let (start, speed) = (pair.static_start()?, pair.centre_frequency());
-/// let run_up = Varying::new(pair, PhaseLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
+/// let run_up = VaryingSpeed::new(pair, PhaseLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
 /// let end = Dop853::new().rtol(1e-8).atol(1e-14).end(&run_up, &start, 1000.0)?;
 /// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type Varying<G> = Wrapped<Machine<G>, PhaseLaw>;
+pub type VaryingSpeed<G> = Wrapped<Machine<G>, PhaseLaw>;
 
-impl<G: Shape> Varying<G> {
+impl<G: Shape> VaryingSpeed<G> {
     /// The same machine with its angle following a law.
     pub fn new(model: Machine<G>, law: PhaseLaw) -> Self {
         Wrapped::by_rule(model, law)

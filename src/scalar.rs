@@ -61,18 +61,18 @@ pub trait Scalar:
 /// range where it was, and changes no result.
 ///
 /// ```
-/// use gear_dynamics::{Scalar, one_by_one};
+/// use gear_dynamics::{Scalar, keep_rolled};
 /// fn sum<S: Scalar>(x: &[S]) -> S {
 ///     let mut sum = S::from(0.0);
 ///     for i in 0..x.len() {
-///         sum = sum + x[one_by_one(i)];
+///         sum = sum + x[keep_rolled(i)];
 ///     }
 ///     sum
 /// }
 /// assert_eq!(sum(&[1.0, 2.0]), 3.0);
 /// ```
 #[inline(always)]
-pub fn one_by_one(index: usize) -> usize {
+pub fn keep_rolled(index: usize) -> usize {
     std::hint::black_box(());
     index
 }

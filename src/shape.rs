@@ -136,12 +136,12 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) { u[0] = self.stiffness.value(angle, side); }
 ///     fn next_edge(&self, angle: f64) -> Option<f64> { self.stiffness.next_edge(angle) }
 ///     #[inline(always)]
-///     fn contact<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+///     fn contact<S: Scalar, L: PieceChoice<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
 ///         let ([k], [_, _, b]) = (u.waves(), u.constants());
 ///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force: k * law.force(i, &self.law, q[0], v[0], -b, b), ..Contact::default() }
 ///     }
 ///     #[inline(always)]
-///     fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+///     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
 ///         let [load, zeta, _] = u.constants();
 ///         a[0] = load - zeta * v[0] * 2.0 - self.contact(law, 0, u, q, v).force;
 ///     }
@@ -164,7 +164,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// impl Shape for Careless {
 ///     fn size(&self) -> Size { Size { dof: 1, constants: 1, ..Size::default() } }
 ///     fn constants(&self) -> Vec<Channel> { vec![Channel::new("speed", "rad/s")] }
-///     fn accel<S: Scalar, L: Law<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) { a[0] = -q[0] - v[0] * self.damping; }
+///     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) { a[0] = -q[0] - v[0] * self.damping; }
 /// }
 /// ```
 pub trait Shape: PartialEq {
@@ -174,11 +174,11 @@ pub trait Shape: PartialEq {
     /// otherwise.
     fn constants(&self) -> Vec<Channel>;
     /// q''. Contact forces come from `law`.
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]);
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]);
 
     /// Contact `i`: deflection, rate, edges and force, damping included; rates are over time. The force comes from `law`.
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -253,7 +253,7 @@ pub trait Shape: PartialEq {
 }
 
 /// How contact forces are evaluated: by the law itself, or on a frozen piece of it.
-pub trait Law<S: Scalar> {
+pub trait PieceChoice<S: Scalar> {
     /// The force of contact `i` under `nonlinearity`, per unit stiffness.
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
     /// The same for a law of several [switches](Nonlinearity::switches), of which contact `i` is the first.
@@ -275,14 +275,14 @@ pub trait Law<S: Scalar> {
 /// The contact laws as they are.
 ///
 /// ```
-/// use gear_dynamics::{AsIs, Backlash, Law};
-/// assert_eq!(AsIs.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
+/// use gear_dynamics::{ByDeflection, Backlash, PieceChoice};
+/// assert_eq!(ByDeflection.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct AsIs;
+pub struct ByDeflection;
 
-impl<S: Scalar> Law<S> for AsIs {
+impl<S: Scalar> PieceChoice<S> for ByDeflection {
     #[inline(always)]
     fn force<N: Nonlinearity>(&self, _: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
         nonlinearity.force(x, rate, lower, upper)
@@ -296,15 +296,15 @@ impl<S: Scalar> Law<S> for AsIs {
 /// Every contact held on a given piece, smoothly continued past its edge.
 ///
 /// ```
-/// use gear_dynamics::{Backlash, Law, OnPieces, Piece};
-/// let law = OnPieces(&[Piece::Upper]);
+/// use gear_dynamics::{Backlash, PieceChoice, FixedPieces, Piece};
+/// let law = FixedPieces(&[Piece::Upper]);
 /// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct OnPieces<'a>(pub &'a [Piece]);
+pub struct FixedPieces<'a>(pub &'a [Piece]);
 
-impl<S: Scalar> Law<S> for OnPieces<'_> {
+impl<S: Scalar> PieceChoice<S> for FixedPieces<'_> {
     #[inline(always)]
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
         nonlinearity.force_on(self.0[i], x, rate, lower, upper)

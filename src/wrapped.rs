@@ -12,7 +12,7 @@ pub trait DriveRule<M: ?Sized> {
 }
 
 /// A model with its drives changed by a rule: [`Held`](crate::Held) adds random processes, [`Driven`](crate::Driven) functions of time,
-/// [`Varying`](crate::Varying) lets its angle follow a law.
+/// [`VaryingSpeed`](crate::VaryingSpeed) lets its angle follow a law.
 ///
 /// It has no period, whatever the model has.
 ///

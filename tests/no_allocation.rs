@@ -119,7 +119,7 @@ fn a_million_points_fit_into_200_megabytes() {
                 &LaneRk4::<16>::new(63 * 2),
                 family,
                 |_, pair: &NfgPair| pair.static_start(),
-                &Watch::new(),
+                &Monitor::new(),
             )
             .unwrap()
     };
@@ -181,7 +181,7 @@ fn balance_residuals_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     let late = Dop853::new().end(&pair, &pair.static_start().unwrap(), pair.period()).unwrap();
     let harmonics = Harmonics::up_to(70);
-    let orbit = Orbit::project(&Dop853::new(), &pair, &State { t: 0.0, ..late }, &harmonics).unwrap();
+    let orbit = FourierOrbit::project(&Dop853::new(), &pair, &State { t: 0.0, ..late }, &harmonics).unwrap();
     for integrals in
         [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 1024 }]
     {

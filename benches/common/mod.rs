@@ -2,8 +2,8 @@
 #![allow(dead_code, reason = "each bench uses some of these")]
 
 use gear_dynamics::{
-    Backlash, Channel, Contact, Drives, Law, Machine, Model, Periodic, Piece, Scalar, Shape, Side, Size,
-    State,
+    Backlash, Channel, Contact, Drives, Machine, Model, Periodic, Piece, PieceChoice, Scalar, Shape, Side,
+    Size, State,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -113,7 +113,7 @@ impl Shape for Rattling {
         u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -126,7 +126,7 @@ impl Shape for Rattling {
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [_, forcing] = u.waves();
         a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
     }

@@ -14,8 +14,8 @@ mod support;
 mod sweeps;
 
 use gear_dynamics::{
-    Balance, BalanceError, Fourier, Harmonics, HeldProcess, Integrals, Integrator, NfgPair, NfgParams,
-    NfgReading, Orbit, Periodic, Piece, RattleState, uniform_times,
+    Balance, BalanceError, Fourier, FourierOrbit, Harmonics, HeldProcess, Integrals, Integrator, NfgPair,
+    NfgParams, NfgReading, Periodic, Piece, RattleState, uniform_times,
 };
 use motions::{
     ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit,
@@ -47,7 +47,7 @@ const TABLE2: [[f64; 7]; 9] = [
 const BELT: f64 = 1.3;
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
-fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> Outcome<[Panel; 3]> {
+fn portrait(title: &str, orbits: &[(&str, &FourierOrbit)]) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
     let mut history = Panel::new(title, "turns of the face gear", "q [rad]");
     let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]");
@@ -74,10 +74,10 @@ fn portrait(title: &str, orbits: &[(&str, &Orbit)]) -> Outcome<[Panel; 3]> {
 }
 
 /// One turn of the converged motion as a series, and how it was found.
-fn converged_turn(pair: &NfgPair) -> Outcome<(Orbit, Point, String)> {
+fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
     let many = Harmonics::up_to(1000);
     let (motion, point) = converged(pair, None)?;
-    let turn = Orbit::project(&solver(), pair, &motion.start, &many)?;
+    let turn = FourierOrbit::project(&solver(), pair, &motion.start, &many)?;
     if motion.cycle.is_none() {
         return Ok((turn, point, format!("no stable orbit after {SETTLE} turns: {MEASURE} more in time")));
     }
@@ -87,7 +87,7 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(Orbit, Point, String)> {
         return Ok((turn, point, "settled in time".into()));
     };
     let how = format!("balance to {:.0e}, shooting moved it {:.0e}", proof.truncation, proof.shooting);
-    Ok((Orbit::project(&solver(), pair, &cycle.states()[0], &many)?, on_cycle(pair, cycle)?, how))
+    Ok((FourierOrbit::project(&solver(), pair, &cycle.states()[0], &many)?, on_cycle(pair, cycle)?, how))
 }
 
 fn figures_8_to_10(folder: &Path) -> Outcome<()> {
@@ -143,13 +143,14 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
     let starts_drawn: u64 = if coarse() { 60 } else { 600 };
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
-    let orbit_of = |coefficients: Vec<f64>| Orbit::new(newton.harmonics(), pair.period(), &[coefficients]);
+    let orbit_of =
+        |coefficients: Vec<f64>| FourierOrbit::new(newton.harmonics(), pair.period(), &[coefficients]);
     let mut starts = Vec::new();
     for other in [0.0, 10.0, 20.0, 30.0, 40.0, 50.0].map(|more| pair_at(speed + more)) {
         let other = other?;
         let mut state = other.static_start()?;
         for _ in 0..TURNS {
-            let seen = Orbit::project(&solver(), &other, &state, newton.harmonics())?;
+            let seen = FourierOrbit::project(&solver(), &other, &state, newton.harmonics())?;
             starts.push(orbit_of(seen.coefficients(0).to_vec())?);
             state = solver().end(&other, &state, state.t + other.period())?;
         }
@@ -159,17 +160,17 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
         let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
         starts.push(orbit_of(drawn.collect())?);
     }
-    let solved = |start: &Orbit| {
+    let solved = |start: &FourierOrbit| {
         [&newton, &broyden]
             .into_iter()
             .filter_map(|way| way.solve_truncating_forces(&pair, start).ok())
             .collect()
     };
-    let (mut roots, mut count): (Vec<(Point, Orbit)>, usize) = (Vec::new(), 0);
+    let (mut roots, mut count): (Vec<(Point, FourierOrbit)>, usize) = (Vec::new(), 0);
     // New roots are starts themselves, until there are none.
     while !starts.is_empty() {
         count += starts.len();
-        let found: Vec<Vec<Orbit>> = starts.par_iter().map(solved).collect();
+        let found: Vec<Vec<FourierOrbit>> = starts.par_iter().map(solved).collect();
         starts.clear();
         for orbit in found.into_iter().flatten() {
             if roots.iter().any(|(_, known)| known.distance(&orbit) < 1e-3) {
@@ -259,7 +260,7 @@ fn load_limits_of_p() -> Outcome<()> {
 /// the published and of the exact equations.
 struct Lines {
     hertz: f64,
-    orbits: [Orbit; 2],
+    orbits: [FourierOrbit; 2],
     amplitudes: [[f64; 2]; 3],
 }
 
@@ -269,13 +270,16 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
     let pair = pair(&params)?;
     let balance = paper()?;
     let p = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
-    let orbit_of = |pair: &NfgPair| -> Outcome<(Orbit, [f64; 2])> {
+    let orbit_of = |pair: &NfgPair| -> Outcome<(FourierOrbit, [f64; 2])> {
         let cycle = shooting().run(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];
         let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?[..SAMPLES])?;
         let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH)?;
         let amplitude = |order: usize| series.pairs()[order - 1][0].hypot(series.pairs()[order - 1][1]);
-        Ok((Orbit::project(&solver(), pair, start, &Harmonics::up_to(260))?, [amplitude(1), amplitude(MESH)]))
+        Ok((
+            FourierOrbit::project(&solver(), pair, start, &Harmonics::up_to(260))?,
+            [amplitude(1), amplitude(MESH)],
+        ))
     };
     let (published, of_published) = orbit_of(&pair)?;
     let (_, of_exact) = orbit_of(&NfgPair::with_reading(&params, NfgReading::exact())?)?;
@@ -364,7 +368,7 @@ fn table2(folder: &Path) -> Outcome<()> {
         row[0],
         MESH as f64 * hertz
     );
-    let spectrum = |orbit: &Orbit| {
+    let spectrum = |orbit: &FourierOrbit| {
         let orders = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k < 130);
         orders.map(|&k| (k as f64 * hertz, 1e6 * orbit.amplitude(0, k))).collect()
     };

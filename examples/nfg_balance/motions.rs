@@ -2,9 +2,9 @@
 
 use crate::support::Outcome;
 use gear_dynamics::{
-    Balance, BalanceError, Broyden, Cycle, Dop853, Harmonics, Integrals, Integrator, NfgPair, NfgParams,
-    NfgReading, Orbit, Periodic, Piece, Rattle, RattleState, Settle, Shooting, Stability, State, Statistics,
-    Summary, Unsettled,
+    Balance, BalanceError, Broyden, Dop853, FourierOrbit, Harmonics, Integrals, Integrator, NfgPair,
+    NfgParams, NfgReading, Periodic, Piece, Rattle, RattleState, Settle, Shooting, ShootingOrbit, Stability,
+    State, Statistics, Summary, Unsettled,
 };
 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.
@@ -52,7 +52,7 @@ pub fn paper() -> Result<Balance, BalanceError> {
 }
 
 /// Newton from the flank; past the fold, where that fails, Newton and the paper's Broyden from a run in time.
-pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<Orbit>> {
+pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
     let newton = paper()?;
     if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
         return Ok(Some(orbit));
@@ -65,18 +65,18 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<Orbit>> {
 }
 
 /// A run in time from rest, seen through the 15 orders.
-pub fn run(pair: &NfgPair) -> Outcome<Orbit> {
-    let run = Settle::new().tolerance(1e-4).most_periods(8).run(&solver(), pair, &pair.static_start()?);
+pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
+    let run = Settle::new().tolerance(1e-4).max_periods(8).run(&solver(), pair, &pair.static_start()?);
     let late = run.map_or_else(|unsettled| unsettled.state().clone(), |steady| steady.state);
-    Ok(Orbit::project(&solver(), pair, &late, paper()?.harmonics())?)
+    Ok(FourierOrbit::project(&solver(), pair, &late, paper()?.harmonics())?)
 }
 
 /// The paper's guess: rest on the drive flank.
-pub fn at_rest(pair: &NfgPair) -> Outcome<Orbit> {
+pub fn at_rest(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let harmonics = paper()?.harmonics().clone();
     let mut coefficients = vec![0.0; harmonics.unknowns()];
     coefficients[0] = pair.static_start()?.q[0];
-    Ok(Orbit::new(&harmonics, pair.period(), &[coefficients])?)
+    Ok(FourierOrbit::new(&harmonics, pair.period(), &[coefficients])?)
 }
 
 /// Broyden's good method from the identity, as in the paper.
@@ -84,7 +84,7 @@ pub fn broyden() -> Result<Balance, BalanceError> {
     Ok(paper()?.broyden(Broyden::new()))
 }
 
-pub fn paper_point(pair: &NfgPair, orbit: &Orbit) -> Outcome<Point> {
+pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     /// Hardly less than the true extremes: 500 in each period of the highest order.
     const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.state();
@@ -97,25 +97,25 @@ pub fn paper_point(pair: &NfgPair, orbit: &Orbit) -> Outcome<Point> {
 /// Where a converged sweep stands: an orbit, or a state somewhere on a motion that never repeats.
 pub struct Motion {
     pub start: State,
-    pub cycle: Option<Cycle>,
+    pub cycle: Option<ShootingOrbit>,
     pub speed: f64,
 }
 
 pub fn shooting() -> Shooting {
-    Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).most_iterations(8)
+    Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).max_iterations(8)
 }
 
 /// What a run from the motion before settles to, polished where it repeats.
 pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
     let speed = pair.centre_frequency();
-    let motion = |start: State, cycle: Option<Cycle>| Motion { start, cycle, speed };
+    let motion = |start: State, cycle: Option<ShootingOrbit>| Motion { start, cycle, speed };
     let start = match before {
         // The same phase; velocities go with the speed.
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
         None => pair.static_start()?,
     };
     let (state, multiple) =
-        match Settle::new().tolerance(1e-5).most_periods(SETTLE).run(&solver(), pair, &start) {
+        match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {
             Ok(steady) => (steady.state, steady.period_multiple),
             Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
             Err(failed) => return Err(failed.into()),
@@ -143,7 +143,7 @@ fn seen(
     Ok(Point { state: rattle.contact(0).state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
 }
 
-pub fn on_cycle(pair: &NfgPair, cycle: &Cycle) -> Outcome<Point> {
+pub fn on_cycle(pair: &NfgPair, cycle: &ShootingOrbit) -> Outcome<Point> {
     let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
     cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
     seen(&rattle, &statistics, word(Some(cycle.stability())))

@@ -2,7 +2,7 @@
 
 use crate::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::{Outcome, coarse};
-use gear_dynamics::{NfgPair, NfgParams, NfgReading, Orbit, RattleState};
+use gear_dynamics::{FourierOrbit, NfgPair, NfgParams, NfgReading, RattleState};
 
 /// A parameter carried from end to end.
 pub struct Sweep {
@@ -118,7 +118,13 @@ const EXACT: usize = 2;
 pub const BRANCHES: [&str; 2] = ["up", "down"];
 
 /// The orbit carried from one value of the parameter to another, in halved steps where Newton fails; `None` at a fold.
-pub fn carry(sweep: &Sweep, orbit: &Orbit, from: f64, to: f64, halvings: usize) -> Outcome<Option<Orbit>> {
+pub fn carry(
+    sweep: &Sweep,
+    orbit: &FourierOrbit,
+    from: f64,
+    to: f64,
+    halvings: usize,
+) -> Outcome<Option<FourierOrbit>> {
     if let Ok(orbit) = paper()?.solve_truncating_forces(&sweep.pair(0, to)?, orbit) {
         return Ok(Some(orbit));
     }
@@ -140,7 +146,7 @@ pub fn follow(
     tick: impl Fn(),
 ) -> Outcome<Vec<(f64, Option<Point>)>> {
     let n = sweep.intervals(reading);
-    let mut orbit: Option<(f64, Orbit)> = None;
+    let mut orbit: Option<(f64, FourierOrbit)> = None;
     let mut motion = None;
     let mut points = Vec::new();
     for i in 0..=n {

@@ -329,7 +329,7 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
         meshes.push(if own {
             mesh(case, 1e8, 1e-5)?
         } else {
-            let law = AnyLaw::Backlash(Backlash::new(case.number(1e-5))?);
+            let law = MixedLaw::Backlash(Backlash::new(case.number(1e-5))?);
             Mesh::new(of_set.stiffness().clone(), of_set.error().clone(), law)
         });
     }

@@ -21,8 +21,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settle {
     tolerance: f64,
-    most_periods: usize,
-    largest_multiple: usize,
+    max_periods: usize,
+    max_multiple: usize,
     budget: Budget,
 }
 
@@ -35,19 +35,19 @@ impl Default for Settle {
 impl Settle {
     /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long, within the default [`Budget`].
     pub fn new() -> Self {
-        Settle { tolerance: 1e-9, most_periods: 200, largest_multiple: 8, budget: Budget::new() }
+        Settle { tolerance: 1e-9, max_periods: 200, max_multiple: 8, budget: Budget::new() }
     }
     /// How closely a state must repeat, as a share of the range of each coordinate and velocity; positive.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Settle { tolerance, ..self }
     }
     /// After how many periods to give up.
-    pub fn most_periods(self, most_periods: usize) -> Self {
-        Settle { most_periods, ..self }
+    pub fn max_periods(self, max_periods: usize) -> Self {
+        Settle { max_periods, ..self }
     }
     /// The longest orbit looked for, in periods.
-    pub fn largest_multiple(self, largest_multiple: usize) -> Self {
-        Settle { largest_multiple, ..self }
+    pub fn max_multiple(self, max_multiple: usize) -> Self {
+        Settle { max_multiple, ..self }
     }
     /// The most steps and time of a run, all periods together.
     pub fn budget(self, budget: Budget) -> Self {
@@ -75,8 +75,8 @@ impl Settle {
             self.tolerance > 0.0 && self.tolerance < 1.0,
             "above 0 and below 1",
         )?;
-        let multiple = self.largest_multiple;
-        within("largest_multiple", multiple as f64, (1..=LONGEST).contains(&multiple), "1 to 65536 periods")?;
+        let multiple = self.max_multiple;
+        within("max_multiple", multiple as f64, (1..=LONGEST).contains(&multiple), "1 to 65536 periods")?;
         let period = model.period();
         within("period of the model", period, (1e-50..=1e50).contains(&period), "in [1e-50, 1e50]")?;
         let joined = |state: &State| [&state.q[..], &state.v].concat();
@@ -86,11 +86,11 @@ impl Settle {
         let mut ranges =
             Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
         // How many periods in a row each multiple has repeated.
-        let mut repeated = vec![0; self.largest_multiple];
-        let mut changes = vec![f64::INFINITY; self.largest_multiple];
+        let mut repeated = vec![0; self.max_multiple];
+        let mut changes = vec![f64::INFINITY; self.max_multiple];
         let mut closest = f64::INFINITY;
         let meter = self.budget.begin();
-        for k in 1..=self.most_periods {
+        for k in 1..=self.max_periods {
             // Earlier ranges fade by half each period, so that transients are forgotten.
             ranges.fade();
             let mut watch = |step: &mut Step<'_>| {
@@ -108,7 +108,7 @@ impl Settle {
             }
             last = state;
             section.push(joined(&last));
-            for p in 1..=self.largest_multiple.min(k) {
+            for p in 1..=self.max_multiple.min(k) {
                 let change = ranges.distance(&section[k], &section[k - p], self.tolerance);
                 changes[p - 1] = change;
                 if p == 1 || change < closest {
@@ -126,9 +126,9 @@ impl Settle {
         }
         Err(Unsettled::Aperiodic {
             state: last,
-            periods: self.most_periods,
+            periods: self.max_periods,
             closest,
-            multiple: self.largest_multiple,
+            multiple: self.max_multiple,
         })
     }
 }
@@ -160,7 +160,7 @@ pub struct Steady {
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, Unsettled};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let unsettled = Settle::new().most_periods(1).run(&Dop853::new(), &pair, &pair.static_start()?).unwrap_err();
+/// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &pair.static_start()?).unwrap_err();
 /// assert!(matches!(unsettled, Unsettled::Aperiodic { periods: 1, .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

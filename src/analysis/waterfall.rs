@@ -5,7 +5,7 @@ use crate::channel::Probe;
 use crate::error::{ParameterError, check};
 use crate::model::{Model, State};
 use crate::ode::{Failed, Integrator};
-use crate::phase::Varying;
+use crate::phase::VaryingSpeed;
 use crate::shape::Shape;
 use std::f64::consts::TAU;
 use thiserror::Error;
@@ -14,10 +14,10 @@ use thiserror::Error;
 /// order stays sharp while its frequency moves.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, PhaseLaw, Rk4, Varying, Waterfall};
+/// use gear_dynamics::{NfgPair, NfgParams, PhaseLaw, Rk4, VaryingSpeed, Waterfall};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let (start, speed, turn) = (pair.static_start()?, pair.centre_frequency(), 2718.68);
-/// let run_up = Varying::new(pair, PhaseLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
+/// let run_up = VaryingSpeed::new(pair, PhaseLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
 /// let lines = Waterfall::new(2, 256)?.run(&Rk4::new(1.0), &run_up, &start, 6.0 * turn, "deflection")?;
 /// assert_eq!(lines.len(), 3);
 /// assert!(lines[2].speed > lines[0].speed && lines[1].order(63.0) > 1e-7); // [m], of the mesh
@@ -99,7 +99,7 @@ impl Waterfall {
     pub fn run<I: Integrator, G: Shape>(
         &self,
         solver: &I,
-        model: &Varying<G>,
+        model: &VaryingSpeed<G>,
         start: &State,
         end: f64,
         channel: &str,

@@ -121,14 +121,14 @@ impl Layout {
                 let turned = scale * if parity == 0 { -rate } else { rate };
                 match c.q {
                     Slope::Constant(a) => block[diagonal + parity] += scale * a,
-                    Slope::Varying(number) => {
+                    Slope::VaryingSpeed(number) => {
                         tables[number].add(block, &self.harmonics, order, parity == 1, scale)
                     }
                 }
                 match c.v {
                     _ if order == 0 => {}
                     Slope::Constant(b) => block[diagonal + 1 - parity] += turned * b,
-                    Slope::Varying(number) => {
+                    Slope::VaryingSpeed(number) => {
                         tables[number].add(block, &self.harmonics, order, parity == 0, turned)
                     }
                 }
@@ -205,5 +205,5 @@ fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
 }
 
 pub(super) fn is_varying(slope: Slope) -> bool {
-    matches!(slope, Slope::Varying(_))
+    matches!(slope, Slope::VaryingSpeed(_))
 }

@@ -222,7 +222,7 @@ impl Closed {
                                 force[at + 1] += a * sin;
                             }
                         }
-                        Slope::Varying(number) => {
+                        Slope::VaryingSpeed(number) => {
                             out.slopes[number].add(force, harmonics, order, false, cos);
                             if order > 0 {
                                 out.slopes[number].add(force, harmonics, order, true, sin);

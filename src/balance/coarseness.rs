@@ -5,7 +5,7 @@ use super::orbit::turned;
 use super::residual::Method;
 use super::size::AT_REST;
 use super::transform::unpack;
-use super::{BalanceEquations, BalanceError, BalanceNote, Orbit};
+use super::{BalanceEquations, BalanceError, BalanceNote, FourierOrbit};
 use crate::model::Periodic;
 use crate::piece::Side;
 use crate::root::{Factors, Residual, largest};
@@ -21,8 +21,8 @@ const LOOKS: usize = 3;
 /// A note, if integrals twice as fine give other forces. Sampled contacts have one of their own.
 pub(super) fn note<'m, M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'m, M>,
-    orbit: &Orbit,
-    finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    orbit: &FourierOrbit,
+    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
 ) -> Option<BalanceNote> {
     let by_samples = match equations.method {
         Method::Closed(_) | Method::Held(..) => return None,
@@ -55,7 +55,10 @@ fn against(forces: &[f64], scales: &[f64]) -> Vec<f64> {
 
 /// How far the accelerations along an orbit are, between samples, from the trigonometric polynomials through these, as a share of the
 /// largest: both too few samples and drives that fold onto lower orders show.
-fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>, orbit: &Orbit) -> f64 {
+fn between_samples<M: Periodic + ?Sized>(
+    equations: &mut BalanceEquations<'_, M>,
+    orbit: &FourierOrbit,
+) -> f64 {
     let grid = &mut equations.grid;
     let (n, m, span) = (grid.dof(), grid.samples(), grid.span());
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -111,7 +114,10 @@ fn between_samples<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>
 }
 
 /// One Newton correction of an orbit towards given equations, as a share of the peak-to-peak; infinite if they are singular there.
-pub(super) fn correction<M: Periodic + ?Sized>(mut equations: BalanceEquations<'_, M>, orbit: &Orbit) -> f64 {
+pub(super) fn correction<M: Periodic + ?Sized>(
+    mut equations: BalanceEquations<'_, M>,
+    orbit: &FourierOrbit,
+) -> f64 {
     let x = equations.unknowns(orbit);
     let (mut matrix, mut r) = (equations.matrix(), vec![0.0; x.len()]);
     equations.residual(&x, &mut r);

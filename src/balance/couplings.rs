@@ -12,7 +12,7 @@ use crate::slopes::Slopes;
 pub(super) enum Slope {
     Constant(f64),
     /// Number of the periodic slope.
-    Varying(usize),
+    VaryingSpeed(usize),
 }
 
 /// ∂a_i/∂q_j and ∂a_i/∂v_j, where they are not always zero.
@@ -77,7 +77,7 @@ impl Couplings {
         let mut slope = |kind: u8, i: usize, j: usize, velocity: bool| match (kind, &first) {
             (2, _) => {
                 varying.push((i, j, velocity));
-                Slope::Varying(varying.len() - 1)
+                Slope::VaryingSpeed(varying.len() - 1)
             }
             (_, Some(first)) => Slope::Constant(if velocity { first.v[(i, j)] } else { first.q[(i, j)] }),
             _ => Slope::Constant(0.0),

@@ -1,6 +1,6 @@
 //! What can go wrong with a balance, and what has to be known of one that went well.
 
-use super::{Integrals, Orbit};
+use super::{FourierOrbit, Integrals};
 use crate::error::ParameterError;
 use crate::root::RootError;
 use thiserror::Error;
@@ -8,9 +8,9 @@ use thiserror::Error;
 /// Why no orbit is returned.
 ///
 /// ```
-/// use gear_dynamics::{Balance, BalanceError, Harmonics, NfgPair, NfgParams, Orbit, Periodic};
+/// use gear_dynamics::{Balance, BalanceError, Harmonics, NfgPair, NfgParams, FourierOrbit, Periodic};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let in_the_gap = Orbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]])?;
+/// let in_the_gap = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]])?;
 /// let error = Balance::new(Harmonics::up_to(70)).solve(&pair, &in_the_gap).unwrap_err();
 /// assert!(matches!(error, BalanceError::StartInGap { contact: 0 }));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -83,7 +83,7 @@ pub enum BalanceError {
         /// In which coordinate.
         coordinate: usize,
         /// The iterate.
-        last: Box<Orbit>,
+        last: Box<FourierOrbit>,
         /// Largest residual of every iterate.
         history: Vec<f64>,
     },
@@ -93,7 +93,7 @@ pub enum BalanceError {
         /// Which coordinate.
         coordinate: usize,
         /// The iterate.
-        last: Box<Orbit>,
+        last: Box<FourierOrbit>,
         /// Largest residual of every iterate.
         history: Vec<f64>,
     },
@@ -105,7 +105,7 @@ pub enum BalanceError {
     )]
     NotConverged {
         /// The last iterate, which is no orbit.
-        last: Box<Orbit>,
+        last: Box<FourierOrbit>,
         /// Largest residual of every iterate, the guess first.
         history: Vec<f64>,
     },
@@ -113,7 +113,7 @@ pub enum BalanceError {
     #[error("the balance met a value that is not finite after {} iterations", last.iterations())]
     NotFinite {
         /// The last good iterate, or the guess.
-        last: Box<Orbit>,
+        last: Box<FourierOrbit>,
         /// Largest residual of every iterate.
         history: Vec<f64>,
     },
@@ -127,7 +127,7 @@ pub enum BalanceError {
         /// The highest order tried.
         highest: usize,
         /// The best orbit, which converged but is not as good as wanted.
-        best: Box<Orbit>,
+        best: Box<FourierOrbit>,
         /// Why it could not be proved on more orders, if it was that.
         cause: Option<Box<BalanceError>>,
     },
@@ -137,7 +137,7 @@ pub enum BalanceError {
         /// Which limit.
         exhausted: crate::budget::Exhausted,
         /// The last iterate, or the guess.
-        last: Box<Orbit>,
+        last: Box<FourierOrbit>,
         /// Largest residual of every iterate.
         history: Vec<f64>,
     },

@@ -1,6 +1,6 @@
 //! Floquet multipliers straight from a balance.
 
-use super::Orbit;
+use super::FourierOrbit;
 use super::gauss::{MOST_EDGES, drive_edges};
 use super::orbit::turned;
 use super::size::sizes;
@@ -21,12 +21,12 @@ use std::f64::consts::TAU;
 /// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-8.
 const STEP: f64 = 1.2;
 
-impl Orbit {
+impl FourierOrbit {
     /// Floquet multipliers of the equation linearised along this series, Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span, by Gauss collocation of
     /// order 12 on the smooth stretches between switches (Hairer & Wanner II, Sec. IV.5).
     ///
     /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
-    /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](Orbit::polish) are the reference.
+    /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](FourierOrbit::polish) are the reference.
     /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, a rigid
     /// stop, or more than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
@@ -196,7 +196,7 @@ struct Flow<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
-    fn new(orbit: &Orbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
+    fn new(orbit: &FourierOrbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
         let n = orbit.dof();
         let size = sizes(orbit);
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
@@ -221,7 +221,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     }
 
     /// ∂x(span)/∂x(0) along a series.
-    fn monodromy(&mut self, orbit: &Orbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
+    fn monodromy(&mut self, orbit: &FourierOrbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
         let m = 2 * orbit.dof();
         self.ahead.0 = 0.0;
         self.y.fill(0.0);
@@ -233,7 +233,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     }
 
     /// Over a smooth stretch.
-    fn advance(&mut self, orbit: &Orbit, start: f64, end: f64, step: f64) -> Option<()> {
+    fn advance(&mut self, orbit: &FourierOrbit, start: f64, end: f64, step: f64) -> Option<()> {
         let mut t = start;
         if end <= start {
             return Some(());
@@ -272,7 +272,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     }
 
     /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).
-    fn step(&mut self, orbit: &Orbit, t: f64, h: f64) -> Option<f64> {
+    fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
         let n = self.q.len();
         let mut fastest = 0.0f64;
         let times = NODES.map(|c| t + c * h);

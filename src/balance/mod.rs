@@ -30,7 +30,7 @@ mod truncated;
 pub use contacts::ContactHistory;
 pub use error::{BalanceError, BalanceNote};
 pub use harmonics::Harmonics;
-pub use orbit::Orbit;
+pub use orbit::FourierOrbit;
 pub use proof::Proof;
 pub use residual::BalanceEquations;
 
@@ -95,13 +95,13 @@ pub enum Integrals {
 /// A model without period is refused by the compiler:
 ///
 /// ```compile_fail,E0277
-/// use gear_dynamics::{Balance, Harmonics, Model, Orbit};
+/// use gear_dynamics::{Balance, Harmonics, Model, FourierOrbit};
 /// struct Pendulum;
 /// impl Model for Pendulum {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
 /// }
-/// fn solve(guess: &Orbit) {
+/// fn solve(guess: &FourierOrbit) {
 ///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
 /// }
 /// ```
@@ -166,7 +166,7 @@ impl Balance {
     pub fn equations<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
-        near: &Orbit,
+        near: &FourierOrbit,
     ) -> Result<BalanceEquations<'m, M>, BalanceError> {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
@@ -175,7 +175,11 @@ impl Balance {
     ///
     /// # Errors
     /// A linear system that is singular, as with contacts held in their gap.
-    pub fn linearised<M: Periodic + ?Sized>(&self, model: &M, flank: Piece) -> Result<Orbit, BalanceError> {
+    pub fn linearised<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        flank: Piece,
+    ) -> Result<FourierOrbit, BalanceError> {
         self.linearised_on(model, &vec![flank; model.contacts()])
     }
 
@@ -187,18 +191,18 @@ impl Balance {
         &self,
         model: &M,
         pieces: &[Piece],
-    ) -> Result<Orbit, BalanceError> {
+    ) -> Result<FourierOrbit, BalanceError> {
         self.linearised_any(&model, pieces)
     }
 
-    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<Orbit, BalanceError> {
+    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
-        let rest = Orbit::of(
+        let rest = FourierOrbit::of(
             &self.harmonics,
             model.period() * self.harmonics.periods() as f64,
             vec![0.0; model.dof() * width],
@@ -215,7 +219,11 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`], with the last iterate where there is one.
-    pub fn solve<M: Periodic + ?Sized>(&self, model: &M, guess: &Orbit) -> Result<Orbit, BalanceError> {
+    pub fn solve<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        guess: &FourierOrbit,
+    ) -> Result<FourierOrbit, BalanceError> {
         self.solve_within(&model, guess, &self.budget.begin())
     }
 
@@ -223,9 +231,9 @@ impl Balance {
     fn solve_within(
         &self,
         model: &dyn Periodic,
-        guess: &Orbit,
+        guess: &FourierOrbit,
         meter: &Meter<'_>,
-    ) -> Result<Orbit, BalanceError> {
+    ) -> Result<FourierOrbit, BalanceError> {
         self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| {
             self.finer_equations(model, orbit)
         })
@@ -239,17 +247,17 @@ impl Balance {
     pub fn solve_truncating_forces<G: Shape>(
         &self,
         model: &Machine<G>,
-        guess: &Orbit,
-    ) -> Result<Orbit, BalanceError> {
+        guess: &FourierOrbit,
+    ) -> Result<FourierOrbit, BalanceError> {
         self.solve_truncating_within(model, guess, &self.budget.begin())
     }
 
     fn solve_truncating_within<G: Shape>(
         &self,
         model: &Machine<G>,
-        guess: &Orbit,
+        guess: &FourierOrbit,
         meter: &Meter<'_>,
-    ) -> Result<Orbit, BalanceError> {
+    ) -> Result<FourierOrbit, BalanceError> {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
@@ -262,7 +270,7 @@ impl Balance {
     fn finer_equations<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
-        near: &Orbit,
+        near: &FourierOrbit,
     ) -> Result<BalanceEquations<'m, M>, BalanceError> {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
     }
@@ -270,10 +278,10 @@ impl Balance {
     fn solve_equations<'m, M: Periodic + ?Sized>(
         &self,
         mut equations: BalanceEquations<'m, M>,
-        guess: &Orbit,
+        guess: &FourierOrbit,
         meter: &Meter<'_>,
-        finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
-    ) -> Result<Orbit, BalanceError> {
+        finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    ) -> Result<FourierOrbit, BalanceError> {
         let x = equations.unknowns(guess);
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
@@ -297,7 +305,7 @@ impl Balance {
         &self,
         model: &M,
         flank: Piece,
-        near: &Orbit,
+        near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
         self.flank_jacobian_any(&model, flank, near)
     }
@@ -306,7 +314,7 @@ impl Balance {
         &self,
         model: &dyn Periodic,
         flank: Piece,
-        near: &Orbit,
+        near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
         couplings::refuse_stops(model)?;
         if model.contacts() > 0 && !couplings::holds_pieces(model) {
@@ -325,7 +333,7 @@ impl Balance {
         root: Result<Root, RootError>,
         meter: &Meter<'_>,
         held_in_gap: Option<usize>,
-    ) -> Result<Orbit, BalanceError> {
+    ) -> Result<FourierOrbit, BalanceError> {
         let orbit = |root: &Root| {
             let mut orbit = equations.orbit(&root.x);
             (orbit.iterations, orbit.evaluations, orbit.residual) =

@@ -12,7 +12,7 @@ use crate::budget::{Budget, Meter};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
-use crate::orbit::{Cycle, Shooting, ShootingError};
+use crate::orbit::{Shooting, ShootingError, ShootingOrbit};
 use crate::root::largest;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -20,14 +20,14 @@ use std::f64::consts::TAU;
 /// A periodic orbit q_j(t) = Σ_k c_jk cos(k ω t) + s_jk sin(k ω t), with what is known of how good it is.
 ///
 /// ```
-/// use gear_dynamics::{Harmonics, Orbit};
-/// let orbit = Orbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
+/// use gear_dynamics::{Harmonics, FourierOrbit};
+/// let orbit = FourierOrbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
 /// assert_eq!(orbit.amplitude(0, 1), 5.0);
 /// assert_eq!(orbit.state(0.0).q, [3.5]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, PartialEq)]
-pub struct Orbit {
+pub struct FourierOrbit {
     harmonics: Harmonics,
     span: f64,
     coefficients: Vec<f64>,
@@ -39,9 +39,9 @@ pub struct Orbit {
 }
 
 /// Without its coefficients, which may be thousands.
-impl std::fmt::Debug for Orbit {
+impl std::fmt::Debug for FourierOrbit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Orbit")
+        f.debug_struct("FourierOrbit")
             .field("dof", &self.dof())
             .field("orders", &self.harmonics.orders().len())
             .field("highest", &self.harmonics.highest())
@@ -53,7 +53,7 @@ impl std::fmt::Debug for Orbit {
     }
 }
 
-impl Orbit {
+impl FourierOrbit {
     /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
     ///
     /// # Errors
@@ -65,11 +65,11 @@ impl Orbit {
             check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
             check::quantities(&format!("coefficients of coordinate {j}"), list)?;
         }
-        Ok(Orbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
+        Ok(FourierOrbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
     }
 
     pub(super) fn of(harmonics: &Harmonics, span: f64, coefficients: Vec<f64>, dof: usize) -> Self {
-        Orbit {
+        FourierOrbit {
             harmonics: harmonics.clone(),
             span,
             coefficients,
@@ -111,7 +111,7 @@ impl Orbit {
                 write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
             }
         }
-        Ok(Orbit::of(harmonics, span, coefficients, n))
+        Ok(FourierOrbit::of(harmonics, span, coefficients, n))
     }
 
     /// The same orbit on other harmonics of the same base frequency: missing orders are zero, others are dropped.
@@ -127,9 +127,9 @@ impl Orbit {
                 }
             }
         }
-        Orbit {
+        FourierOrbit {
             mean_acceleration: self.mean_acceleration.clone(),
-            ..Orbit::of(harmonics, self.span / mine as f64 * theirs as f64, coefficients, n)
+            ..FourierOrbit::of(harmonics, self.span / mine as f64 * theirs as f64, coefficients, n)
         }
     }
 
@@ -267,7 +267,7 @@ impl Orbit {
     ///
     /// # Errors
     /// [`ShootingError`].
-    pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<Cycle, ShootingError> {
+    pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<ShootingOrbit, ShootingError> {
         self.polish_within(model, &Budget::new())
     }
 
@@ -279,7 +279,7 @@ impl Orbit {
         &self,
         model: &M,
         budget: &Budget,
-    ) -> Result<Cycle, ShootingError> {
+    ) -> Result<ShootingOrbit, ShootingError> {
         self.polish_metered(&model, &budget.begin())
     }
 
@@ -287,7 +287,7 @@ impl Orbit {
         &self,
         model: &dyn Periodic,
         meter: &Meter<'_>,
-    ) -> Result<Cycle, ShootingError> {
+    ) -> Result<ShootingOrbit, ShootingError> {
         let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
         Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
     }
@@ -381,7 +381,7 @@ impl Orbit {
     /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
     /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
     /// Rigid motions count. Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
-    pub fn distance(&self, other: &Orbit) -> f64 {
+    pub fn distance(&self, other: &FourierOrbit) -> f64 {
         let n = self.dof();
         if other.dof() != n {
             return f64::INFINITY;

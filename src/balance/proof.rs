@@ -4,12 +4,12 @@ use super::coarseness::{self, COARSE, correction};
 use super::couplings::even;
 use super::pulses::pulses;
 use super::residual::Method;
-use super::{Balance, BalanceEquations, BalanceError, BalanceNote, Integrals, Orbit};
+use super::{Balance, BalanceEquations, BalanceError, BalanceNote, FourierOrbit, Integrals};
 use crate::budget::Meter;
 use crate::error::ParameterError;
 use crate::machine::Machine;
 use crate::model::Periodic;
-use crate::orbit::Cycle;
+use crate::orbit::ShootingOrbit;
 use crate::piece::Piece;
 use crate::shape::Shape;
 use nalgebra::{DMatrix, DVector};
@@ -31,7 +31,7 @@ pub struct Proof {
     /// max |z_H - z_1.3H| over the peak-to-peak: the error of this orbit, where both converged.
     pub truncation: f64,
     /// The orbit on 1.3 H orders.
-    pub finer: Orbit,
+    pub finer: FourierOrbit,
     /// The first Newton correction that finer integrals ask for, over the peak-to-peak: exact ones where contacts were sampled, else twice the samples
     /// or half the panels' width, or panels around the pulses that the drives hide between them. What the root finder left over is in it too.
     pub aliasing: f64,
@@ -39,7 +39,7 @@ pub struct Proof {
     /// and infinite when shooting finds nothing, there is no orbit of the equation near.
     pub shooting: f64,
     /// The orbit of the equation itself, to 1e-12, with its monodromy, if shooting found it.
-    pub polished: Option<Cycle>,
+    pub polished: Option<ShootingOrbit>,
 }
 
 /// Orders must pass the fastest local natural order by this factor.
@@ -52,14 +52,18 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
-    pub fn prove<M: Periodic + ?Sized>(&self, model: &M, orbit: &Orbit) -> Result<Proof, BalanceError> {
+    pub fn prove<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        orbit: &FourierOrbit,
+    ) -> Result<Proof, BalanceError> {
         self.prove_within(&model, orbit, &self.budget.begin())
     }
 
     fn prove_within(
         &self,
         model: &dyn Periodic,
-        orbit: &Orbit,
+        orbit: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).solve_within(model, orbit, meter)?;
@@ -82,7 +86,7 @@ impl Balance {
     pub fn prove_truncating_forces<G: Shape>(
         &self,
         model: &Machine<G>,
-        orbit: &Orbit,
+        orbit: &FourierOrbit,
     ) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
         let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
@@ -99,7 +103,7 @@ impl Balance {
     pub fn solve_to<M: Periodic + ?Sized>(
         &self,
         model: &M,
-        guess: &Orbit,
+        guess: &FourierOrbit,
         accuracy: f64,
         highest: usize,
     ) -> Result<Proof, BalanceError> {
@@ -147,8 +151,8 @@ impl Balance {
 
 fn proof(
     model: &dyn Periodic,
-    orbit: &Orbit,
-    finer: Orbit,
+    orbit: &FourierOrbit,
+    finer: FourierOrbit,
     aliasing: f64,
     meter: &Meter<'_>,
 ) -> Result<Proof, BalanceError> {
@@ -156,15 +160,15 @@ fn proof(
     if let Some(exhausted) = meter.exhausted() {
         return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
     }
-    let shooting = polished.as_ref().map_or(f64::INFINITY, Cycle::first_correction);
+    let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
     Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
 }
 
 /// What every solved orbit is checked for.
 pub(super) fn notes<'m, M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'m, M>,
-    orbit: &Orbit,
-    finer: impl FnOnce(&Orbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    orbit: &FourierOrbit,
+    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
 ) -> Vec<BalanceNote> {
     let mut notes = Vec::new();
     let (highest, needed) = (orbit.harmonics().highest(), RESOLVED * natural_order(equations));

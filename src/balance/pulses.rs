@@ -4,7 +4,7 @@ use super::couplings::holds_pieces;
 use super::gauss::{drive_edges, nodes, panels};
 use super::resolution::Drives;
 use super::size::sizes;
-use super::{Harmonics, Orbit};
+use super::{FourierOrbit, Harmonics};
 use crate::model::Periodic;
 use crate::piece::Piece;
 
@@ -22,7 +22,11 @@ const MOST: usize = 1 << 12;
 const MOST_OF_ALL: usize = 1 << 16;
 
 /// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
-pub(super) fn pulses<M: Periodic + ?Sized>(model: &M, near: &Orbit, harmonics: &Harmonics) -> Vec<f64> {
+pub(super) fn pulses<M: Periodic + ?Sized>(
+    model: &M,
+    near: &FourierOrbit,
+    harmonics: &Harmonics,
+) -> Vec<f64> {
     let (size, period) = (sizes(near), model.period());
     let rates: Vec<f64> =
         size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();

@@ -6,7 +6,7 @@ use super::couplings::{Couplings, free_motions, holds_pieces, refuse_stops};
 use super::gauss::any_edges;
 use super::grid::Grid;
 use super::kinks::Kinks;
-use super::orbit::Orbit;
+use super::orbit::FourierOrbit;
 use super::panels::Panels;
 use super::pulses::pulses;
 use super::resolution::{Drives, Signals, samples_following};
@@ -78,7 +78,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         model: &'m M,
         harmonics: &Harmonics,
         integrals: Integrals,
-        near: &Orbit,
+        near: &FourierOrbit,
         finer: usize,
     ) -> Result<Self, BalanceError> {
         let n = model.dof();
@@ -182,7 +182,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     }
 
     /// The unknowns of an orbit.
-    pub fn unknowns(&self, orbit: &Orbit) -> Vec<f64> {
+    pub fn unknowns(&self, orbit: &FourierOrbit) -> Vec<f64> {
         let on = orbit.on(&self.layout.harmonics);
         let width = self.layout.harmonics.unknowns();
         let mut x = on.all_coefficients().to_vec();
@@ -206,14 +206,14 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     }
 
     /// The orbit of unknowns.
-    pub fn orbit(&self, x: &[f64]) -> Orbit {
+    pub fn orbit(&self, x: &[f64]) -> FourierOrbit {
         let n = self.layout.dof;
         let width = self.layout.harmonics.unknowns();
         let mut coefficients = x[..n * width].to_vec();
         for (part, scale) in coefficients.chunks_exact_mut(width).zip(&self.layout.scales) {
             part.iter_mut().for_each(|x| *x *= scale);
         }
-        let mut orbit = Orbit::of(&self.layout.harmonics, self.grid.span(), coefficients, n);
+        let mut orbit = FourierOrbit::of(&self.layout.harmonics, self.grid.span(), coefficients, n);
         for (rigid, alpha) in self.layout.rigid.iter().zip(&x[n * width..]) {
             orbit
                 .mean_acceleration

@@ -5,7 +5,7 @@ use super::couplings::even;
 use super::gauss::quadrature;
 use super::grid::Grid;
 use super::look::{Series, series, value_at};
-use super::orbit::Orbit;
+use super::orbit::FourierOrbit;
 use super::size::sizes;
 use super::transform::{Transform, samples_for};
 use crate::model::{Contact, Periodic};
@@ -206,7 +206,7 @@ pub(super) fn samples_following<M: Periodic + ?Sized>(
 }
 
 /// Samples that show where an orbit meets the tooth edges.
-pub(super) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &Orbit) -> usize {
+pub(super) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
     samples_following(&mut Drives::new(model, [&size, &rates], Vec::new()), Signals::Edges, orbit.harmonics())

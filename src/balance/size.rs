@@ -1,18 +1,18 @@
 //! How large the coordinates of an orbit are: the scales of its unknowns.
 
-use super::Orbit;
+use super::FourierOrbit;
 use crate::root::largest;
 
 /// Coordinates smaller than this share of the largest rest.
 pub(super) const AT_REST: f64 = 1e-6;
 
 /// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
-pub(super) fn sizes(orbit: &Orbit) -> Vec<f64> {
+pub(super) fn sizes(orbit: &FourierOrbit) -> Vec<f64> {
     sizes_apart(orbit, &[])
 }
 
 /// The same without the mean position along rigid motions, which is as good as any other and may be far.
-pub(super) fn sizes_apart(orbit: &Orbit, rigid: &[Vec<f64>]) -> Vec<f64> {
+pub(super) fn sizes_apart(orbit: &FourierOrbit, rigid: &[Vec<f64>]) -> Vec<f64> {
     let mut means: Vec<f64> = (0..orbit.dof()).map(|j| orbit.mean(j)).collect();
     for r in rigid {
         let share: f64 = r.iter().zip(&means).map(|(r, mean)| r * mean).sum();

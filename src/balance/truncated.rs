@@ -12,7 +12,7 @@ use crate::model::{Model, Periodic};
 use crate::nonlinearity::Nonlinearity;
 use crate::root::Matrix;
 use crate::scalar::Scalar;
-use crate::shape::{AsIs, Drives, Law, Shape};
+use crate::shape::{ByDeflection, Drives, PieceChoice, Shape};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
@@ -229,14 +229,14 @@ fn operator(table: &Table, harmonics: &Harmonics) -> DMatrix<f64> {
 /// The laws as they are, their forces written down.
 struct Recorded<'a, S>(&'a [Cell<S>]);
 
-impl<S: Scalar> Law<S> for Recorded<'_, S> {
+impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
         let force = nonlinearity.force(x, rate, lower, upper);
         self.0[i].set(force);
         force
     }
     fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
-        AsIs.touch(i, x, lower, upper)
+        ByDeflection.touch(i, x, lower, upper)
     }
 }
 
@@ -246,13 +246,13 @@ struct Given<'a, S> {
     seen: &'a [Cell<S>],
 }
 
-impl<S: Scalar> Law<S> for Given<'_, S> {
+impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
         Recorded(self.seen).force(i, nonlinearity, x, rate, lower, upper);
         self.forces[i]
     }
     fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
-        AsIs.touch(i, x, lower, upper)
+        ByDeflection.touch(i, x, lower, upper)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Contacts against the acceleration: at each finite edge it bends or jumps, its pieces part, and the force told does as it does.
 
 use super::point::Point;
-use super::{FINE, Finding, ROUNDING};
+use super::{FINE, Inconsistency, ROUNDING};
 use crate::model::{Contact, Model, State};
 use crate::piece::Piece;
 
@@ -110,7 +110,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// At each finite edge the acceleration bends or jumps, the pieces part, and the force told changes as the acceleration does.
-    pub(super) fn kinks(&mut self, findings: &mut Vec<Finding>) {
+    pub(super) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);
@@ -129,14 +129,14 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
                     // A switch of a law may be idle here and act at other velocities.
                     if !self.moves_with_velocities(contact) {
-                        findings.push(Finding::Kink { contact, edge });
+                        findings.push(Inconsistency::Kink { contact, edge });
                     }
                     continue;
                 }
                 if self.ignores_pieces(contact, &line, edge)
-                    && !findings.iter().any(|f| matches!(f, Finding::PiecesIgnored { .. }))
+                    && !findings.iter().any(|f| matches!(f, Inconsistency::PiecesIgnored { .. }))
                 {
-                    findings.push(Finding::PiecesIgnored { contact, edge });
+                    findings.push(Inconsistency::PiecesIgnored { contact, edge });
                 }
                 seen[0].push(still);
                 seen[1].push(moving);
@@ -158,7 +158,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// A contact that meets a rigid stop turns round, and leaves it no faster than it came.
-    fn stop(&self, contact: usize, line: &Line, on: Piece, edge: f64) -> Option<Finding> {
+    fn stop(&self, contact: usize, line: &Line, on: Piece, edge: f64) -> Option<Inconsistency> {
         let q = line.to(edge);
         let leaving = |v: &[f64]| {
             let c = self.contacts(&q, v)[contact];
@@ -178,7 +178,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         self.model.impact(contact, on, &self.u, &q, &mut v);
         let leaves = leaving(&v);
         let right = leaves >= -FINE * approach && leaves <= (1.0 + FINE) * approach;
-        (!right).then_some(Finding::Rebound { contact, edge, approach, leaves })
+        (!right).then_some(Inconsistency::Rebound { contact, edge, approach, leaves })
     }
 
     /// Velocities at which the deflection rests, and at which it moves against its edges, so that damping shows.
@@ -235,7 +235,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// The force told changes at the edges in one proportion to the acceleration: that of a mass.
-    fn force(&self, contact: usize, edges: &[Seen]) -> Option<Finding> {
+    fn force(&self, contact: usize, edges: &[Seen]) -> Option<Inconsistency> {
         // The component that bends the most at all edges, against its own noise: one mass for all of them.
         let strength = |row: usize| {
             let of = |seen: &Seen| {
@@ -253,7 +253,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
             }
             let noise = ROUNDING * seen.largest;
             if w.bend.abs() * h <= 8.0 * noise || w.bend.abs() <= SMOOTH * seen.force[0].bend.abs() {
-                return Some(Finding::NoForce { contact, edge: seen.edge });
+                return Some(Inconsistency::NoForce { contact, edge: seen.edge });
             }
             let ratio = *per_force.get_or_insert(a.bend / w.bend);
             // Slopes, then limits, as forces over the distance looked at.
@@ -261,7 +261,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 1e-3 * w.bend.abs() * h + 8.0 * noise + 64.0 * ROUNDING * (self.terms[row] / ratio).abs();
             for (given, expected) in [(w.bend * h, a.bend / ratio * h), (w.jump, a.jump / ratio)] {
                 if (given - expected).abs() > 1e-2 * given.abs().max(expected.abs()) + least {
-                    return Some(Finding::Force { contact, edge: seen.edge, given, expected });
+                    return Some(Inconsistency::Force { contact, edge: seen.edge, given, expected });
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Drives against the edges that they announce.
 
-use super::{Finding, GOLDEN};
+use super::{GOLDEN, Inconsistency};
 use crate::model::{Model, State};
 use crate::piece::Side;
 
@@ -16,7 +16,7 @@ pub(super) fn check<M: Model + ?Sized>(
     model: &M,
     typical: &State,
     period: Option<f64>,
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<Inconsistency>,
 ) {
     let start = typical.t;
     let mut t = start;
@@ -25,7 +25,7 @@ pub(super) fn check<M: Model + ?Sized>(
             break;
         };
         if edge <= t || edge.is_nan() {
-            findings.push(Finding::EdgeBehind { t, edge });
+            findings.push(Inconsistency::EdgeBehind { t, edge });
             return;
         }
         t = edge;
@@ -51,14 +51,14 @@ pub(super) fn check<M: Model + ?Sized>(
 }
 
 /// Both sides of instants that are not edges must agree.
-fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> {
+fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
     let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
     (0..64).find_map(|i| {
         let t = start + span * (f64::from(i) * GOLDEN).fract();
         model.drive(t, Side::Before, &mut u);
         model.drive(t, Side::After, &mut w);
         let drive = (0..u.len()).find(|&d| u[d] != w[d])?;
-        (!announced(model, t, t, span)).then_some(Finding::UnannouncedJump { drive, t })
+        (!announced(model, t, t, span)).then_some(Inconsistency::UnannouncedJump { drive, t })
     })
 }
 
@@ -69,7 +69,7 @@ fn announced<M: Model + ?Sized>(model: &M, lo: f64, hi: f64, span: f64) -> bool 
 }
 
 /// A change that stays the same however short the interval.
-fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> {
+fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let [mut first, mut last, mut middle, mut scratch] = std::array::from_fn(|_| vec![0.0; drives]);
     let at = |i: u32| start + span * f64::from(i) / f64::from(INTERVALS);
@@ -91,7 +91,7 @@ fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Finding> 
                     && let Some((lo, hi)) = narrow(model, d, (a, first[d]), (b, last[d]), &mut scratch)
                     && !announced(model, lo, hi, span)
                 {
-                    return Some(Finding::UnannouncedJump { drive: d, t: hi });
+                    return Some(Inconsistency::UnannouncedJump { drive: d, t: hi });
                 }
             }
             if edge.is_none() {

@@ -3,7 +3,7 @@
 /// Something that does not fit together in a model.
 ///
 /// ```
-/// use gear_dynamics::{Finding, Model, State, check_model};
+/// use gear_dynamics::{Inconsistency, Model, State, check_model};
 /// struct Wrong;
 /// impl Model for Wrong {
 ///     fn dof(&self) -> usize { 1 }
@@ -15,11 +15,11 @@
 /// }
 /// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
 /// assert_eq!(findings.len(), 1);
-/// assert!(matches!(findings[0], Finding::Jacobian { row: 0, column: 0, .. }));
+/// assert!(matches!(findings[0], Inconsistency::Jacobian { row: 0, column: 0, .. }));
 /// assert!(findings[0].to_string().starts_with("jacobian: row 0, column 0 (coordinates, then velocities) is 1"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub enum Finding {
+pub enum Inconsistency {
     /// A drive, an acceleration or a contact that is not a number.
     NotFinite {
         /// What it is.

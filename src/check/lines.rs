@@ -1,6 +1,6 @@
 //! Bends and jumps of the acceleration that no contact tells of, looked for along lines through the typical state.
 
-use super::Finding;
+use super::Inconsistency;
 use super::point::Point;
 use crate::model::Model;
 
@@ -40,7 +40,7 @@ impl Bend {
 
 impl<M: Model + ?Sized> Point<'_, M> {
     /// The first bend found along the ray through the typical coordinates, and along each coordinate over several reaches.
-    pub(super) fn untold_kinks(&mut self, findings: &mut Vec<Finding>) {
+    pub(super) fn untold_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let (q, n) = (self.state.q.clone(), self.model.dof());
         let ray = |s: f64| -> Vec<f64> { q.iter().map(|q| s * q).collect() };
         if q.iter().any(|q| *q != 0.0)
@@ -64,7 +64,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         }
     }
 
-    fn along(&self, line: &dyn Fn(f64) -> Vec<f64>, reach: f64) -> Option<Finding> {
+    fn along(&self, line: &dyn Fn(f64) -> Vec<f64>, reach: f64) -> Option<Inconsistency> {
         let n = self.model.dof();
         let node = |i: usize| reach * (2.0 * i as f64 / PARTS as f64 - 1.0);
         let values: Vec<Vec<f64>> = (0..=PARTS).map(|i| self.accel(&line(node(i)), &self.state.v)).collect();
@@ -83,7 +83,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                     continue;
                 }
                 if let Some(s) = self.narrow(line, component, lo, hi) {
-                    return Some(Finding::UntoldKink { component, q: line(s) });
+                    return Some(Inconsistency::UntoldKink { component, q: line(s) });
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! A model at one state: numbers, Jacobian, pieces.
 
-use super::{FINE, Finding, ROUGH, ROUNDING, differ};
+use super::{FINE, Inconsistency, ROUGH, ROUNDING, differ};
 use crate::channel::Probe;
 use crate::model::{Contact, Jacobian, Model, State};
 use crate::piece::{Piece, Side};
@@ -95,27 +95,27 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         (self.terms, self.reach) = (terms, reach);
     }
 
-    pub(super) fn finite(&mut self, findings: &mut Vec<Finding>) {
+    pub(super) fn finite(&mut self, findings: &mut Vec<Inconsistency>) {
         let a = self.accel(&self.state.q, &self.state.v);
         for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
             // A missing edge is a drive at infinity.
             let wrong = |x: f64| if what == "drive" { x.is_nan() } else { !x.is_finite() };
             let bad = values.iter().enumerate().filter(|(_, x)| wrong(**x));
-            findings.extend(bad.map(|(index, _)| Finding::NotFinite { what, index, t: self.state.t }));
+            findings.extend(bad.map(|(index, _)| Inconsistency::NotFinite { what, index, t: self.state.t }));
         }
         let mut probe = Probe::new(self.model);
         let contacts = probe.read_contacts(self.state.t, Side::After, &self.state.q, &self.state.v);
         for (index, c) in contacts.iter().enumerate() {
             if !(c.deflection + c.rate + c.force).is_finite() || c.lower.is_nan() || c.upper.is_nan() {
-                findings.push(Finding::NotFinite { what: "contact", index, t: self.state.t });
+                findings.push(Inconsistency::NotFinite { what: "contact", index, t: self.state.t });
             } else if c.lower > c.upper {
-                findings.push(Finding::NegativeGap { contact: index, lower: c.lower, upper: c.upper });
+                findings.push(Inconsistency::NegativeGap { contact: index, lower: c.lower, upper: c.upper });
             }
         }
     }
 
     /// The Jacobian against central differences by steps that stay on the pieces of all contacts.
-    pub(super) fn jacobian(&mut self, findings: &mut Vec<Finding>) {
+    pub(super) fn jacobian(&mut self, findings: &mut Vec<Inconsistency>) {
         let n = self.model.dof();
         let mut given = Jacobian::new(n);
         let State { q, v, .. } = &self.state;
@@ -153,7 +153,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
                 }
             }
             for row in (0..n).filter(|row| !cleared[*row]) {
-                findings.extend(wrong[row].map(|differences| Finding::Jacobian {
+                findings.extend(wrong[row].map(|differences| Inconsistency::Jacobian {
                     row,
                     column,
                     given: entries[row],
@@ -165,7 +165,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
 
     /// The acceleration on the pieces where the contacts stand is the acceleration: here, and with each contact brought to each of its
     /// pieces.
-    pub(super) fn pieces(&mut self, findings: &mut Vec<Finding>) {
+    pub(super) fn pieces(&mut self, findings: &mut Vec<Inconsistency>) {
         let State { q, v, .. } = self.state.clone();
         let mut places = vec![q];
         for contact in 0..self.model.contacts() {
@@ -182,7 +182,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
                 let (held, free) = (held[component], free[component]);
                 if !reported[component] && differ(held, free, ROUNDING / FINE * self.terms[component], FINE) {
                     reported[component] = true;
-                    findings.push(Finding::Pieces { component, held, free });
+                    findings.push(Inconsistency::Pieces { component, held, free });
                 }
             }
         }

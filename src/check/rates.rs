@@ -1,7 +1,7 @@
 //! The rates of contacts against their deflections and edges.
 
 use super::point::Point;
-use super::{Finding, ROUGH, ROUNDING};
+use super::{Inconsistency, ROUGH, ROUNDING};
 use crate::channel::Probe;
 use crate::model::{Contact, Model};
 use crate::piece::Side;
@@ -43,7 +43,7 @@ fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
 impl<M: Model + ?Sized> Point<'_, M> {
     /// d(deflection)/dt and d(edge)/dt along the motion q' = v, v' = a, by central differences in time; and how the rate of a deflection
     /// changes with the velocities, which shows at rest as well.
-    pub(super) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Finding>) {
+    pub(super) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
         let mut probe = Probe::new(self.model);
         let (t, q, v) = (self.state.t, &self.state.q, &self.state.v);
         let here: Vec<Contact> = probe.read_contacts(t, Side::After, q, v).to_vec();
@@ -74,7 +74,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 contradiction(given, &sides.iter().map(quotient).collect::<Vec<_>>())
             };
             if let Some(differences) = wrong(c.rate, self.reach[contact], &|c| c.deflection) {
-                findings.push(Finding::ContactRate { contact, given: c.rate, differences });
+                findings.push(Inconsistency::ContactRate { contact, given: c.rate, differences });
             } else {
                 findings.extend(self.rate_by_velocity(contact, c));
             }
@@ -82,7 +82,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 (c.lower_rate, wrong(c.lower_rate, c.lower.abs(), &|c| c.lower)),
                 (c.upper_rate, wrong(c.upper_rate, c.upper.abs(), &|c| c.upper)),
             ] {
-                findings.extend(differences.map(|differences| Finding::EdgeRate {
+                findings.extend(differences.map(|differences| Inconsistency::EdgeRate {
                     contact,
                     given,
                     differences,
@@ -92,7 +92,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// ∂(rate)/∂v = ∂(deflection)/∂q, for a deflection that does not depend on velocities.
-    fn rate_by_velocity(&self, contact: usize, c: &Contact) -> Option<Finding> {
+    fn rate_by_velocity(&self, contact: usize, c: &Contact) -> Option<Inconsistency> {
         let (q, v) = (&self.state.q, &self.state.v);
         for j in 0..q.len() {
             let mut faster = v.clone();
@@ -115,7 +115,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 })
                 .collect();
             if let Some(slope) = contradiction(given, &quotients) {
-                return Some(Finding::ContactRate {
+                return Some(Inconsistency::ContactRate {
                     contact,
                     given: fast.rate,
                     differences: c.rate + slope * gained,

@@ -5,8 +5,8 @@ use super::meter::Meters;
 use super::number::Number;
 use super::table::{Table, WHOLE};
 use crate::model::{Contact, Model};
-use crate::scalar::{Scalar, one_by_one};
-use crate::shape::{AsIs, Drives, Shape};
+use crate::scalar::{Scalar, keep_rolled};
+use crate::shape::{ByDeflection, Drives, Shape};
 use std::ops::Range;
 
 /// What a step needs of a model on numbers `S`: the drives of the table, then those of each lane.
@@ -45,15 +45,15 @@ impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        self.0.accel(&AsIs, Drives::new(self.0.size().waves, u), q, v, a);
+        self.0.accel(&ByDeflection, Drives::new(self.0.size().waves, u), q, v, a);
     }
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
         let (u, out) = (Drives::new(self.0.size().waves, u), &mut out[..self.0.size().contacts]);
         for i in which {
-            let i = one_by_one(i);
-            out[i] = self.0.contact(&AsIs, i, u, q, v);
+            let i = keep_rolled(i);
+            out[i] = self.0.contact(&ByDeflection, i, u, q, v);
         }
     }
 }
@@ -274,20 +274,20 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = if SMALL { i } else { keep_rolled(i) };
                 w.qs[i] = w.q[i] + half * w.v[i];
                 w.vs[i] = w.v[i] + half * w.first[i];
             }
             fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.inner);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = if SMALL { i } else { keep_rolled(i) };
                 w.qs[i] = w.q[i] + half * w.vs[i];
                 w.vs[i] = w.v[i] + half * w.inner[i];
             }
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = if SMALL { i } else { keep_rolled(i) };
                 w.inner[i] = w.inner[i] + w.a[i];
                 w.qs[i] = w.q[i] + h * w.vs[i];
                 w.vs[i] = w.v[i] + h * w.a[i];
@@ -296,7 +296,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = if SMALL { i } else { one_by_one(i) };
+                let i = if SMALL { i } else { keep_rolled(i) };
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
             }

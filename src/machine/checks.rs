@@ -5,7 +5,7 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::nonlinearity::Nonlinearity;
 use crate::piece::{Piece, Side};
-use crate::shape::{AsIs, Drives, Law, OnPieces, Shape, Size};
+use crate::shape::{ByDeflection, Drives, FixedPieces, PieceChoice, Shape, Size};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ struct Witness {
     asked: RefCell<Vec<(usize, [f64; 2])>>,
 }
 
-impl Law<f64> for Witness {
+impl PieceChoice<f64> for Witness {
     fn force<N: Nonlinearity>(
         &self,
         i: usize,
@@ -26,11 +26,11 @@ impl Law<f64> for Witness {
         upper: f64,
     ) -> f64 {
         self.asked.borrow_mut().push((i, [lower, upper]));
-        AsIs.force(i, nonlinearity, x, rate, lower, upper)
+        ByDeflection.force(i, nonlinearity, x, rate, lower, upper)
     }
     fn touch(&self, i: usize, x: f64, lower: f64, upper: f64) -> f64 {
         self.asked.borrow_mut().push((i, [lower, upper]));
-        AsIs.touch(i, x, lower, upper)
+        ByDeflection.touch(i, x, lower, upper)
     }
 }
 
@@ -79,7 +79,7 @@ impl<G: Shape> Machine<G> {
             if i >= contacts {
                 return Err(ParameterError::NoSuchContact { contact: i, contacts });
             }
-            let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
+            let contact = self.shape().contact(&ByDeflection, i, u, &rest, &rest);
             if edges.iter().any(|x| x.is_finite())
                 && contact.lower.is_infinite()
                 && contact.upper.is_infinite()
@@ -103,20 +103,20 @@ impl<G: Shape> Machine<G> {
             }),
             None => Ok(()),
         };
-        self.shape().accel(&AsIs, u, &rest, &rest, &mut a);
+        self.shape().accel(&ByDeflection, u, &rest, &rest, &mut a);
         number(&a, "")?;
         for (flank, how) in [
             (Piece::Lower, ", contacts on their lower flanks"),
             (Piece::Upper, ", contacts on their upper flanks"),
         ] {
             let piece = |i: usize| {
-                let contact = self.shape().contact(&AsIs, i, u, &rest, &rest);
+                let contact = self.shape().contact(&ByDeflection, i, u, &rest, &rest);
                 let edge = if flank == Piece::Lower { contact.lower } else { contact.upper };
                 if edge.is_finite() { flank } else { Piece::Gap }
             };
             let pieces: Vec<Piece> = (0..contacts).map(piece).collect();
             a.fill(f64::NAN);
-            self.shape().accel(&OnPieces(&pieces), u, &rest, &rest, &mut a);
+            self.shape().accel(&FixedPieces(&pieces), u, &rest, &rest, &mut a);
             number(&a, how)?;
         }
         Ok(())

@@ -21,13 +21,13 @@ use crate::model::Model;
 /// assert!((end.q[0] - 1f64.cos()).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type Dop853 = Adaptive<Order8>;
+pub type Dop853 = Adaptive<DormandPrince8>;
 
 /// The tableau of [`Dop853`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Order8;
+pub struct DormandPrince8;
 
-impl Tableau for Order8 {
+impl Tableau for DormandPrince8 {
     const ADAPTIVE: bool = true;
     const SLOTS: usize = 16;
     const EVALUATIONS: u64 = 11;
@@ -58,7 +58,7 @@ impl Tableau for Order8 {
         e.stage::<HELD, _>(7, &A8);
         e.drive(C[8]);
         e.stage::<HELD, _>(8, &A9);
-        e.drive_probe::<Order8>();
+        e.drive_probe::<DormandPrince8>();
         e.stage::<HELD, _>(9, &A10);
         e.drive(C[10]);
         e.stage::<HELD, _>(10, &A11);

@@ -20,9 +20,9 @@ mod trajectory;
 mod vector;
 
 pub use adaptive::Adaptive;
-pub use dop853::{Dop853, Order8};
+pub use dop853::{Dop853, DormandPrince8};
 pub use rk4::Rk4;
-pub use rk45::{DormandPrince, Rk45};
+pub use rk45::{DormandPrince5, Rk45};
 pub use step::{Crossing, Observer, Step, StepView};
 pub(crate) use stops::Flight;
 pub use trajectory::{Failed, Trajectory, uniform_times};

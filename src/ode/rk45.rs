@@ -18,11 +18,11 @@ use crate::model::Model;
 /// assert!((end.q[0] - 1f64.cos()).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type Rk45 = Adaptive<DormandPrince>;
+pub type Rk45 = Adaptive<DormandPrince5>;
 
 /// The tableau of [`Rk45`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DormandPrince;
+pub struct DormandPrince5;
 
 #[rustfmt::skip]
 mod table {
@@ -41,7 +41,7 @@ mod table {
     ];
 }
 
-impl Tableau for DormandPrince {
+impl Tableau for DormandPrince5 {
     const ADAPTIVE: bool = true;
     const SLOTS: usize = 7;
     const EVALUATIONS: u64 = 5;
@@ -57,7 +57,7 @@ impl Tableau for DormandPrince {
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
         e.drive(1.0 / 5.0);
         e.stage::<HELD, _>(1, &table::A2);
-        e.drive_probe::<DormandPrince>();
+        e.drive_probe::<DormandPrince5>();
         e.stage::<HELD, _>(2, &table::A3);
         e.drive(4.0 / 5.0);
         e.stage::<HELD, _>(3, &table::A4);
@@ -66,7 +66,7 @@ impl Tableau for DormandPrince {
         e.drive_end();
         e.stage_end::<HELD, _>(5, &table::A6);
         e.advance(&table::B);
-        e.derivative_at_end_of::<DormandPrince>();
+        e.derivative_at_end_of::<DormandPrince5>();
     }
     #[inline(always)]
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {

@@ -25,7 +25,7 @@ use nalgebra::DMatrix;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cycle {
+pub struct ShootingOrbit {
     states: Vec<State>,
     end: f64,
     multiple: usize,
@@ -45,7 +45,7 @@ pub struct Cycle {
 /// An orbit that repeats this closely after fewer periods, in shares of its range, is the shorter one.
 const REPEATS: f64 = 1e-8;
 
-impl Cycle {
+impl ShootingOrbit {
     pub(super) fn new(
         model: &dyn Model,
         segments: &Segments<'_, dyn Model + '_>,
@@ -69,7 +69,7 @@ impl Cycle {
         let other = looser
             .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let mut cycle = Cycle {
+        let mut cycle = ShootingOrbit {
             end: segments.end(),
             multiple: shooting.periods(),
             least: shooting.periods(),
@@ -109,7 +109,7 @@ impl Cycle {
     pub fn period_multiple(&self) -> usize {
         self.multiple
     }
-    /// The fewest periods of the drives after which it repeats: less than [`period_multiple`](Cycle::period_multiple) if a shorter orbit
+    /// The fewest periods of the drives after which it repeats: less than [`period_multiple`](ShootingOrbit::period_multiple) if a shorter orbit
     /// was found instead.
     pub fn least_multiple(&self) -> usize {
         self.least

@@ -19,7 +19,7 @@ mod size;
 mod tangent;
 mod variation;
 
-pub use cycle::Cycle;
+pub use cycle::ShootingOrbit;
 pub use exponents::{Exponents, LyapunovError};
 pub use failure::{Iterate, ShootingError};
 pub use floquet::{Multipliers, Stability};

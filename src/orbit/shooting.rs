@@ -1,6 +1,6 @@
 //! Multiple shooting: periodic orbits to the accuracy of the flow.
 
-use super::cycle::Cycle;
+use super::cycle::ShootingOrbit;
 use super::cyclic::Cyclic;
 use super::guess::{Guess, Plan};
 use super::segments::{Round, Segments};
@@ -37,7 +37,7 @@ pub struct Shooting {
     segments: Option<usize>,
     tolerance: f64,
     flow_tolerance: f64,
-    most_iterations: usize,
+    max_iterations: usize,
     budget: Budget,
 }
 
@@ -65,7 +65,7 @@ impl Shooting {
             segments: None,
             tolerance: 1e-12,
             flow_tolerance: 1e-13,
-            most_iterations: 40,
+            max_iterations: 40,
             budget: Budget::new(),
         }
     }
@@ -79,7 +79,7 @@ impl Shooting {
         Shooting { segments: Some(segments), ..self }
     }
     /// Largest correction at the end, as a share of the range of each coordinate and velocity. Where the noise of the flow lies higher, an
-    /// orbit is accepted once corrections no longer fall, below 1e-9: [`Cycle::accuracy`] says how far it came.
+    /// orbit is accepted once corrections no longer fall, below 1e-9: [`ShootingOrbit::accuracy`] says how far it came.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Shooting { tolerance, ..self }
     }
@@ -88,8 +88,8 @@ impl Shooting {
         Shooting { flow_tolerance, ..self }
     }
     /// Newton iterations before giving up.
-    pub fn most_iterations(self, most_iterations: usize) -> Self {
-        Shooting { most_iterations, ..self }
+    pub fn max_iterations(self, max_iterations: usize) -> Self {
+        Shooting { max_iterations, ..self }
     }
 
     /// The most steps and time of one call, all its flows together.
@@ -101,7 +101,11 @@ impl Shooting {
     ///
     /// # Errors
     /// [`ShootingError`]; once iterations have begun it holds the last iterate and the history of corrections.
-    pub fn run<M: Periodic + ?Sized>(&self, model: &M, guess: &[State]) -> Result<Cycle, ShootingError> {
+    pub fn run<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        guess: &[State],
+    ) -> Result<ShootingOrbit, ShootingError> {
         self.run_within(&model, guess, &self.budget.begin())
     }
 
@@ -111,7 +115,7 @@ impl Shooting {
         model: &dyn Periodic,
         guess: &[State],
         meter: &Meter<'_>,
-    ) -> Result<Cycle, ShootingError> {
+    ) -> Result<ShootingOrbit, ShootingError> {
         self.check(model.dof())?;
         let plan =
             Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
@@ -122,7 +126,11 @@ impl Shooting {
     ///
     /// # Errors
     /// [`ShootingError`].
-    pub fn again<M: Periodic + ?Sized>(&self, model: &M, cycle: &Cycle) -> Result<Cycle, ShootingError> {
+    pub fn again<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        cycle: &ShootingOrbit,
+    ) -> Result<ShootingOrbit, ShootingError> {
         let multiple = cycle.period_multiple();
         let stretch = multiple as f64 * model.period() / cycle.period();
         let moved = |state: &State| State {
@@ -139,7 +147,7 @@ impl Shooting {
         let counts = [
             ("multiple", self.multiple),
             ("segments", segments),
-            ("most_iterations", self.most_iterations),
+            ("max_iterations", self.max_iterations),
             ("degrees of freedom", dof),
         ];
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
@@ -152,7 +160,12 @@ impl Shooting {
         Ok(())
     }
 
-    fn newton(&self, model: &dyn Model, guess: Guess, meter: &Meter<'_>) -> Result<Cycle, ShootingError> {
+    fn newton(
+        &self,
+        model: &dyn Model,
+        guess: Guess,
+        meter: &Meter<'_>,
+    ) -> Result<ShootingOrbit, ShootingError> {
         let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut most) = (0.0, f64::INFINITY, (0, f64::NAN));
@@ -170,7 +183,7 @@ impl Shooting {
                 return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) });
             }
         };
-        for _ in 0..self.most_iterations {
+        for _ in 0..self.max_iterations {
             let last = |corrections: &[f64]| fail(&here.states, corrections);
             let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
                 Ok(system) => system,
@@ -230,11 +243,11 @@ impl Shooting {
         first: f64,
         corrections: Vec<f64>,
         meter: &Meter<'_>,
-    ) -> Result<Cycle, ShootingError> {
+    ) -> Result<ShootingOrbit, ShootingError> {
         let looser = segments
             .round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter)
             .ok();
-        Cycle::new(model, segments, round, looser, self, first, corrections)
+        ShootingOrbit::new(model, segments, round, looser, self, first, corrections)
     }
 
     pub(super) fn flow(&self) -> f64 {

@@ -143,7 +143,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         solver: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
-        let mut watch = Watch {
+        let mut watch = Monitor {
             tangent: self,
             meter,
             saltation: Saltation::new(self),
@@ -266,7 +266,7 @@ enum Stop {
 }
 
 /// Watches the differences of one run.
-struct Watch<'t, 'm, M: ?Sized> {
+struct Monitor<'t, 'm, M: ?Sized> {
     tangent: &'t Tangent<'m, M>,
     meter: Option<&'t Meter<'t>>,
     saltation: Saltation<'t, Continued<'m, M>>,
@@ -277,7 +277,7 @@ struct Watch<'t, 'm, M: ?Sized> {
     step: f64,
 }
 
-impl<M: Model + ?Sized> Observer for Watch<'_, '_, M> {
+impl<M: Model + ?Sized> Observer for Monitor<'_, '_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if self.meter.is_some_and(|meter| meter.spend().is_err()) {
             self.stop = Stop::Budget;

@@ -83,7 +83,7 @@ mod tests {
     use super::Factors;
     use crate::root::Residual;
     use crate::{
-        Balance, Dop853, Frame, Harmonics, Integrator, Model, Orbit, Periodic, Ring, RingSet, State,
+        Balance, Dop853, FourierOrbit, Frame, Harmonics, Integrator, Model, Periodic, Ring, RingSet, State,
     };
 
     /// Along a run no gear loses its neighbours, and blocks need no pivots from outside.
@@ -93,7 +93,7 @@ mod tests {
         let (ring, moving) = (Ring::new(&set.params()?)?, Ring::new(&set.params()?)?.in_frame(Frame::Rigid));
         let end = Dop853::new().end(&moving, &State::at_rest(ring.dof()), 20.0 * ring.period())?;
         let balance = Balance::new(Harmonics::up_to(5));
-        let guess = Orbit::project(&Dop853::new(), &moving, &end, balance.harmonics())?;
+        let guess = FourierOrbit::project(&Dop853::new(), &moving, &end, balance.harmonics())?;
         let mut equations = balance.equations(&ring, &guess)?;
         let (x, mut matrix) = (equations.unknowns(&guess), equations.matrix());
         equations.jacobian(&x, &mut matrix);

@@ -18,7 +18,7 @@ use super::{Factors, Matrix, Residual, Root, RootError, check_share, dot, is_roo
 pub struct Newton {
     tolerance: f64,
     max_iterations: usize,
-    least_damping: f64,
+    min_damping: f64,
 }
 
 impl Default for Newton {
@@ -33,7 +33,7 @@ const FAST: f64 = 0.5;
 impl Newton {
     /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.
     pub fn new() -> Self {
-        Newton { tolerance: 1e-10, max_iterations: 50, least_damping: 1e-4 }
+        Newton { tolerance: 1e-10, max_iterations: 50, min_damping: 1e-4 }
     }
     /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
     pub fn tolerance(self, tolerance: f64) -> Self {
@@ -44,8 +44,8 @@ impl Newton {
         Newton { max_iterations, ..self }
     }
     /// The shortest share λ of a correction that is tried.
-    pub fn least_damping(self, least_damping: f64) -> Self {
-        Newton { least_damping, ..self }
+    pub fn min_damping(self, min_damping: f64) -> Self {
+        Newton { min_damping, ..self }
     }
 
     /// Solves from a guess.
@@ -54,7 +54,7 @@ impl Newton {
     /// [`RootError`], with the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
         check_share("tolerance", self.tolerance)?;
-        check_share("least damping", self.least_damping)?;
+        check_share("least damping", self.min_damping)?;
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
@@ -89,7 +89,7 @@ impl Newton {
             }
             let bound = self.tolerance * first.max(largest(&root.x));
             if let Some(descent) = descent.as_mut().filter(|_| size > bound) {
-                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.least_damping) {
+                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.min_damping) {
                     return Err(root.stuck(&trial));
                 }
                 root.step_to(&x, largest(&trial));
@@ -128,7 +128,7 @@ impl Newton {
                 if stale {
                     break None;
                 }
-                if damping.is_nan() || damping < self.least_damping {
+                if damping.is_nan() || damping < self.min_damping {
                     break Some(f64::INFINITY);
                 }
             };

@@ -5,8 +5,8 @@ use super::error::SweepError;
 use super::points::Point;
 use super::row::Row;
 use super::rows::Rows;
-use super::run::{Carry, Sweep};
-use super::watch::Watch;
+use super::run::{Sweep, WarmStart};
+use super::watch::Monitor;
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use std::fmt::Display;
@@ -61,7 +61,7 @@ impl Bifurcation {
         X: Display,
         Y: Display,
     {
-        self.run_watched(engine, family, start, &Watch::new())
+        self.run_watched(engine, family, start, &Monitor::new())
     }
 
     /// The same with somebody looking on: progress is that of both ways together, rows are those of either way. When cancelled, the points done
@@ -74,7 +74,7 @@ impl Bifurcation {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<Diagram, SweepError>
     where
         M: Periodic,
@@ -98,14 +98,14 @@ impl Bifurcation {
         // All measured periods are drawn.
         let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
         let done = [const { AtomicUsize::new(0) }; 2];
-        let way = |way: usize, carry: Carry| {
+        let way = |way: usize, carry: WarmStart| {
             let show = |now: usize, total: usize| {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
                 watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
             sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &watch.progress(&show))
         };
-        let (up, down) = rayon::join(|| way(0, Carry::Up), || way(1, Carry::Down));
+        let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
         let (up_rows, down_rows) = (up?, down?);
         let branch = |rows: &Rows| {
             rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>()

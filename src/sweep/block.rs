@@ -5,9 +5,9 @@ use super::error::PointError;
 use super::points::Point;
 use super::row::Row;
 use super::rows::Rows;
-use super::run::{Carry, Sweep};
+use super::run::{Sweep, WarmStart};
 use super::track::Plan;
-use super::watch::Watch;
+use super::watch::Monitor;
 use crate::model::{Periodic, State};
 use crate::orbit::rigid_modes;
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ pub(super) struct Work<'s, F, G> {
     pub(super) length: usize,
     pub(super) family: &'s F,
     pub(super) start: &'s G,
-    pub(super) watch: &'s Watch<'s>,
+    pub(super) watch: &'s Monitor<'s>,
     pub(super) rows: Mutex<&'s mut Rows>,
     /// Names and shape of the rows, for those shown as they come.
     pub(super) bare: Option<Rows>,
@@ -114,9 +114,9 @@ where
     fn neighbour(&self, index: usize) -> Option<usize> {
         let length = self.work.length;
         match self.work.sweep.carry {
-            Carry::No => None,
-            Carry::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
-            Carry::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
+            WarmStart::No => None,
+            WarmStart::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
+            WarmStart::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
         }
     }
 }
@@ -141,7 +141,11 @@ where
                     self.taken += 1;
                     state = None;
                     let length = self.work.length;
-                    if self.work.sweep.carry == Carry::Down { (line + 1) * length - 1 } else { line * length }
+                    if self.work.sweep.carry == WarmStart::Down {
+                        (line + 1) * length - 1
+                    } else {
+                        line * length
+                    }
                 }
             };
             match self.job(index, state) {

@@ -2,7 +2,7 @@
 
 use super::bands::{Bands, Seen};
 use super::error::PointError;
-use super::watch::Watch;
+use super::watch::Monitor;
 use crate::analysis::{Rattle, Statistics};
 use crate::channel::Probe;
 use crate::error::{ParameterError, check};
@@ -18,7 +18,7 @@ use thiserror::Error;
 /// Members of a random model: its channels over time and its impacts, seen once for each member and never stored.
 ///
 /// A member is a function of its number: a [`Held`](crate::Held) process [with that member](crate::HeldProcess::with_member), parameters
-/// [drawn for it](crate::Uncertain), or both. What comes out does not depend on threads; memory does not depend on the number of members.
+/// [drawn for it](crate::RandomParameters), or both. What comes out does not depend on threads; memory does not depend on the number of members.
 ///
 /// ```
 /// use gear_dynamics::{Ensemble, Model, ParameterError, Rk4, State};
@@ -135,7 +135,7 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
-        self.run_watched(solver, family, &Watch::new())
+        self.run_watched(solver, family, &Monitor::new())
     }
 
     /// The same with somebody looking on, after every member; there are no rows to show. When cancelled, the members done so far make the result.
@@ -146,7 +146,7 @@ impl Ensemble {
         &self,
         solver: &I,
         family: impl Fn(u64) -> Result<(M, State), X> + Sync,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<Bands, EnsembleError>
     where
         M: Model,
@@ -213,7 +213,7 @@ impl Ensemble {
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<Option<Seen>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
         start.check(model.dof()).map_err(PointError::Start)?;

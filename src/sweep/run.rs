@@ -7,7 +7,7 @@ use super::hash::Hash;
 use super::points::{Point, Points};
 use super::rows::{Layout, Rows};
 use super::track::Plan;
-use super::watch::Watch;
+use super::watch::Monitor;
 use crate::channel::Probe;
 use crate::error::ParameterError;
 use crate::model::{Periodic, State};
@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicUsize;
 /// A state carried from a speed close by is nearly settled: what is measured at once is what is measured after a turn.
 ///
 /// ```
-/// use gear_dynamics::{Axis, Carry, LaneRk4, NfgPair, NfgParams, Points, Sweep};
+/// use gear_dynamics::{Axis, WarmStart, LaneRk4, NfgPair, NfgParams, Points, Sweep};
 /// let speeds = Points::along(Axis::linear("speed", 120.0, 120.4, 3)?);
 /// let ppv = |carry, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let rows = Sweep::over(speeds.clone()).settle(settle).measure(1).channels(&["q1"]).carry(carry).run(
@@ -31,13 +31,13 @@ use std::sync::atomic::AtomicUsize;
 ///     )?;
 ///     Ok(rows.row(2).ok_or("cancelled")?.map_err(Clone::clone)?.channel("q1")?.peak_to_peak())
 /// };
-/// let settled = ppv(Carry::No, 1)?;
-/// assert!((ppv(Carry::Up, 0)? / settled - 1.0).abs() < 1e-3);
-/// assert!((ppv(Carry::No, 0)? / settled - 1.0).abs() > 1e-2);
+/// let settled = ppv(WarmStart::No, 1)?;
+/// assert!((ppv(WarmStart::Up, 0)? / settled - 1.0).abs() < 1e-3);
+/// assert!((ppv(WarmStart::No, 0)? / settled - 1.0).abs() > 1e-2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Carry {
+pub enum WarmStart {
     /// From the start of its own point.
     #[default]
     No,
@@ -77,7 +77,7 @@ pub struct Sweep {
     rattle: bool,
     strobes: usize,
     pub(super) lyapunov: Option<Lyapunov>,
-    pub(super) carry: Carry,
+    pub(super) carry: WarmStart,
     check_every: usize,
 }
 
@@ -94,7 +94,7 @@ impl Sweep {
             rattle: false,
             strobes: 0,
             lyapunov: None,
-            carry: Carry::No,
+            carry: WarmStart::No,
             check_every: 0,
         }
     }
@@ -135,7 +135,7 @@ impl Sweep {
         Sweep { lyapunov: Some(lyapunov.settle(0).count(1)), ..self }
     }
     /// Where runs start from.
-    pub fn carry(self, carry: Carry) -> Self {
+    pub fn carry(self, carry: WarmStart) -> Self {
         Sweep { carry, ..self }
     }
     /// Every `count`-th point of the sweep is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines
@@ -171,7 +171,7 @@ impl Sweep {
         X: Display,
         Y: Display,
     {
-        self.run_chunk(0, 1, engine, family, start, &Watch::new())
+        self.run_chunk(0, 1, engine, family, start, &Monitor::new())
     }
 
     /// Chunk `chunk` of `chunks`: the rows of a part of the points, as they are in the whole sweep. [`Rows::merge`] puts them together.
@@ -185,7 +185,7 @@ impl Sweep {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<Rows, SweepError>
     where
         M: Periodic,
@@ -218,7 +218,7 @@ impl Sweep {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<Rows, RowsError>
     where
         M: Periodic,
@@ -239,7 +239,7 @@ impl Sweep {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
     ) -> Result<(), SweepError>
     where
         M: Periodic,
@@ -315,7 +315,7 @@ impl Sweep {
         &self,
         rows: &mut Rows,
         family: &impl Fn(&Point<'_>) -> Result<M, PointError>,
-        watch: &Watch<'_>,
+        watch: &Monitor<'_>,
         total: usize,
     ) -> Option<M> {
         let (length, missing) = (self.line(), self.missing(rows));
@@ -339,7 +339,7 @@ impl Sweep {
 
     /// Points that are run one after the other, the state carried from each to the next.
     fn line(&self) -> usize {
-        if self.carry == Carry::No { 1 } else { self.points.line() }
+        if self.carry == WarmStart::No { 1 } else { self.points.line() }
     }
     /// The lines of some rows in which one of the points is `open`.
     fn lines(&self, rows: &Rows, open: impl Fn(usize) -> bool) -> Vec<usize> {

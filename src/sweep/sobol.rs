@@ -1,4 +1,4 @@
-//! Uncertain parameters, and which of them matter.
+//! Random parameters, and which of them matter.
 
 use super::points::Points;
 use crate::error::{ParameterError, check};
@@ -11,34 +11,34 @@ type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// Parameters that are not known but for their distributions. A sample is a function of seed and number: any of them can be had in any order.
 ///
 /// ```
-/// use gear_dynamics::Uncertain;
+/// use gear_dynamics::RandomParameters;
 /// use rand_distr::{Normal, Uniform};
-/// let tolerances = Uncertain::new(7).with("half_backlash", Uniform::new(4e-5, 6e-5)?).with("stiffness", Normal::new(3.1e8, 1e7)?);
+/// let tolerances = RandomParameters::new(7).with("half_backlash", Uniform::new(4e-5, 6e-5)?).with("stiffness", Normal::new(3.1e8, 1e7)?);
 /// let points = tolerances.points(100)?;
 /// assert!((4e-5..6e-5).contains(&points.point(42)["half_backlash"]));
 /// assert_eq!(tolerances.sample(42), points.point(42).values());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
-pub struct Uncertain {
+pub struct RandomParameters {
     seed: u64,
     names: Vec<String>,
     draws: Vec<Drawn>,
 }
 
-impl std::fmt::Debug for Uncertain {
+impl std::fmt::Debug for RandomParameters {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Uncertain")
+        f.debug_struct("RandomParameters")
             .field("seed", &self.seed)
             .field("names", &self.names)
             .finish_non_exhaustive()
     }
 }
 
-impl Uncertain {
+impl RandomParameters {
     /// No parameter yet.
     pub fn new(seed: u64) -> Self {
-        Uncertain { seed, names: Vec::new(), draws: Vec::new() }
+        RandomParameters { seed, names: Vec::new(), draws: Vec::new() }
     }
     /// One more, independent of the others.
     pub fn with<D: Draw<f64> + Send + Sync + 'static>(mut self, name: &str, distribution: D) -> Self {
@@ -68,7 +68,7 @@ impl Uncertain {
     /// The points that Sobol indices of `samples` samples need.
     ///
     /// # Errors
-    /// As [`points`](Uncertain::points); fewer than two samples.
+    /// As [`points`](RandomParameters::points); fewer than two samples.
     pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
         if samples < 2 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
@@ -97,9 +97,9 @@ impl Uncertain {
 /// parameter in turn from B.   Source: Saltelli et al., Comput. Phys. Commun. 181 (2010) 259.
 ///
 /// ```
-/// use gear_dynamics::Uncertain;
+/// use gear_dynamics::RandomParameters;
 /// use rand_distr::StandardNormal;
-/// let design = Uncertain::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(4000)?;
+/// let design = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(4000)?;
 /// let points = design.points();
 /// let measure: Vec<f64> = (0..points.len()).map(|i| 2.0 * points.point(i)["x"] + points.point(i)["y"]).collect();
 /// let indices = design.indices(&measure)?;

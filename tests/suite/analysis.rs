@@ -205,7 +205,7 @@ fn settling_finds_the_period_multiple() {
     let multiple = |force: f64| {
         Settle::new()
             .tolerance(1e-7)
-            .most_periods(500)
+            .max_periods(500)
             .run(&solver, &Duffing { force }, &start)
             .map(|s| s.period_multiple)
     };

@@ -487,13 +487,13 @@ proptest! {
 
     #[test]
     fn laws_and_processes_never_panic(x in prop::collection::vec(any(), 6), t in any()) {
-        let mut laws: Vec<AnyLaw> = Vec::new();
-        laws.extend(Backlash::new(x[0]).ok().map(AnyLaw::Backlash));
-        laws.extend(AsymmetricBacklash::new(x[0], x[1]).and_then(|l| l.with_slopes(x[2], x[3])).ok().map(AnyLaw::Asymmetric));
-        laws.extend(SmoothedBacklash::new(x[0], x[1]).ok().map(AnyLaw::Smoothed));
-        laws.extend(Cubic::new(x[0], x[1]).ok().map(AnyLaw::Cubic));
-        laws.extend(PowerLaw::new(x[0], x[1], x[2]).and_then(|l| l.with_edges(x[3], x[4])).ok().map(AnyLaw::Power));
-        laws.extend(NoPullBacklash::new(x[0], x[1]).ok().map(AnyLaw::NoPull));
+        let mut laws: Vec<MixedLaw> = Vec::new();
+        laws.extend(Backlash::new(x[0]).ok().map(MixedLaw::Backlash));
+        laws.extend(AsymmetricBacklash::new(x[0], x[1]).and_then(|l| l.with_slopes(x[2], x[3])).ok().map(MixedLaw::Asymmetric));
+        laws.extend(SmoothedBacklash::new(x[0], x[1]).ok().map(MixedLaw::Smoothed));
+        laws.extend(Cubic::new(x[0], x[1]).ok().map(MixedLaw::Cubic));
+        laws.extend(PowerLaw::new(x[0], x[1], x[2]).and_then(|l| l.with_edges(x[3], x[4])).ok().map(MixedLaw::Power));
+        laws.extend(NoPullBacklash::new(x[0], x[1]).ok().map(MixedLaw::NoPull));
         for law in laws {
             let _ = (law.at(x[4]), law.slope(x[5]));
             let _ = Damped::by_stiffness(law.clone(), x[2]).map(|l| l.at(x[4]));
@@ -530,7 +530,7 @@ proptest! {
         let _ = Rk45::new().atol_each(&x[..2]).max_steps(500).trajectory(&model, &start(), x[5]);
         let _ = Rk4::new(x[0]).max_steps(500).sample(&model, &start(), &x[1..]);
         let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-        let _ = Settle::new().tolerance(x[0]).most_periods(1).run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
+        let _ = Settle::new().tolerance(x[0]).max_periods(1).run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
     }
 
     #[test]

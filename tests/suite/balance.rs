@@ -14,10 +14,10 @@ fn pair(speed: f64) -> NfgPair {
 }
 
 /// A settled run, projected.
-fn projected(pair: &NfgPair, harmonics: &Harmonics) -> Orbit {
+fn projected(pair: &NfgPair, harmonics: &Harmonics) -> FourierOrbit {
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
-    Orbit::project(&solver, pair, &steady.state, harmonics).unwrap()
+    FourierOrbit::project(&solver, pair, &steady.state, harmonics).unwrap()
 }
 
 fn largest(x: &[f64]) -> f64 {
@@ -160,7 +160,8 @@ fn jumping_forces_have_an_exact_jacobian() {
         }
     }
     let model = Touching(DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 });
-    let guess = Orbit::new(&Harmonics::up_to(2), model.period(), &[vec![1.0, 0.3, 0.2, 0.05, 0.0]]).unwrap();
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(2), model.period(), &[vec![1.0, 0.3, 0.2, 0.05, 0.0]]).unwrap();
     for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Panels] {
         let balance = Balance::new(Harmonics::up_to(12)).integrals(integrals);
         let mut equations = balance.equations(&model, &guess).unwrap();
@@ -173,7 +174,7 @@ fn jumping_forces_have_an_exact_jacobian() {
         Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let harmonics = Harmonics::up_to(60);
     let orbit = Balance::new(harmonics.clone())
-        .solve(&model, &Orbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
+        .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
         .unwrap();
     let cycle = orbit.polish(&model).unwrap();
     assert!(cycle.crossings() >= 2);
@@ -213,7 +214,7 @@ fn reading_p_has_the_papers_coefficients() {
             // Several bilateral orbits of the truncated system coexist: a start near the one that was recorded.
             let near =
                 expected.iter().enumerate().map(|(i, z)| z * (1.0 + 1e-3 * (i as f64).cos())).collect();
-            Orbit::new(&harmonics, pair.period(), &[near]).unwrap()
+            FourierOrbit::new(&harmonics, pair.period(), &[near]).unwrap()
         };
         let orbit = balance.solve_truncating_forces(&pair, &guess).unwrap();
         let apart: Vec<f64> = orbit.coefficients(0).iter().zip(&expected).map(|(a, b)| a - b).collect();
@@ -243,8 +244,8 @@ fn broyden_takes_the_known_counts() {
         (172.0, 19..=40, 1..=19),
     ] {
         let pair = published(speed);
-        let start =
-            Orbit::new(&Harmonics::up_to(0), pair.period(), &[pair.static_start().unwrap().q]).unwrap();
+        let start = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[pair.static_start().unwrap().q])
+            .unwrap();
         let flank = balance.linearised(&pair, Piece::Lower).unwrap();
         let plain = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&pair, &start).unwrap();
         let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
@@ -262,8 +263,8 @@ fn broyden_takes_the_known_counts() {
         assert!(plain.distance(&informed) < 1e-6);
     }
     let beyond = published(200.0);
-    let start =
-        Orbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q]).unwrap();
+    let start = FourierOrbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q])
+        .unwrap();
     let orbit = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
     assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.state(), RattleState::Bilateral);
@@ -343,9 +344,13 @@ fn coexisting_orbits_and_their_multipliers() {
                 point["x0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
             let n = model.dof();
             let start = State::new(0.0, &state[..n], &state[n..]);
-            let exact =
-                Orbit::project(&Dop853::new().rtol(1e-11).atol(1e-13), &*model, &start, &Harmonics::up_to(3))
-                    .unwrap();
+            let exact = FourierOrbit::project(
+                &Dop853::new().rtol(1e-11).atol(1e-13),
+                &*model,
+                &start,
+                &Harmonics::up_to(3),
+            )
+            .unwrap();
             let orbit = Balance::new(Harmonics::up_to(40)).solve(&*model, &exact).unwrap();
             let cycle = orbit.polish(&*model).unwrap();
             let mut expected: Vec<f64> = state.clone();
@@ -394,7 +399,7 @@ fn truncated_balances_agree_with_reference() {
         for fold in data["hbm"][name].as_array().unwrap() {
             let model = duffing_or_dead_zone(system, fold["Omega"].as_f64().unwrap());
             let x: Vec<f64> = fold["X"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
-            let orbit = Orbit::new(&Harmonics::up_to(harmonics), model.period(), &[x]).unwrap();
+            let orbit = FourierOrbit::new(&Harmonics::up_to(harmonics), model.period(), &[x]).unwrap();
             let balance = Balance::new(Harmonics::up_to(harmonics)).integrals(integrals);
             let mut equations = balance.equations(&*model, &orbit).unwrap();
             let x = equations.unknowns(&orbit);
@@ -413,12 +418,12 @@ fn subharmonic_orbit_over_two_periods() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady = Settle::new()
         .tolerance(1e-7)
-        .most_periods(2000)
+        .max_periods(2000)
         .run(&solver, &model, &State::new(0.0, &[1.15], &[0.05]))
         .unwrap();
     assert_eq!(steady.period_multiple, 2);
     let harmonics = Harmonics::up_to(60).over_periods(2).unwrap();
-    let guess = Orbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
+    let guess = FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
     let orbit = Balance::new(harmonics).solve(&model, &guess).unwrap();
     assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.span() - 2.0 * model.period()).abs() < 1e-12);
     let cycle = orbit.polish(&model).unwrap();
@@ -448,7 +453,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
     let later = solver.end(&moving, &State::at_rest(7), periods * moving.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(60));
-    let guess = Orbit::project(&solver, &moving, &later, balance.harmonics()).unwrap();
+    let guess = FourierOrbit::project(&solver, &moving, &later, balance.harmonics()).unwrap();
     let orbit = balance.solve(&ring, &guess).unwrap();
     assert_eq!(balance.equations(&ring, &orbit).unwrap().integrals(), Integrals::Closed);
     for (alpha, share) in orbit.mean_acceleration().iter().zip(ring.rigid_motion()) {
@@ -500,7 +505,7 @@ fn ring_jacobian_against_differences() {
     let solver = Dop853::new();
     let end = solver.end(&moving, &State::at_rest(9), 20.0 * ring.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(3));
-    let guess = Orbit::project(&solver, &moving, &end, balance.harmonics()).unwrap();
+    let guess = FourierOrbit::project(&solver, &moving, &end, balance.harmonics()).unwrap();
     let mut equations = balance.equations(&ring, &guess).unwrap();
     let x = equations.unknowns(&guess);
     let error = jacobian_error(&mut equations, &x);
@@ -559,7 +564,7 @@ fn stiffness_steps_split_the_integrals() {
     let mut errors = Vec::new();
     for highest in [20, 80] {
         let balance = Balance::new(Harmonics::up_to(highest));
-        let guess = Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
+        let guess = FourierOrbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
         let mut equations = balance.equations(&model, &guess).unwrap();
         assert_eq!(equations.integrals(), Integrals::Panels);
         let x = equations.unknowns(&guess);
@@ -601,7 +606,7 @@ fn coarse_sampling_is_noted() {
         Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
     let exact = balance
-        .solve(&model, &Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap())
+        .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap())
         .unwrap();
     assert!(exact.contacts(&model).unwrap()[0].statistics.impacts[1] > 0);
     let noted = |samples: usize| {
@@ -632,7 +637,7 @@ fn coarse_sampling_is_noted() {
 #[test]
 fn start_in_the_gap_is_explained() {
     let pair = pair(120.0);
-    let gap = Orbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]]).unwrap();
+    let gap = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]]).unwrap();
     for balance in
         [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).broyden(Broyden::new())]
     {
@@ -664,7 +669,8 @@ fn floating_coordinate_is_named() {
             TAU
         }
     }
-    let guess = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
     let error = Balance::new(Harmonics::up_to(3)).solve(&Loose, &guess).unwrap_err();
     assert!(matches!(error, BalanceError::Floating { coordinate: 1, .. }), "{error}");
 }
@@ -682,8 +688,9 @@ fn no_convergence_hands_back_the_last_iterate() {
 #[test]
 fn integrals_that_are_not_offered_are_refused() {
     let model = CubicChain { omega: 1.0 };
-    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]])
-        .unwrap();
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]])
+            .unwrap();
     for integrals in [Integrals::Closed, Integrals::Kinks] {
         let error = Balance::new(Harmonics::up_to(3)).integrals(integrals).solve(&model, &guess).unwrap_err();
         assert_eq!(error, BalanceError::NotOffered { integrals });
@@ -699,19 +706,20 @@ fn integrals_that_are_not_offered_are_refused() {
 
 #[test]
 fn orbit_of_another_model_is_refused() {
-    let guess = Orbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
     let error = Balance::new(Harmonics::up_to(3)).solve(&pair(120.0), &guess).unwrap_err();
     assert_eq!(error, BalanceError::Coordinates { expected: 1, found: 2 });
-    assert!(Orbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0]]).is_err());
-    assert!(Orbit::new(&Harmonics::up_to(0), f64::NAN, &[vec![0.0]]).is_err());
-    assert!(Orbit::new(&Harmonics::up_to(0), 1.0, &[vec![f64::NAN]]).is_err());
+    assert!(FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0]]).is_err());
+    assert!(FourierOrbit::new(&Harmonics::up_to(0), f64::NAN, &[vec![0.0]]).is_err());
+    assert!(FourierOrbit::new(&Harmonics::up_to(0), 1.0, &[vec![f64::NAN]]).is_err());
 }
 
 /// The accuracy that was asked for is met, measured against many more orders; and no more orders than that takes are used.
 #[test]
 fn accuracy_is_reached() {
     let model = Duffing { omega: 1.2 };
-    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 1.35, 2.1]]).unwrap();
+    let guess = FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 1.35, 2.1]]).unwrap();
     let truth = Balance::new(Harmonics::up_to(60)).solve(&model, &guess).unwrap();
     let mut last = 0;
     for accuracy in [1e-3, 1e-6, 1e-9] {
@@ -728,7 +736,7 @@ fn accuracy_is_reached() {
 #[test]
 fn aliasing_counts_as_inaccuracy() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.02, stiffness: 0.0 };
-    let guess = Orbit::new(&Harmonics::up_to(1), model.period(), &[vec![1.1, 0.05, 0.0]]).unwrap();
+    let guess = FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![1.1, 0.05, 0.0]]).unwrap();
     let loose = Balance::new(Harmonics::up_to(3)).newton(Newton::new().tolerance(0.5));
     match loose.solve_to(&model, &guess, 1e-9, 8) {
         Err(BalanceError::Accuracy { reached, best, highest: 8, .. }) => {
@@ -750,7 +758,7 @@ fn accuracy_out_of_reach_says_so() {
     let steady =
         Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
-    let guess = Orbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
+    let guess = FourierOrbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
     let BalanceError::Accuracy { wanted, reached, highest, best, cause: None } =
         balance.solve_to(&model, &guess, 1e-9, 30).unwrap_err()
     else {
@@ -768,7 +776,8 @@ fn accuracy_out_of_reach_says_so() {
 #[test]
 fn distances_of_unlike_orbits() {
     let orbit = |rows: &[[f64; 3]]| {
-        Orbit::new(&Harmonics::up_to(1), 1.0, &rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>()).unwrap()
+        FourierOrbit::new(&Harmonics::up_to(1), 1.0, &rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>())
+            .unwrap()
     };
     // A coordinate at rest counts by the motion of the other, two at rest by their means.
     let (moving, shifted) =
@@ -786,11 +795,12 @@ fn distances_of_unlike_orbits() {
 #[test]
 fn orbits_of_another_model_are_refused_by_name() {
     let (pair, chain) = (pair(120.0), CubicChain { omega: 1.0 });
-    let orbit = Orbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    let orbit =
+        FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
     assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
     assert!(orbit.multipliers(&pair).is_none() && orbit.multipliers(&chain).is_some());
     assert!(orbit.polish(&pair).is_err());
-    assert!(Orbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
+    assert!(FourierOrbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
     let balance = Balance::new(Harmonics::up_to(3));
     assert!(matches!(balance.prove(&pair, &orbit), Err(BalanceError::Coordinates { expected: 1, found: 2 })));
 }
@@ -854,7 +864,8 @@ fn free_models_without_a_jacobian() {
         .end(&moving, &State::at_rest(7), 400.0 * moving.period())
         .unwrap();
     let guess =
-        Orbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics()).unwrap();
+        FourierOrbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics())
+            .unwrap();
     let exact = balance.solve(&ring, &guess).unwrap();
     let plain =
         Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
@@ -901,7 +912,8 @@ fn barely_held_motions_need_a_jacobian() {
             TAU
         }
     }
-    let guess = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
     let balance = Balance::new(Harmonics::up_to(3));
     let error = balance.solve(&Soft { jacobian: false }, &guess).unwrap_err();
     assert!(matches!(error, BalanceError::BarelyHeld { share } if share < 1e-6), "{error}");
@@ -916,7 +928,8 @@ fn rings_have_linearly_many_blocks() {
         let set = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) };
         let ring = Ring::new(&set.params().unwrap()).unwrap();
         let balance = Balance::new(Harmonics::up_to(3));
-        let rest = Orbit::new(balance.harmonics(), ring.period(), &vec![vec![0.0; 7]; ring.dof()]).unwrap();
+        let rest =
+            FourierOrbit::new(balance.harmonics(), ring.period(), &vec![vec![0.0; 7]; ring.dof()]).unwrap();
         let matrix = balance.equations(&ring, &rest).unwrap().matrix();
         (matrix.size(), matrix.stored())
     };
@@ -996,7 +1009,7 @@ fn a_load_without_mean_is_noted() {
             0.5 * TAU
         }
     }
-    let noted = |orbit: &Orbit| {
+    let noted = |orbit: &FourierOrbit| {
         orbit.notes().iter().any(|note| matches!(note, BalanceNote::MeanForce { share } if *share > 0.1))
     };
     let balance = Balance::new(Harmonics::list(&[1, 2]).unwrap());

@@ -30,15 +30,15 @@ impl Periodic for Oscillator {
     }
 }
 
-fn coarse(orbit: &Orbit) -> Option<f64> {
+fn coarse(orbit: &FourierOrbit) -> Option<f64> {
     orbit.notes().iter().find_map(|note| match note {
         BalanceNote::Coarse { share, .. } => Some(*share),
         _ => None,
     })
 }
 
-fn guess(harmonics: &Harmonics) -> Orbit {
-    Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.5, 0.1]]).unwrap().on(harmonics)
+fn guess(harmonics: &Harmonics) -> FourierOrbit {
+    FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.5, 0.1]]).unwrap().on(harmonics)
 }
 
 /// On the 64 samples that ten orders ask for, order 63 looks like order 1.
@@ -150,7 +150,7 @@ impl Periodic for Fast {
 /// Every exact way follows the drives, not only the five orders that are kept: they agree with panels forty times as fine.
 #[test]
 fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
-    let near = Orbit::new(&Harmonics::up_to(2), TAU, &[vec![0.6, 0.9, 0.4, 0.05, 0.02]])?;
+    let near = FourierOrbit::new(&Harmonics::up_to(2), TAU, &[vec![0.6, 0.9, 0.4, 0.05, 0.02]])?;
     let residual = |model: &Fast, integrals, highest: usize| -> Result<Vec<f64>, BalanceError> {
         let mut equations =
             Balance::new(Harmonics::up_to(highest)).integrals(integrals).equations(model, &near)?;
@@ -179,7 +179,7 @@ fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
 #[test]
 fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let model = Fast { cubic: 0.0, pieces: true };
-    let orbit = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.6, 0.9, 0.4]])?;
+    let orbit = FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.6, 0.9, 0.4]])?;
     let contact = &orbit.contacts(&model)?[0];
     assert!(!contact.intervals.is_empty());
     for (start, ..) in &contact.intervals {
@@ -242,7 +242,7 @@ impl Periodic for Pulse {
 #[test]
 fn pulses_between_the_samples_are_found() -> Result<(), BalanceError> {
     let balance = Balance::new(Harmonics::up_to(3));
-    let rest = Orbit::new(balance.harmonics(), TAU, &[vec![0.0; 7]])?;
+    let rest = FourierOrbit::new(balance.harmonics(), TAU, &[vec![0.0; 7]])?;
     for (smooth, epsilon) in [(true, 1e-9), (false, 1e-7)] {
         let model = Pulse { smooth, width: 1e-5 };
         let orbit = balance.solve(&model, &rest)?;
@@ -279,7 +279,7 @@ impl Periodic for Torn {
 #[test]
 fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), ParameterError> {
     let balance = Balance::new(Harmonics::up_to(3));
-    let guess = Orbit::new(balance.harmonics(), TAU, &[vec![0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0]])?;
+    let guess = FourierOrbit::new(balance.harmonics(), TAU, &[vec![0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0]])?;
     let error = balance.solve(&Torn, &guess).unwrap_err();
     assert!(matches!(error, BalanceError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
     assert_eq!(guess.multipliers(&Torn), None);
@@ -338,8 +338,8 @@ fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     assert!(too_many(Harmonics::list(&[0, usize::MAX]).map(drop)));
     assert!(too_many(Harmonics::up_to(3).over_periods(usize::MAX).map(drop)));
     let far = Harmonics::up_to(usize::MAX);
-    assert!(too_many(Orbit::new(&far, 1.0, &[]).map(drop)));
-    let orbit = Orbit::new(&Harmonics::up_to(1), TAU, &[vec![0.0; 3]])?;
+    assert!(too_many(FourierOrbit::new(&far, 1.0, &[]).map(drop)));
+    let orbit = FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.0; 3]])?;
     assert!(too_many(orbit.states(usize::MAX).map(drop)) && too_many(orbit.history(usize::MAX).map(drop)));
     assert_eq!(orbit.on(&far).state(0.3).q, [0.0]);
     let solve = |balance: Balance| match balance.solve(&Torn, &orbit) {

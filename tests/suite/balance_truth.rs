@@ -29,12 +29,13 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         let steady =
             Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
         let balance = Balance::new(Harmonics::up_to(highest));
-        let guess = Orbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
+        let guess = FourierOrbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
         let orbit = balance.solve(&pair, &guess).unwrap();
         let proof = balance.prove(&pair, &orbit).unwrap();
         let cycle = proof.polished.unwrap();
         let sharp = Dop853::new().rtol(1e-12).atol(1e-16);
-        let truth = Orbit::project(&sharp, &pair, &cycle.states()[0], &Harmonics::up_to(4000)).unwrap();
+        let truth =
+            FourierOrbit::project(&sharp, &pair, &cycle.states()[0], &Harmonics::up_to(4000)).unwrap();
         let error = orbit.distance(&truth);
         println!(
             "{speed} rad/s, H = {highest}: error {error:.1e}, |z_H - z_1.3H| {:.1e}, shooting {:.1e}",
@@ -74,7 +75,7 @@ fn three_ways_agree_on_five_hundred_orders() {
     .unwrap();
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
-    let guess = Orbit::project(&solver, &pair, &steady.state, &Harmonics::up_to(500)).unwrap();
+    let guess = FourierOrbit::project(&solver, &pair, &steady.state, &Harmonics::up_to(500)).unwrap();
     assert_eq!(guess.contacts(&pair).unwrap()[0].intervals.len(), 252);
     let look = |integrals| {
         let mut equations =

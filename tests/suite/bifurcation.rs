@@ -24,7 +24,7 @@ impl Shape for Spur {
         vec![Channel::new("omega", "1"), Channel::new("amplitude", "1")]
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
         a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.law.force(q[0], v[0], -b, b);
     }
@@ -230,7 +230,7 @@ fn a_diagram_is_watched_and_stopped() {
     let row = |_: &Row<'_>| {
         rows.fetch_add(1, Relaxed);
     };
-    let watch = Watch::new().progress(&progress).rows(&row).cancel(&stop);
+    let watch = Monitor::new().progress(&progress).rows(&row).cancel(&stop);
     let whole = bifurcation.run_watched(&engine(), gentle, in_contact, &watch).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
@@ -239,7 +239,7 @@ fn a_diagram_is_watched_and_stopped() {
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
     let part = bifurcation
-        .run_watched(&engine(), gentle, in_contact, &Watch::new().rows(&stopping).cancel(&stop))
+        .run_watched(&engine(), gentle, in_contact, &Monitor::new().rows(&stopping).cancel(&stop))
         .unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));

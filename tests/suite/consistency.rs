@@ -182,7 +182,7 @@ impl Periodic for InUnit {
     }
 }
 
-fn findings(wrong: Wrong, unit: f64) -> Vec<Finding> {
+fn findings(wrong: Wrong, unit: f64) -> Vec<Inconsistency> {
     check_periodic(&InUnit { model: Flawed(wrong), unit }, &State::new(0.4 * unit, &[1.7], &[0.5 / unit]))
 }
 
@@ -193,15 +193,18 @@ fn each_flaw_is_named() {
         assert_eq!(findings(Wrong::Nothing), []);
         assert!(matches!(
             findings(Wrong::Period)[..],
-            [Finding::Period { what: "acceleration", index: 0, .. }]
+            [Inconsistency::Period { what: "acceleration", index: 0, .. }]
         ));
         assert!(matches!(
             findings(Wrong::Edge)[..],
-            [Finding::Kink { contact: 0, .. }, Finding::Kink { contact: 0, .. }]
+            [Inconsistency::Kink { contact: 0, .. }, Inconsistency::Kink { contact: 0, .. }]
         ));
-        assert!(matches!(findings(Wrong::Pieces)[..], [Finding::Pieces { component: 0, .. }]));
-        assert!(matches!(findings(Wrong::Jump)[0], Finding::UnannouncedJump { drive: 0, .. }));
-        assert!(matches!(findings(Wrong::Nan)[0], Finding::NotFinite { what: "acceleration", index: 0, .. }));
+        assert!(matches!(findings(Wrong::Pieces)[..], [Inconsistency::Pieces { component: 0, .. }]));
+        assert!(matches!(findings(Wrong::Jump)[0], Inconsistency::UnannouncedJump { drive: 0, .. }));
+        assert!(matches!(
+            findings(Wrong::Nan)[0],
+            Inconsistency::NotFinite { what: "acceleration", index: 0, .. }
+        ));
     }
 }
 
@@ -209,8 +212,8 @@ fn each_flaw_is_named() {
 #[test]
 fn wrong_rates_are_named() {
     for unit in [1.0, 1e-9, 1e9] {
-        assert!(matches!(findings(Wrong::Rate, unit)[..], [Finding::ContactRate { contact: 0, .. }]));
-        assert!(matches!(findings(Wrong::EdgeRate, unit)[0], Finding::EdgeRate { contact: 0, .. }));
+        assert!(matches!(findings(Wrong::Rate, unit)[..], [Inconsistency::ContactRate { contact: 0, .. }]));
+        assert!(matches!(findings(Wrong::EdgeRate, unit)[0], Inconsistency::EdgeRate { contact: 0, .. }));
     }
 }
 

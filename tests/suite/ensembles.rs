@@ -150,10 +150,10 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
 fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q1"]);
-    let run = |watch: &Watch<'_>| one.install(|| ensemble.run_watched(&Rk4::new(0.25), member(0.5), watch));
+    let run = |watch: &Monitor<'_>| one.install(|| ensemble.run_watched(&Rk4::new(0.25), member(0.5), watch));
     let (shown, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
-    assert_eq!(run(&Watch::new().progress(&count)).unwrap().members(), 300);
+    assert_eq!(run(&Monitor::new().progress(&count)).unwrap().members(), 300);
     assert_eq!(shown.load(Relaxed), 300);
 
     shown.store(0, Relaxed);
@@ -161,7 +161,7 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
         shown.fetch_add(1, Relaxed);
         stop.store(done >= 10, Relaxed);
     };
-    let watch = Watch::new().progress(&until_ten).cancel(&stop);
+    let watch = Monitor::new().progress(&until_ten).cancel(&stop);
     let some = run(&watch).unwrap();
     assert_eq!((some.members(), some.failed().0, shown.load(Relaxed)), (10, 0, 10));
     assert_eq!(run(&watch).unwrap_err(), EnsembleError::Cancelled { members: 300 });
@@ -192,7 +192,7 @@ fn points_that_cannot_be() {
     assert_eq!(Points::grid(["a", "b", "a"].map(axis).to_vec()).unwrap_err(), twice);
     assert_eq!(Points::list(&["a", "a"], &[vec![1.0, 2.0]]).unwrap_err(), twice);
     assert_eq!(
-        Uncertain::new(1)
+        RandomParameters::new(1)
             .with("a", rand_distr::StandardNormal)
             .with("a", rand_distr::StandardNormal)
             .points(3)
@@ -205,7 +205,7 @@ fn points_that_cannot_be() {
 #[test]
 fn quantiles_are_off_by_a_bin_at_most() {
     let values: Vec<f64> = (0..20_000u64)
-        .map(|k| Uncertain::new(3).with("x", rand_distr::StandardNormal).sample(k)[0])
+        .map(|k| RandomParameters::new(3).with("x", rand_distr::StandardNormal).sample(k)[0])
         .collect();
     let all = Distribution::of(values.iter().copied());
     let mut sorted = values.clone();
@@ -291,7 +291,8 @@ fn values_that_are_not_finite_are_counted_apart() {
 fn sobol_indices_of_ishigami() {
     let pi = std::f64::consts::PI;
     let x = || Uniform::new(-pi, pi).unwrap();
-    let design = Uncertain::new(5).with("x1", x()).with("x2", x()).with("x3", x()).sobol(20_000).unwrap();
+    let design =
+        RandomParameters::new(5).with("x1", x()).with("x2", x()).with("x3", x()).sobol(20_000).unwrap();
     let f =
         |p: Point<'_>| p["x1"].sin() + 7.0 * p["x2"].sin().powi(2) + 0.1 * p["x3"].powi(4) * p["x1"].sin();
     let values: Vec<f64> = (0..design.points().len()).map(|i| f(design.points().point(i))).collect();
@@ -306,7 +307,7 @@ fn sobol_indices_of_ishigami() {
     }
     assert!(design.indices(&[1.0]).is_err());
     assert!(design.indices(&vec![1.0; values.len()]).is_err());
-    assert!(Uncertain::new(1).sobol(100).is_err());
+    assert!(RandomParameters::new(1).sobol(100).is_err());
 }
 
 /// Two standard errors hold the exact index in 95 % of the designs: y = 2 x1 + x2, x normal. The variance by which indices are divided is of the
@@ -317,7 +318,8 @@ fn bars_of_sobol_indices_cover() {
     let mut held = [[0u64; 2]; 2];
     for seed in 0..DESIGNS {
         let normal = rand_distr::StandardNormal;
-        let design = Uncertain::new(1000 + seed).with("x1", normal).with("x2", normal).sobol(200).unwrap();
+        let design =
+            RandomParameters::new(1000 + seed).with("x1", normal).with("x2", normal).sobol(200).unwrap();
         let values: Vec<f64> = (0..design.points().len())
             .map(|i| 1e3 + 2.0 * design.points().point(i)["x1"] + design.points().point(i)["x2"])
             .collect();

@@ -199,11 +199,14 @@ fn combined_edges() {
 /// Laws: pieces meet at the edges, slopes are those of the pieces, and the moving width moves both edges.
 #[test]
 fn contact_laws() {
-    let laws: Vec<(AnyLaw, f64)> = vec![
-        (AnyLaw::Backlash(Backlash::new(0.7).unwrap()), 0.0),
-        (AnyLaw::Asymmetric(AsymmetricBacklash::new(-0.4, 0.9).unwrap().with_slopes(2.0, 0.5).unwrap()), 0.0),
-        (AnyLaw::Varying(VaryingBacklash::new(Wave::constant(0.3).unwrap())), 0.0),
-        (AnyLaw::Smoothed(SmoothedBacklash::new(0.7, 1e-3).unwrap()), 1e-3),
+    let laws: Vec<(MixedLaw, f64)> = vec![
+        (MixedLaw::Backlash(Backlash::new(0.7).unwrap()), 0.0),
+        (
+            MixedLaw::Asymmetric(AsymmetricBacklash::new(-0.4, 0.9).unwrap().with_slopes(2.0, 0.5).unwrap()),
+            0.0,
+        ),
+        (MixedLaw::VaryingSpeed(VaryingBacklash::new(Wave::constant(0.3).unwrap())), 0.0),
+        (MixedLaw::Smoothed(SmoothedBacklash::new(0.7, 1e-3).unwrap()), 1e-3),
     ];
     for (law, slack) in &laws {
         let e = law.edges(0.0, Side::After);

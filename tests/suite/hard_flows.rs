@@ -305,8 +305,8 @@ fn absurd_counts_are_refused_or_cost_nothing() {
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { most: 1_000_000, .. })));
     }
     assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { most: 65_536, .. })));
-    let orbit =
-        Orbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]]).unwrap();
+    let orbit = FourierOrbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]])
+        .unwrap();
     assert_eq!(orbit.state(0.0).q, [0.75]);
     assert!(orbit.state(0.3).q[0].is_finite());
 }

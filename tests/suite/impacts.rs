@@ -495,7 +495,7 @@ fn fold(mut f: impl FnMut(f64) -> f64, start: [f64; 3]) -> f64 {
 }
 
 /// det(M - s), which vanishes where s is a multiplier.
-fn characteristic(cycle: &Cycle, s: f64) -> f64 {
+fn characteristic(cycle: &ShootingOrbit, s: f64) -> f64 {
     let m = cycle.monodromy();
     s * s - s * m.trace() + m.determinant()
 }
@@ -752,7 +752,7 @@ fn stops_are_refused_where_they_cannot_be_kept() {
     let beyond = Dop853::new().end(&model, &State::new(0.0, &[1.5], &[0.0]), 1.0);
     assert_eq!(beyond, Err(IntegrateError::BeyondStop { t: 0.0, contact: 0, depth: 0.5 }));
     let balance = Balance::new(Harmonics::up_to(5));
-    let near = Orbit::new(balance.harmonics(), model.period(), &[vec![0.0; 11]]).unwrap();
+    let near = FourierOrbit::new(balance.harmonics(), model.period(), &[vec![0.0; 11]]).unwrap();
     let refused = BalanceError::RigidStop { contact: 0 };
     assert_eq!(balance.solve(&model, &near), Err(refused.clone()));
     assert_eq!(balance.linearised(&model, Piece::Gap), Err(refused.clone()));
@@ -799,7 +799,7 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
     for factor in [0.8, -1.1, 1.0] {
         let wrong = Wrong(Ball { amplitude: 0.0, ..Ball::new(0.0, 0.8) }, factor);
         let found = check_model(&wrong, &State::new(0.4, &[1.0], &[0.3]));
-        assert!(matches!(found[..], [Finding::Rebound { contact: 0, .. }]), "{found:?}");
+        assert!(matches!(found[..], [Inconsistency::Rebound { contact: 0, .. }]), "{found:?}");
         assert!(
             found[0]
                 .to_string()

@@ -62,15 +62,15 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), rows.to_bytes()));
     assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
     let parts =
-        (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Watch::new()).unwrap());
+        (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Monitor::new()).unwrap());
     let merged = Rows::merge(parts.collect()).unwrap();
     assert_eq!((&merged, merged.fingerprint()), (&rows, rows.fingerprint()));
-    assert_eq!(asked.resume(merged, &TableRk4::new(128), family, rest, &Watch::new()).unwrap(), rows);
+    assert_eq!(asked.resume(merged, &TableRk4::new(128), family, rest, &Monitor::new()).unwrap(), rows);
 }
 
 #[test]
 fn rows_that_are_refused_come_back() {
-    let (engine, watch) = (TableRk4::new(64), Watch::new());
+    let (engine, watch) = (TableRk4::new(64), Monitor::new());
     let part = |i| sweep().run_chunk(i, 3, &engine, family, rest, &watch).unwrap();
     let refused = Rows::merge(vec![part(2), part(0)]).unwrap_err();
     assert_eq!(refused.error, SweepError::Parts { row: 1 });
@@ -101,7 +101,14 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             a[0] = u.all_waves()[0];
         }
         fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
@@ -175,7 +182,7 @@ fn a_stop_on_one_side_alone() {
     let ring = |lower: f64| {
         let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
         let RingParams { motor, gears, meshes, mesh_damping, omega } = set.params()?;
-        let law = AnyLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
+        let law = MixedLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
         let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]])?);
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
@@ -187,7 +194,7 @@ fn a_stop_on_one_side_alone() {
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
     let mut start = State::at_rest(stop.dof());
     start.q[1] = 4e-4;
-    let end = |ring: &Ring<AnyLaw>| {
+    let end = |ring: &Ring<MixedLaw>| {
         let mut rattle = Rattle::new(ring);
         let end = Dop853::new().run(ring, &start, 6.0 * ring.period(), &mut rattle).unwrap().state;
         (end, rattle.contacts().to_vec())
@@ -203,7 +210,7 @@ fn a_stop_on_one_side_alone() {
     assert!(
         one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0)
     );
-    let rows = |ring: &Ring<AnyLaw>, infinite| {
+    let rows = |ring: &Ring<MixedLaw>, infinite| {
         let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
             .settle(1)
             .measure(2)

@@ -191,14 +191,14 @@ fn pieces_fit_together() {
         fits_together(&power.with_edges(f64::NEG_INFINITY, 0.7).unwrap());
         fits_together(&power.with_edges(-0.2, f64::INFINITY).unwrap());
         fits_together(&Damped::by_force(power, 0.2).unwrap());
-        fits_together(&AnyLaw::<Linear>::Power(power));
+        fits_together(&MixedLaw::<Linear>::Power(power));
     }
     fits_together(&Damped::by_stiffness(gap, 0.3).unwrap());
     fits_together(&Damped::by_stiffness_always(gap, 0.3).unwrap());
     fits_together(&Damped::by_stiffness(Linear, 0.3).unwrap());
     let no_pull = NoPullBacklash::new(0.8, 0.3).unwrap();
     assert_eq!(no_pull.switches(), 3);
-    fits_together(&AnyLaw::<Linear>::NoPull(no_pull));
+    fits_together(&MixedLaw::<Linear>::NoPull(no_pull));
     fits_together(&Damped::by_force(no_pull, 0.2).unwrap());
 }
 
@@ -331,7 +331,7 @@ fn several_switches_serve_flows_and_shooting() {
     for integrals in [Integrals::Exact, Integrals::Kinks, Integrals::Panels] {
         let gap = [20, 40, 80].map(|orders| {
             let harmonics = Harmonics::up_to(orders);
-            let guess = Orbit::project(&fine(), &model, &orbit.states()[0], &harmonics).unwrap();
+            let guess = FourierOrbit::project(&fine(), &model, &orbit.states()[0], &harmonics).unwrap();
             let balanced = Balance::new(harmonics).integrals(integrals).solve(&model, &guess).unwrap();
             (balanced.state(0.0).q[0] - orbit.states()[0].q[0]).abs()
         });

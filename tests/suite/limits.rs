@@ -37,7 +37,7 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("spans of an ensemble", Ensemble::new(1, 1.0, count));
         too_many("members", Ensemble::new(count as u64, 1.0, 1));
         too_many("histogram", Distribution::of([1.0, 2.0]).histogram(count));
-        let uncertain = Uncertain::new(1).with("x", StandardNormal).with("y", StandardNormal);
+        let uncertain = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal);
         too_many("samples", uncertain.points(count));
         too_many("samples of a Sobol design", uncertain.sobol(count));
         too_many("window", Window::Hann.coefficients(count));
@@ -53,10 +53,10 @@ fn counts_without_bound_are_refused_by_name() {
         let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
         assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
         let unsettled =
-            Settle::new().largest_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+            Settle::new().max_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(
             unsettled,
-            Unsettled::Failed { error: IntegrateError::Setting { name: "largest_multiple", .. }, .. }
+            Unsettled::Failed { error: IntegrateError::Setting { name: "max_multiple", .. }, .. }
         ));
         let sweep = Sweep::over(Points::along(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
         let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
@@ -82,7 +82,7 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
             &TableRk4::new(8),
             |_| Ok::<_, P>(Swing),
             |_, _| Ok::<_, P>(State::at_rest(1)),
-            &Watch::new(),
+            &Monitor::new(),
         )
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
@@ -106,7 +106,7 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let (start, speed) = (pair.static_start().unwrap(), pair.centre_frequency());
-    let run_up = Varying::new(pair, PhaseLaw::constant(speed).unwrap());
+    let run_up = VaryingSpeed::new(pair, PhaseLaw::constant(speed).unwrap());
     let run = |end, channel| {
         Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err()
     };

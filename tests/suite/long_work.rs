@@ -60,7 +60,7 @@ impl Shape for Swing<'_> {
     fn constants(&self) -> Vec<Channel> {
         ["speed", "pull", "frequency"].map(|name| Channel::new(name, "1")).into()
     }
-    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         if let Some(count) = self.count {
             count.one(1);
         }
@@ -99,7 +99,7 @@ fn along(count: usize) -> Sweep {
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
     (0..count)
-        .map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap())
+        .map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap())
         .collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -112,7 +112,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
     let grid =
         Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()])
             .unwrap();
-    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Up);
+    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
         let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
         let checked: Vec<usize> =
@@ -142,7 +142,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
 fn a_line_goes_on_after_a_point_that_fails() {
     fn run<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
         points: Points,
-        carry: Carry,
+        carry: WarmStart,
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
     ) -> Rows {
@@ -159,7 +159,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
         bad: usize,
-        carry: Carry,
+        carry: WarmStart,
         anew: bool,
     ) {
         let all = along(9);
@@ -177,7 +177,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
             }
         }
     }
-    for carry in [Carry::Up, Carry::Down] {
+    for carry in [WarmStart::Up, WarmStart::Down] {
         for bad in [0, 3, 8] {
             let off = |p: &Point<'_>| Swing::with_edge(if p.index() == bad { 0.501 } else { 0.5 }, p["w"]);
             check(&LaneRk4::<4>::new(16), off, bad, carry, true);
@@ -308,7 +308,7 @@ fn rows_are_equal_whatever_ran_alone() {
     assert_eq!(one, two);
     assert_eq!(one.to_bytes(), two.to_bytes());
     // A line is as many as its points.
-    assert_eq!(along(9).carry(Carry::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(), 9);
+    assert_eq!(along(9).carry(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(), 9);
 }
 
 /// More parts than points, in any order.
@@ -348,7 +348,7 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.channels(&["v1"])),
         of(|s| s.strobe(2)),
         of(|s| s.rattle()),
-        of(|s| s.carry(Carry::Up)),
+        of(|s| s.carry(WarmStart::Up)),
         of(|s| s.check_every(2)),
         of(|s| s.periodic_within(1e-5)),
         of(|s| s.until_repeats(1e-5)),
@@ -359,10 +359,10 @@ fn rows_of_another_sweep_are_refused() {
     assert_eq!(sweep.rows_from_bytes(&bytes).unwrap(), parts[1]);
     for other in others {
         assert_eq!(other.rows_from_bytes(&bytes), Err(SweepError::Bytes { at: 8 }), "{other:?}");
-        let resumed = other.resume(parts[0].clone(), &LaneRk4::<4>::new(16), swing, rest, &Watch::new());
+        let resumed = other.resume(parts[0].clone(), &LaneRk4::<4>::new(16), swing, rest, &Monitor::new());
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
-            let second = other.run_chunk(1, 2, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
+            let second = other.run_chunk(1, 2, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap();
             assert_eq!(
                 Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
                 Err(SweepError::Parts { row: 4 })
@@ -386,7 +386,7 @@ fn seal(bytes: &mut Vec<u8>) {
 fn bytes_are_taken_whole_or_not_at_all() {
     let sweep = along(9).check_every(2);
     let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { swing(p).map_err(|_| "no swing") };
-    let rows = sweep.run_chunk(1, 2, &LaneRk4::<4>::new(16), odd, rest, &Watch::new()).unwrap();
+    let rows = sweep.run_chunk(1, 2, &LaneRk4::<4>::new(16), odd, rest, &Monitor::new()).unwrap();
     let bytes = rows.to_bytes();
     let back = sweep.rows_from_bytes(&bytes).unwrap();
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), bytes.clone()));
@@ -438,7 +438,7 @@ fn progress_ends_at_the_end() {
                 totals.lock().unwrap().insert(total);
             };
             sweep
-                .run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Watch::new().progress(&progress))
+                .run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Monitor::new().progress(&progress))
                 .unwrap();
             (
                 last.into_inner(),
@@ -459,7 +459,7 @@ fn progress_ends_at_the_end() {
     assert_eq!(asked.into_inner(), 100); // once each
     let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { swing(p) };
     assert_eq!(seen(&along(100), 0, 4, &late), (25, 25, vec![25]));
-    assert_eq!(seen(&along(10).carry(Carry::Up), 0, 1, &late), (10, 10, vec![10]));
+    assert_eq!(seen(&along(10).carry(WarmStart::Up), 0, 1, &late), (10, 10, vec![10]));
 }
 
 #[test]
@@ -470,10 +470,10 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         Err::<Machine<Swing<'_>>, _>("never")
     };
     let rows = along(1000)
-        .run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Watch::new().cancel(&stop))
+        .run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Monitor::new().cancel(&stop))
         .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
-    let whole = along(1000).resume(rows, &LaneRk4::<4>::new(16), swing, rest, &Watch::new()).unwrap();
+    let whole = along(1000).resume(rows, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
@@ -495,12 +495,12 @@ fn two_threads_may_show_rows_at_once() {
         }
         inside.fetch_sub(1, Relaxed);
     };
-    let watch = Watch::new().rows(&rows);
+    let watch = Monitor::new().rows(&rows);
     let made =
         pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
-    let watch = Watch::new().rows(&busy);
+    let watch = Monitor::new().rows(&busy);
     let made =
         pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
     assert_eq!(made.iter().count(), 64);
@@ -519,7 +519,7 @@ fn a_cancel_is_seen_within_64_steps() {
             made
         };
         let rows = pool(1)
-            .install(|| along(8).run_chunk(0, 1, engine, family, rest, &Watch::new().cancel(&count.stop)))
+            .install(|| along(8).run_chunk(0, 1, engine, family, rest, &Monitor::new().cancel(&count.stop)))
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -608,7 +608,7 @@ fn a_cancelled_run_is_resumed() {
         Axis::list("x", &[1.0, 2.0, 3.0]).unwrap(),
     ])
     .unwrap();
-    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(Carry::Down);
+    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(WarmStart::Down);
     let engine = LaneRk4::<4>::new(16);
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();
@@ -617,8 +617,8 @@ fn a_cancelled_run_is_resumed() {
             let stop = AtomicBool::new(false);
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
-                let watch = Watch::new().progress(&progress).cancel(&stop);
-                let parts = [(0, Watch::new()), (1, watch)]
+                let watch = Monitor::new().progress(&progress).cancel(&stop);
+                let parts = [(0, Monitor::new()), (1, watch)]
                     .map(|(i, watch)| sweep.run_chunk(i, 2, &engine, swing, rest, &watch).unwrap());
                 Rows::merge(parts.to_vec()).unwrap()
             });
@@ -632,7 +632,7 @@ fn a_cancelled_run_is_resumed() {
             };
             let read = sweep.rows_from_bytes(&part.to_bytes()).unwrap();
             let resumed =
-                sweep.resume(read, &engine, swing, rest, &Watch::new().progress(&progress)).unwrap();
+                sweep.resume(read, &engine, swing, rest, &Monitor::new().progress(&progress)).unwrap();
             assert_eq!(
                 (&resumed, resumed.fingerprint(), resumed.to_bytes()),
                 (&whole, whole.fingerprint(), whole.to_bytes())
@@ -642,5 +642,5 @@ fn a_cancelled_run_is_resumed() {
     // Nothing is missing: nothing is run.
     let whole = along(5).run(&engine, swing, rest).unwrap();
     let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
-    assert_eq!(along(5).resume(whole.clone(), &engine, swing, never, &Watch::new()).unwrap(), whole);
+    assert_eq!(along(5).resume(whole.clone(), &engine, swing, never, &Monitor::new()).unwrap(), whole);
 }

@@ -202,7 +202,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));
     let start = |_: &Point<'_>, _: &Driven| Ok::<_, ParameterError>(State::at_rest(1));
     let points = Points::along(Axis::list("damping", &[3.0, 4.0]).unwrap());
-    let sweep = Sweep::over(points).settle(4).measure(2).strobe(1).carry(Carry::Up);
+    let sweep = Sweep::over(points).settle(4).measure(2).strobe(1).carry(WarmStart::Up);
     let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
     let period = Driven(0.0).period();
     for rows in [
@@ -248,8 +248,8 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
     }
-    let parts =
-        (0..3).map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Watch::new()).unwrap());
+    let parts = (0..3)
+        .map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Monitor::new()).unwrap());
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 

@@ -111,7 +111,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
         let bare = NfgPair::new(&params).unwrap();
         let (speed, radius) = (bare.centre_frequency(), bare.mean_radius());
         let law = PhaseLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
-        let pair = Varying::new(bare.clone(), law.clone());
+        let pair = VaryingSpeed::new(bare.clone(), law.clone());
         let (mut u, mut a, mut steady) = (vec![0.0; pair.drives()], [0.0], [0.0]);
         let load = bare.prepared_constants()[2]; // B0
         let (mut by_acceleration, mut by_centre) = (0.0f64, 0.0f64);
@@ -272,7 +272,14 @@ fn functions_of_time_by_a_wrapper() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("torque", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             [a[0]] = u.constants();
         }
     }
@@ -319,7 +326,7 @@ impl Shape for Flawed {
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         constants.iter().copied().take(self.prepared).collect()
     }
-    fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
         let [one, two]: [S; 2] = u.constants();
         a[0] = if self.reads == 1 { one } else { two };
     }
@@ -402,11 +409,18 @@ fn lanes_refuse_rigid_stops() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("weight", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             let [weight] = u.constants();
             a[0] = -weight;
         }
-        fn contact<S: Scalar, L: Law<S>>(
+        fn contact<S: Scalar, L: PieceChoice<S>>(
             &self,
             _: &L,
             _: usize,
@@ -455,11 +469,18 @@ fn contacts_that_are_forgotten_are_refused() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, law: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            law: &L,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+            a: &mut [S],
+        ) {
             let b = S::from(1.0);
             a[0] = S::from(0.2) - law.force(0, &self.law, q[0], v[0], -b, b);
         }
-        fn contact<S: Scalar, L: Law<S>>(
+        fn contact<S: Scalar, L: PieceChoice<S>>(
             &self,
             _: &L,
             _: usize,
@@ -493,7 +514,14 @@ fn every_wave_has_its_own_size() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             a[0] = u.all_waves()[1];
         }
         fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
@@ -521,7 +549,14 @@ fn no_edge_is_lost_by_rounding() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             a[0] = u.all_waves()[0];
         }
         fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
@@ -632,7 +667,7 @@ fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
         *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
     }
     let ring = Ring::new(&params).unwrap();
-    let varying = Varying::new(ring.clone(), PhaseLaw::constant(ring.mesh_frequency()).unwrap());
+    let varying = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(ring.mesh_frequency()).unwrap());
     let (mut u, mut w) = (vec![0.0; ring.drives()], vec![0.0; ring.drives()]);
     for k in 0..50 {
         let t = 1.3e-4 * f64::from(k) + 1e-6;
@@ -671,7 +706,14 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         fn constants(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("mass", "kg")]
         }
-        fn accel<S: Scalar, L: Law<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            _: &[S],
+            _: &[S],
+            a: &mut [S],
+        ) {
             let [mass] = u.constants();
             a[0] = S::from(1.0) / mass;
         }

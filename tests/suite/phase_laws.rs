@@ -11,7 +11,7 @@ fn pair() -> NfgPair {
 fn constant_speed_is_the_bare_model() {
     let (bare, start) = (pair(), pair().static_start().unwrap());
     let solver = Dop853::new().rtol(1e-11).atol(1e-17);
-    let varying = Varying::new(bare.clone(), PhaseLaw::constant(bare.centre_frequency()).unwrap());
+    let varying = VaryingSpeed::new(bare.clone(), PhaseLaw::constant(bare.centre_frequency()).unwrap());
     let (a, b) = (solver.end(&bare, &start, 1000.0).unwrap(), solver.end(&varying, &start, 1000.0).unwrap());
     assert!((a.q[0] - b.q[0]).abs() < 1e-12, "{a:?} {b:?}");
 }
@@ -29,7 +29,7 @@ fn edges_keep_their_phase() {
     params.mesh_damping.fill(1000.0);
     let ring = Ring::new(&params).unwrap();
     let law = PhaseLaw::ramp(params.omega, 2.0 * params.omega, 10.0 * period).unwrap();
-    let run_up = Varying::new(ring, law.clone());
+    let run_up = VaryingSpeed::new(ring, law.clone());
     let (mut t, mut u) = (0.0, vec![0.0; run_up.drives()]);
     for k in 0..12 {
         t = run_up.next_edge(t).unwrap();
@@ -82,7 +82,7 @@ fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let solver = Dop853::new().rtol(1e-8).atol(1e-14);
     let lines = Waterfall::new(2, 512)
         .unwrap()
-        .run(&solver, &Varying::new(pair, law), &start, end, "deflection")
+        .run(&solver, &VaryingSpeed::new(pair, law), &start, end, "deflection")
         .unwrap();
     lines.iter().map(|line| [line.speed, line.order(63.0), line.order(55.0)]).collect()
 }
@@ -144,7 +144,7 @@ fn jumping_drives_far_along_the_phase() {
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());
     let run = |phase: f64| {
-        let model = Varying::new(ring.clone(), PhaseLaw::constant(speed).unwrap());
+        let model = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(speed).unwrap());
         let start = State { t: phase / speed, ..State::at_rest(9) };
         let end = start.t + 5.1 * ring.period();
         solver.run(&model, &start, end, &mut |_: &mut Step<'_>| std::ops::ControlFlow::Continue(())).unwrap()

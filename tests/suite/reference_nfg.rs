@@ -39,7 +39,7 @@ fn reading(options: &Value) -> NfgReading {
     }
 }
 
-struct Orbit {
+struct Measured {
     steady: Steady,
     state: RattleState,
     q: Summary,
@@ -50,7 +50,7 @@ struct Orbit {
 
 const SAMPLES: usize = 8192;
 
-fn orbit(pair: &NfgPair) -> Orbit {
+fn orbit(pair: &NfgPair) -> Measured {
     let solver = Dop853::new().rtol(1e-12).atol_each(&[1e-17, 1e-18]);
     let steady = Settle::new().tolerance(1e-9).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
     let span = steady.period_multiple as f64 * pair.period();
@@ -61,7 +61,7 @@ fn orbit(pair: &NfgPair) -> Orbit {
     let finish = solver.run(pair, &steady.state, end, &mut both).unwrap();
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
     let run = solver.sample(pair, &steady.state, &times[..times.len() - 1]).unwrap();
-    Orbit {
+    Measured {
         state: rattle.contact(0).state(),
         q: statistics.summary("q1").unwrap(),
         deflection: statistics.summary("deflection").unwrap(),

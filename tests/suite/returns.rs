@@ -114,7 +114,7 @@ fn what_drifts_apart_does_not_settle() {
             TAU
         }
     }
-    let steady = Settle::new().most_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
+    let steady = Settle::new().max_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
     assert!(matches!(steady, Err(Unsettled::Aperiodic { .. })), "{steady:?}");
     for (period, _) in rows(&Slipping, &State::at_rest(2), 20) {
         assert_eq!(period, None);
@@ -189,11 +189,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
 #[test]
 fn returns_below_rounding_are_reported_as_none() {
     let settle = |tolerance: f64| {
-        Settle::new().tolerance(tolerance).most_periods(400).run(
-            &Dop853::new(),
-            &Balanced,
-            &State::at_rest(4),
-        )
+        Settle::new().tolerance(tolerance).max_periods(400).run(&Dop853::new(), &Balanced, &State::at_rest(4))
     };
     let coarse = settle(1e-9).unwrap();
     assert!(coarse.change > 1e-12 && coarse.change <= 1e-9, "{}", coarse.change);

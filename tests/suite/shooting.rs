@@ -41,7 +41,7 @@ fn powers(x: &[f64]) -> String {
     x.iter().map(|x| format!(" {x:.0e}")).collect()
 }
 
-fn off(cycle: &Cycle, y: &[f64]) -> f64 {
+fn off(cycle: &ShootingOrbit, y: &[f64]) -> f64 {
     let first = &cycle.states()[0];
     first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
@@ -310,7 +310,7 @@ fn least_multiple() {
     let model = DeadZone { omega: 0.505, ..model };
     let settled = Settle::new()
         .tolerance(1e-7)
-        .most_periods(2000)
+        .max_periods(2000)
         .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
@@ -368,7 +368,7 @@ fn bad_guesses() {
         shooting.clone().segments(0),
         shooting.clone().tolerance(0.0),
         shooting.clone().flow_tolerance(f64::NAN),
-        shooting.clone().most_iterations(0),
+        shooting.clone().max_iterations(0),
     ] {
         assert!(matches!(bad.run(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
     }

@@ -168,7 +168,7 @@ fn likely_slips_are_named() {
         ] {
             let state = State::new(0.4 * unit, &q, &v.map(|v| v / unit));
             let findings = |slip| check_periodic(&Pair { slip, unit }, &state);
-            let one = |slip, named: fn(&Finding) -> bool| {
+            let one = |slip, named: fn(&Inconsistency) -> bool| {
                 let found = findings(slip);
                 assert!(
                     found.len() == 1 && named(&found[0]),
@@ -176,24 +176,24 @@ fn likely_slips_are_named() {
                 );
             };
             assert_eq!(findings(Slip::None), [], "unit {unit}, {q:?} {v:?}");
-            one(Slip::UnannouncedJump, |f| matches!(f, Finding::UnannouncedJump { drive: 0, .. }));
-            one(Slip::PiecesIgnored, |f| matches!(f, Finding::PiecesIgnored { contact: 0, .. }));
-            one(Slip::NoContacts, |f| matches!(f, Finding::UntoldKink { .. }));
-            one(Slip::ForceAtDefault, |f| matches!(f, Finding::NoForce { contact: 0, .. }));
-            one(Slip::ForceWithoutGap, |f| matches!(f, Finding::NoForce { contact: 0, .. }));
-            one(Slip::ForceOfOneSign, |f| matches!(f, Finding::Force { contact: 0, .. }));
-            one(Slip::ForceWithoutDamping, |f| matches!(f, Finding::Force { contact: 0, .. }));
-            one(Slip::RateOfWrongSign, |f| matches!(f, Finding::ContactRate { contact: 0, .. }));
+            one(Slip::UnannouncedJump, |f| matches!(f, Inconsistency::UnannouncedJump { drive: 0, .. }));
+            one(Slip::PiecesIgnored, |f| matches!(f, Inconsistency::PiecesIgnored { contact: 0, .. }));
+            one(Slip::NoContacts, |f| matches!(f, Inconsistency::UntoldKink { .. }));
+            one(Slip::ForceAtDefault, |f| matches!(f, Inconsistency::NoForce { contact: 0, .. }));
+            one(Slip::ForceWithoutGap, |f| matches!(f, Inconsistency::NoForce { contact: 0, .. }));
+            one(Slip::ForceOfOneSign, |f| matches!(f, Inconsistency::Force { contact: 0, .. }));
+            one(Slip::ForceWithoutDamping, |f| matches!(f, Inconsistency::Force { contact: 0, .. }));
+            one(Slip::RateOfWrongSign, |f| matches!(f, Inconsistency::ContactRate { contact: 0, .. }));
             let edges = findings(Slip::EdgesAtRest);
             assert!(
                 matches!(
                     edges[..],
-                    [Finding::EdgeRate { contact: 0, .. }, Finding::EdgeRate { contact: 0, .. }]
+                    [Inconsistency::EdgeRate { contact: 0, .. }, Inconsistency::EdgeRate { contact: 0, .. }]
                 ),
                 "{edges:?}"
             );
-            one(Slip::EdgesTogether, |f| matches!(f, Finding::EdgeRate { contact: 0, .. }));
-            one(Slip::Period, |f| matches!(f, Finding::Period { what: "acceleration", index: 0, .. }));
+            one(Slip::EdgesTogether, |f| matches!(f, Inconsistency::EdgeRate { contact: 0, .. }));
+            one(Slip::Period, |f| matches!(f, Inconsistency::Period { what: "acceleration", index: 0, .. }));
         }
     }
 }
@@ -205,8 +205,8 @@ fn unannounced_jumps_are_found_without_a_period() {
         let state = State::new(0.4 * unit, &[0.9, 0.1], &[0.5 / unit, 0.0]);
         assert_eq!(check_model(&Pair { slip: Slip::None, unit }, &state), []);
         let found = check_model(&Pair { slip: Slip::UnannouncedJump, unit }, &state);
-        assert!(matches!(found[..], [Finding::UnannouncedJump { drive: 0, .. }]), "{unit}: {found:?}");
-        let Finding::UnannouncedJump { t, .. } = found[0] else { unreachable!() };
+        assert!(matches!(found[..], [Inconsistency::UnannouncedJump { drive: 0, .. }]), "{unit}: {found:?}");
+        let Inconsistency::UnannouncedJump { t, .. } = found[0] else { unreachable!() };
         let phase = (t / unit / TAU).rem_euclid(1.0);
         assert!([0.0, 0.37, 1.0].iter().any(|edge| (phase - edge).abs() < 1e-6), "{unit}: {t}");
     }

@@ -45,7 +45,7 @@ fn the_same_bits_however_it_is_run() {
     for chunks in [2, 3, 7] {
         let mut parts: Vec<Rows> = (0..chunks)
             .map(|i| {
-                sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Watch::new()).unwrap()
+                sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Monitor::new()).unwrap()
             })
             .collect();
         parts.reverse();
@@ -296,10 +296,11 @@ fn rings_in_lanes_are_each_ring_alone() {
 #[test]
 fn states_are_carried_along_a_line() {
     let sweep = Sweep::over(frequencies(5)).settle(1).measure(1).channels(&["q1"]).strobe(1);
-    for carry in [Carry::Up, Carry::Down] {
+    for carry in [WarmStart::Up, WarmStart::Down] {
         let rows = sweep.clone().carry(carry).run(&LaneRk4::<8>::new(1008), pair, rest).unwrap();
         let mut state = Pair::start();
-        let order: Vec<usize> = if carry == Carry::Up { (0..5).collect() } else { (0..5).rev().collect() };
+        let order: Vec<usize> =
+            if carry == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
             let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()))
@@ -327,7 +328,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let watch = Watch::new().rows(&rows).cancel(&stop);
+    let watch = Monitor::new().rows(&rows).cancel(&stop);
     let sweep = sweep(200);
     let part = sweep.run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &watch).unwrap();
     assert!(
@@ -349,7 +350,7 @@ fn progress_counts_every_point() {
         last.fetch_max(done, Ordering::Relaxed);
     };
     sweep(30)
-        .run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new().progress(&progress))
+        .run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Monitor::new().progress(&progress))
         .unwrap();
     assert_eq!(last.into_inner(), 30);
 }
@@ -383,7 +384,7 @@ fn zero_steps_per_period_and_zero_periods() {
     assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
     assert!(matches!(never, Err(SweepError::Setting { name: "until_repeats", .. })));
-    let chunk = sweep.run_chunk(3, 3, &LaneRk4::<4>::new(8), pair, rest, &Watch::new());
+    let chunk = sweep.run_chunk(3, 3, &LaneRk4::<4>::new(8), pair, rest, &Monitor::new());
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }
 
@@ -503,7 +504,7 @@ fn channels_that_tables_do_not_measure_and_names_there_are_not() {
 
 #[test]
 fn parts_that_do_not_fit_together() {
-    let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Watch::new()).unwrap();
+    let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Monitor::new()).unwrap();
     assert!(matches!(
         Rows::merge(vec![part(0), part(2)]),
         Err(RowsError { error: SweepError::Parts { row: 3 }, .. })
@@ -529,7 +530,7 @@ fn up_and_down(speeds: &[f64]) {
     let sweep =
         Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
     let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
-    let (up, down) = rayon::join(|| way(Carry::Up), || way(Carry::Down));
+    let (up, down) = rayon::join(|| way(WarmStart::Up), || way(WarmStart::Down));
     let mut firm = 0;
     for (a, b) in up.iter().zip(down.iter()) {
         let speed = a.point()["speed"];

@@ -12,7 +12,7 @@
 //! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
 
 use gear_dynamics::{
-    Axis, LaneRk4, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError, Watch,
+    Axis, LaneRk4, Monitor, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError,
 };
 use mpi::Threading;
 use mpi::point_to_point::{Destination, Source};
@@ -36,7 +36,14 @@ fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
     };
     let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
-    sweep.run_chunk(chunk as usize, chunks as usize, &LaneRk4::<16>::new(63 * 64), pair, start, &Watch::new())
+    sweep.run_chunk(
+        chunk as usize,
+        chunks as usize,
+        &LaneRk4::<16>::new(63 * 64),
+        pair,
+        start,
+        &Monitor::new(),
+    )
 }
 
 /// Rank 0: answers on this thread, computes on another.

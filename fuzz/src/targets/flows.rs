@@ -197,10 +197,8 @@ pub fn settling(case: &mut Case) -> Run {
         }
         return Ok(());
     }
-    let settle = Settle::new()
-        .tolerance(case.number(1e-6))
-        .most_periods(case.effort(20))
-        .largest_multiple(case.count(4));
+    let settle =
+        Settle::new().tolerance(case.number(1e-6)).max_periods(case.effort(20)).max_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
     match settle.run(&solver, &model, &start) {
@@ -232,7 +230,7 @@ pub fn varying(case: &mut Case) -> Run {
     let (speed, turn, start) = (pair.centre_frequency(), pair.period(), pair.static_start()?);
     let law = laws::phase_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
-    let varying = Varying::new(pair, law);
+    let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);
     let waterfall = Waterfall::new(case.count(1), case.count(16))?;
     let name = case.pick(&["q1", "deflection", "mesh force", "no such channel"]);

@@ -5,36 +5,36 @@ use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use gear_dynamics::*;
 
 /// Any law behind one type.
-pub type Any = AnyLaw<Damped<AnyLaw>>;
+pub type Any = MixedLaw<Damped<MixedLaw>>;
 
 /// Any built-in law, its half width about a size.
 pub fn law(case: &mut Case, size: f64) -> Result<Any, Stop> {
     Ok(match case.below(10) {
-        0 => AnyLaw::Other(match case.below(3) {
+        0 => MixedLaw::Other(match case.below(3) {
             0 => Damped::by_stiffness(plain(case, size)?, case.number(0.1))?,
             1 => Damped::by_stiffness_always(plain(case, size)?, case.number(0.1))?,
             _ => Damped::by_force(plain(case, size)?, case.number(0.1))?,
         }),
-        1 => AnyLaw::NoPull(NoPullBacklash::new(case.number(size), case.number(0.1))?),
+        1 => MixedLaw::NoPull(NoPullBacklash::new(case.number(size), case.number(0.1))?),
         _ => plain(case, size)?,
     })
 }
 
 /// A law whose force does not depend on the rate.
-fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<AnyLaw<N>, Stop> {
+fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Stop> {
     Ok(match case.below(7) {
-        0 => AnyLaw::Linear(Linear),
-        1 => AnyLaw::Cubic(Cubic::new(case.number(1.0), case.number(1.0 / (size * size)))?),
-        2 => AnyLaw::Backlash(Backlash::new(case.number(size))?),
+        0 => MixedLaw::Linear(Linear),
+        1 => MixedLaw::Cubic(Cubic::new(case.number(1.0), case.number(1.0 / (size * size)))?),
+        2 => MixedLaw::Backlash(Backlash::new(case.number(size))?),
         3 => {
             let one = match case.below(4) {
                 0 => AsymmetricBacklash::stop_above(case.number(size))?,
                 1 => AsymmetricBacklash::stop_below(case.number(size))?,
                 _ => AsymmetricBacklash::new(-case.number(size), case.number(size))?,
             };
-            AnyLaw::Asymmetric(one.with_slopes(case.number(1.0), case.number(1.0))?)
+            MixedLaw::Asymmetric(one.with_slopes(case.number(1.0), case.number(1.0))?)
         }
-        4 => AnyLaw::Varying(VaryingBacklash::new(wave(case, 1, size)?)),
+        4 => MixedLaw::VaryingSpeed(VaryingBacklash::new(wave(case, 1, size)?)),
         5 => {
             let exponent =
                 if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
@@ -42,13 +42,13 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<AnyLaw<N>, Stop>
             let one = PowerLaw::new(b, exponent, depth)?;
             // Higher powers are allowed, and overflow far from the edge.
             let one = if exponent <= 3.0 { one } else { PowerLaw::new(b, 3.0, depth)? };
-            AnyLaw::Power(if case.chance(0.8) {
+            MixedLaw::Power(if case.chance(0.8) {
                 one
             } else {
                 one.with_edges(-case.number(size), case.number(size))?
             })
         }
-        _ => AnyLaw::Smoothed(SmoothedBacklash::new(case.number(size), case.number(0.1 * size))?),
+        _ => MixedLaw::Smoothed(SmoothedBacklash::new(case.number(size), case.number(0.1 * size))?),
     })
 }
 
@@ -64,7 +64,7 @@ pub fn any(case: &mut Case) -> Run {
         let angle = case.signed();
         let edges = law.edges(angle, Side::After);
         // A half width that varies may be told below zero: `check_model` names it.
-        let told = matches!(law, AnyLaw::Varying(_) | AnyLaw::Other(_));
+        let told = matches!(law, MixedLaw::VaryingSpeed(_) | MixedLaw::Other(_));
         let crossed = edges.lower > edges.upper;
         holds(told || !crossed, || format!("edges {edges:?}"))?;
         for value in [edges.lower, edges.upper] {

@@ -20,7 +20,7 @@ fn multipliers(all: &Multipliers) -> Run {
     Ok(())
 }
 
-fn cycle(model: &Erased, cycle: &Cycle, phase: f64) -> Run {
+fn cycle(model: &Erased, cycle: &ShootingOrbit, phase: f64) -> Run {
     for state in cycle.states() {
         all_finite("q of a cycle", &state.q)?;
         all_finite("v of a cycle", &state.v)?;
@@ -53,7 +53,7 @@ pub fn shooting(case: &mut Case) -> Run {
         vec![start]
     };
     let mut shooting =
-        Shooting::new().multiple(case.count(1)).most_iterations(case.effort(6)).budget(budget());
+        Shooting::new().multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
     if case.chance(0.3) {
         shooting = shooting.segments(case.count(4));
     }
@@ -155,7 +155,7 @@ pub fn orders(case: &mut Case) -> Run {
     }
     let (dof, span, size) = (case.below(3), case.number(1.0), case.number(1.0));
     let coefficients: Vec<Vec<f64>> = (0..dof).map(|_| case.list(kept.unknowns(), size)).collect();
-    let orbit = Orbit::new(&kept, span, &coefficients)?;
+    let orbit = FourierOrbit::new(&kept, span, &coefficients)?;
     all_finite("span, frequency", &[orbit.span(), orbit.frequency()])?;
     for state in orbit.states(case.effort(10))? {
         all_finite("q of an orbit", &state.q)?;
@@ -196,7 +196,7 @@ pub fn balance(case: &mut Case) -> Run {
         return Ok(()); // asked for in earnest: minutes of work
     }
     let guess = match case.below(4) {
-        0 => Orbit::project(
+        0 => FourierOrbit::project(
             &Solver::Rk4(Rk4::new(0.01 * model.period()).max_steps(10_000)),
             &model,
             &start,
@@ -205,7 +205,7 @@ pub fn balance(case: &mut Case) -> Run {
         1 => {
             let width = balance.harmonics().unknowns().min(1 << 12);
             let coefficients: Vec<Vec<f64>> = (0..model.dof()).map(|_| case.list(width, 1e-4)).collect();
-            Orbit::new(balance.harmonics(), model.period(), &coefficients)?
+            FourierOrbit::new(balance.harmonics(), model.period(), &coefficients)?
         }
         _ => balance.linearised(&model, case.pick(&[Piece::Lower, Piece::Upper, Piece::Gap]))?,
     };

@@ -6,7 +6,7 @@ use gear_dynamics::*;
 /// Newton's method with any setting.
 pub fn newton(case: &mut Case, tolerance: f64) -> Newton {
     let newton = Newton::new().max_iterations(case.effort(20)).tolerance(tolerance);
-    if case.chance(0.5) { newton.least_damping(case.number(1e-3)) } else { newton }
+    if case.chance(0.5) { newton.min_damping(case.number(1e-3)) } else { newton }
 }
 
 /// Broyden's method with any setting.

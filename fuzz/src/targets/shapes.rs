@@ -113,7 +113,7 @@ impl Shape for Own {
                 .reduce(f64::min),
         }
     }
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -126,7 +126,7 @@ impl Shape for Own {
         let force = stiffness * law.force(i, &self.law, deflection, rate, -b, b);
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([stiffness], [force, damping]) = (u.waves(), u.constants());
         let first = force - damping * v[0] - stiffness * q[0] - self.contact(law, 0, u, q, v).force;
         a.fill(match self.slip {

@@ -62,7 +62,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
     if case.chance(0.2) {
         sweep = sweep.check_every(case.count(2));
     }
-    sweep.carry(case.pick(&[Carry::No, Carry::No, Carry::Up, Carry::Down]))
+    sweep.carry(case.pick(&[WarmStart::No, WarmStart::No, WarmStart::Up, WarmStart::Down]))
 }
 
 /// Rows hold numbers, bring back what they wrote, and go together again.
@@ -178,8 +178,8 @@ pub fn lanes(case: &mut Case) -> Run {
     let rows = if chunks == 1 {
         sweep.run(&engine, family, start)?
     } else {
-        let first = sweep.run_chunk(chunk, chunks, &engine, family, start, &Watch::new())?;
-        let second = sweep.run_chunk(1, chunks, &engine, family, start, &Watch::new())?;
+        let first = sweep.run_chunk(chunk, chunks, &engine, family, start, &Monitor::new())?;
+        let second = sweep.run_chunk(1, chunks, &engine, family, start, &Monitor::new())?;
         Rows::merge(vec![first, second])?
     };
     judge(case, &sweep, rows)
@@ -248,11 +248,11 @@ pub fn ensembles(case: &mut Case) -> Run {
     Ok(())
 }
 
-fn uncertain(case: &mut Case) -> Result<Uncertain, Stop> {
+fn uncertain(case: &mut Case) -> Result<RandomParameters, Stop> {
     let (mean, deviation) = (case.number(0.5), case.number(0.1));
     let (low, high) = (case.number(1.0), case.number(3.0));
     let seed = case.seed();
-    Ok(Uncertain::new(seed)
+    Ok(RandomParameters::new(seed)
         .with("a", rand_distr::Normal::new(mean, deviation)?)
         .with("b", rand_distr::Uniform::new(low, high)?))
 }

@@ -9,7 +9,7 @@ use crate::model::{Channel, Contact, Model, State};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
 use crate::scalar::Scalar;
-use crate::shape::{AsIs, Drives, Law, Shape, Size};
+use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 
 /// The pair in one degree of freedom, the pinion turning evenly.   Source: Liu 2021, Eq. (9), corrected.
 ///
@@ -285,7 +285,15 @@ impl<N: Nonlinearity> NfgShape<N> {
 
     /// 2 ζ D (q' + (r'/r) q) + F f(q).
     #[inline(always)]
-    fn tooth<S: Scalar, L: Law<S>>(&self, law: &L, i: usize, at: &At<S>, u: Drives<'_, S>, q: S, v: S) -> S {
+    fn tooth<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        at: &At<S>,
+        u: Drives<'_, S>,
+        q: S,
+        v: S,
+    ) -> S {
         let (stiffness, [_, _, _, natural]) = (u.all_waves()[STIFFNESS], u.constants());
         let (x, rate) = self.deflection(at, natural, q, v);
         let stiffness = if N::HALF_WIDTH { stiffness } else { stiffness * at.per_unit };
@@ -355,7 +363,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     }
 
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let (at, waves, omega) = (self.at(u), u.all_waves(), u.speed());
         let [_, load] = u.constants();
         let forcing = -load - omega * omega * waves[FORCING] - u.acceleration() * waves[FORCING_RATE];
@@ -363,7 +371,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     }
 
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -437,6 +445,6 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let [_, _, _, natural] = u.constants();
         let (x, rate) = self.deflection(&at, natural, q[0], v[0]);
         out[0] = self.radius * u.all_waves()[RADIUS];
-        out[1] = at.per_unit * AsIs.force(0, self.mesh.law(), x, rate, at.lower, at.upper);
+        out[1] = at.per_unit * ByDeflection.force(0, self.mesh.law(), x, rate, at.lower, at.upper);
     }
 }

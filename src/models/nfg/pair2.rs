@@ -9,7 +9,7 @@ use crate::model::{Channel, Contact, Model, State};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
 use crate::scalar::Scalar;
-use crate::shape::{AsIs, Drives, Law, Shape, Size};
+use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 
 /// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
 ///
@@ -249,7 +249,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     }
 
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let (waves, omega, [load, _, inertia, per_inertia, per_pinion]) =
             (u.all_waves(), u.speed(), u.constants());
         let w = self.contact(law, 0, u, q, v).force;
@@ -263,7 +263,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     }
 
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -294,7 +294,13 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let contact = contacts[0];
         out[0] = u.all_waves()[RADIUS];
-        out[1] =
-            AsIs.force(0, self.mesh.law(), contact.deflection, contact.rate, contact.lower, contact.upper);
+        out[1] = ByDeflection.force(
+            0,
+            self.mesh.law(),
+            contact.deflection,
+            contact.rate,
+            contact.lower,
+            contact.upper,
+        );
     }
 }

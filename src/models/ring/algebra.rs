@@ -5,8 +5,8 @@ use super::shape::{Frame, RingShape};
 use crate::mesh::Mesh;
 use crate::model::Contact;
 use crate::nonlinearity::Nonlinearity;
-use crate::scalar::{Scalar, one_by_one};
-use crate::shape::{Drives, Law};
+use crate::scalar::{Scalar, keep_rolled};
+use crate::shape::{Drives, PieceChoice};
 
 /// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
 pub(super) const STRIDE: usize = 7;
@@ -94,7 +94,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
 
     /// W_i, from gear i and the next one.
     #[inline(always)]
-    fn force<N: Nonlinearity, L: Law<S>>(
+    fn force<N: Nonlinearity, L: PieceChoice<S>>(
         &self,
         law: &L,
         meshes: &[Mesh<N>],
@@ -125,7 +125,7 @@ fn after(i: usize, n: usize) -> usize {
 impl<N: Nonlinearity> RingShape<N> {
     /// The equations of [`Ring`](super::shape::Ring); on plain numbers three gears are compiled for their number.
     #[inline(always)]
-    pub(super) fn accelerate<S: Scalar, L: Law<S>>(
+    pub(super) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         u: Drives<'_, S>,
@@ -142,7 +142,7 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// The same for n gears.
     #[inline(always)]
-    fn accelerate_gears<S: Scalar, L: Law<S>>(
+    fn accelerate_gears<S: Scalar, L: PieceChoice<S>>(
         &self,
         n: usize,
         law: &L,
@@ -163,7 +163,7 @@ impl<N: Nonlinearity> RingShape<N> {
         let first = at.force(law, meshes, 0, &driver, &next);
         let mut w = first;
         for i in 1..n {
-            let i = one_by_one(i);
+            let i = keep_rolled(i);
             let (gear, before) = (next, w);
             next = at.gear(after(i, n));
             w = at.force(law, meshes, i, &gear, &next);
@@ -180,7 +180,7 @@ impl<N: Nonlinearity> RingShape<N> {
             let alpha = torque * self.per_inertia;
             let (a, rigid) = (&mut a[..2 * n + 1], &self.rigid[..2 * n + 1]);
             for j in 0..2 * n + 1 {
-                let j = one_by_one(j);
+                let j = keep_rolled(j);
                 a[j] = a[j] - alpha * rigid[j];
             }
         }
@@ -188,7 +188,7 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// Mesh i.
     #[inline(always)]
-    pub(super) fn touch<S: Scalar, L: Law<S>>(
+    pub(super) fn touch<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,

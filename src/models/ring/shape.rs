@@ -10,7 +10,7 @@ use crate::model::{Channel, Contact};
 use crate::nonlinearity::{Backlash, Nonlinearity};
 use crate::piece::Side;
 use crate::scalar::Scalar;
-use crate::shape::{Drives, Law, Shape, Size};
+use crate::shape::{Drives, PieceChoice, Shape, Size};
 
 /// The frame in which the angles are counted.
 ///
@@ -263,11 +263,11 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     }
 
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         self.accelerate(law, u, q, v, a);
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,

@@ -1,8 +1,9 @@
 //! A crate of someone else's, on public names only: a spur pair, a bearing contact, a torque ripple, lanes, an integrator.
 
 use gear_dynamics::{
-    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Law, Mesh, Model,
-    Nonlinearity, Observer, Piece, Scalar, Shape, Side, Size, State, Stats, Step, StepView, Wave, same,
+    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Mesh, Model,
+    Nonlinearity, Observer, Piece, PieceChoice, Scalar, Shape, Side, Size, State, Stats, Step, StepView,
+    Wave, same,
 };
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -27,7 +28,7 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
         self.0.next_edge(angle)
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -39,7 +40,7 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
         self.0.contact(law, i, &u.waves(), u.speed(), damping, q[0], v[0])
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [load, _, mass] = u.constants();
         a[0] = (load - self.contact(law, 0, u, q, v).force) / mass;
     }
@@ -119,7 +120,7 @@ impl Shape for Knock {
         self.kick.next_edge(angle)
     }
     #[inline(always)]
-    fn contact<S: Scalar, L: Law<S>>(
+    fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -132,7 +133,7 @@ impl Shape for Knock {
         Contact { deflection, rate, upper: touch, force, ..Contact::default() }
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: Law<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([kick], [stiffness], f) = (u.waves(), u.constants(), self.contact(law, 0, u, q, v).force);
         a[0] = kick - v[0] * 0.1 - q[0] * stiffness - f;
         a[1] = f - q[1] * stiffness - v[1] * 0.1;

@@ -71,7 +71,7 @@ fn the_pair_has_one_orbit() {
     assert_eq!(cycle.multipliers().stability(), Stability::Stable);
 
     let balance = Balance::new(Harmonics::up_to(60));
-    let guess = Orbit::project(&accurate(), &pair, &steady.state, balance.harmonics()).unwrap();
+    let guess = FourierOrbit::project(&accurate(), &pair, &steady.state, balance.harmonics()).unwrap();
     let orbit = balance.solve(&pair, &guess).unwrap();
     // The stiffness jumps, so that the series converges as the inverse cube of its order.
     let apart = (orbit.state(at.t).q[0] - at.q[0]).abs();
@@ -127,7 +127,7 @@ fn the_pair_is_wrapped() {
     let after = accurate().end(&pair.with("load", 1000.0).unwrap(), &before, end).unwrap();
     approx::assert_relative_eq!(until.q[0], after.q[0], max_relative = 1e-6);
 
-    let steady = Varying::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
+    let steady = VaryingSpeed::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
     let (a, b) =
         (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
     approx::assert_relative_eq!(a.q[0], b.q[0], max_relative = 1e-6);
@@ -200,7 +200,7 @@ fn lanes_of_ones_own() {
         u.iter_mut().zip(one).for_each(|(u, one)| u.0[lane] = one);
     }
     let (q, v) = ([Four([0.1, 0.5, 0.9, 1.3]), Four::from(0.05)], [Four::from(0.2), Four::from(-0.1)]);
-    models[0].shape().accel(&AsIs, Drives::new(1, &u), &q, &v, &mut a);
+    models[0].shape().accel(&ByDeflection, Drives::new(1, &u), &q, &v, &mut a);
     for (lane, model) in models.iter().enumerate() {
         let pick = |x: &[Four]| x.iter().map(|x| x.0[lane]).collect::<Vec<_>>();
         let mut single = [0.0; 2];
@@ -215,9 +215,9 @@ fn in_the_ring() {
     let preset = RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap();
     let law = |i: usize| {
         if i == 2 {
-            AnyLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 })
+            MixedLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 })
         } else {
-            AnyLaw::Backlash(*preset.meshes[i].law())
+            MixedLaw::Backlash(*preset.meshes[i].law())
         }
     };
     let kick = Wave::new(Scaled::new(1e-6, Wave::new(Kick)).unwrap());
