@@ -1,7 +1,16 @@
 //! Harmonic balance of the rattling pair and of a Duffing oscillator: residual and Jacobian, whole solves, polishing.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use gear_dynamics::*;
+use gear_dynamics::contact::Piece;
+use gear_dynamics::excitation::Side;
+use gear_dynamics::model::Jacobian;
+use gear_dynamics::models::nfg::{NfgReading, Radius};
+use gear_dynamics::models::ring::{Frame, RingSet};
+use gear_dynamics::periodic::{FourierOrbit, Integrals};
+use gear_dynamics::roots::{Newton, Residual};
+use gear_dynamics::{
+    Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, Periodic, Ring, Settle, State,
+};
 use std::f64::consts::TAU;
 use std::hint::black_box;
 

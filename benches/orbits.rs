@@ -1,7 +1,8 @@
 //! Periodic orbits: polishing a guess by multiple shooting.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use gear_dynamics::{Dop853, NfgPair, NfgParams, NfgReading, Settle, Shooting, State};
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, Shooting, State};
 use std::hint::black_box;
 
 /// The pair at 180 rad/s, 252 tooth edges a turn, 63 segments, every state of the guess off by 1e-3 of the range.

@@ -4,7 +4,8 @@ mod common;
 
 use common::{Pair, hand_dop853, hand_rk4, ratio, ring};
 use criterion::{Criterion, criterion_group};
-use gear_dynamics::{Dop853, Finish, Integrator, Model, Rk4, Rk45, State, Step};
+use gear_dynamics::ode::{Finish, Step};
+use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 

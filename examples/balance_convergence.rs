@@ -8,10 +8,10 @@
 
 mod support;
 
-use gear_dynamics::{
-    Balance, Dop853, FourierOrbit, Harmonics, Integrals, NfgPair, NfgParams, NfgReading, Proof, Residual,
-    Settle, Shooting, State,
-};
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::periodic::{FourierOrbit, Integrals, Proof};
+use gear_dynamics::roots::Residual;
+use gear_dynamics::{Balance, Dop853, Harmonics, NfgPair, NfgParams, Settle, Shooting, State};
 use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;

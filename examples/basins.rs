@@ -4,7 +4,11 @@
 
 mod support;
 
-use gear_dynamics::*;
+use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::excitation::Side;
+use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
+use gear_dynamics::{Backlash, ParameterError, RattleState, Shape, State, Sweep};
 use support::{Csv, Map, Outcome, gallery, maps};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance

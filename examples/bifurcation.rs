@@ -5,10 +5,9 @@
 
 mod support;
 
-use gear_dynamics::{
-    Axis, Bifurcation, DiagramPoint, Dop853, Located, Lyapunov, NfgPair, NfgParams, NfgReading, Points, Row,
-    Rows, Sweep,
-};
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::sweep::{Axis, Bifurcation, DiagramPoint, Located, Points, Row, Rows};
+use gear_dynamics::{Dop853, Lyapunov, NfgPair, NfgParams, Sweep};
 use plotters::prelude::SeriesLabelPosition;
 use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
 

@@ -5,10 +5,11 @@
 
 mod support;
 
-use gear_dynamics::{
-    ContactStatistics, Dop853, Frame, Held, HeldProcess, Integrator, Model, ParameterError, Periodic, Rattle,
-    Ring, RingSet, Spectrum, State, Statistics, Step, Summary, Window, uniform_times,
-};
+use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
+use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::models::ring::{Frame, RingSet};
+use gear_dynamics::ode::{Step, uniform_times};
+use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Periodic, Rattle, Ring, State, Statistics};
 use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -391,7 +392,7 @@ fn main() -> Outcome<()> {
     let mut seen = 0u64;
     solver(&bare).run(&bare, &State::at_rest(bare.dof()), 7.0, &mut |step: &mut Step<'_>| {
         seen += step.crossings().len() as u64;
-        let _ = gear_dynamics::Observer::step(&mut statistics, step);
+        let _ = gear_dynamics::ode::Observer::step(&mut statistics, step);
         ControlFlow::Continue(())
     })?;
     let (w, kd) = (statistics.summary(channels[0])?, statistics.summary(channels[1])?);

@@ -1,6 +1,10 @@
 //! A model, a nonlinearity and an excitation of one's own: an idler that rattles under a torque ripple.
 mod support;
-use gear_dynamics::*;
+use gear_dynamics::contact::{Contact, Nonlinearity};
+use gear_dynamics::excitation::{Excitation, Jet, Side};
+use gear_dynamics::model::Scalar;
+use gear_dynamics::ode::uniform_times;
+use gear_dynamics::{Dop853, Integrator, Model, Rattle, State, Statistics, Wave};
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 
 /// Hertzian contact: force ~ p^1.5, p the penetration past the half backlash.

@@ -4,9 +4,11 @@
 
 mod support;
 
+use gear_dynamics::analysis::{Spectrum, Summary, Unsettled, Window};
+use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
+use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{
-    Dop853, Integrator, NfgPair, NfgPair2, NfgParams, NfgReading, Periodic, Rattle, RattleState, Settle,
-    Spectrum, State, Statistics, Summary, Unsettled, Window, uniform_times,
+    Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle, State, Statistics,
 };
 use rayon::prelude::*;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};

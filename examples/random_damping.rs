@@ -4,7 +4,11 @@
 
 mod support;
 
-use gear_dynamics::*;
+use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::excitation::Side;
+use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::sweep::Ensemble;
+use gear_dynamics::{Dop853, Model, Ring, State};
 use rand_distr::Uniform;
 use support::{Csv, Mark, Outcome, Panel, figure, gallery};
 

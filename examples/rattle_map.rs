@@ -4,9 +4,9 @@
 
 mod support;
 
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row};
 use gear_dynamics::{
-    Axis, Integrator, LaneRk4, Monitor, NfgPair, NfgParams, ParameterError, Periodic, Point, Points, Rk4,
-    Row, State, Statistics, Sweep,
+    Integrator, NfgPair, NfgParams, ParameterError, Periodic, Rk4, State, Statistics, Sweep,
 };
 use std::time::Instant;
 use support::{Csv, Map, Outcome, gallery, maps, progress};

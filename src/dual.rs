@@ -1,7 +1,11 @@
 //! Dual numbers.
 
 use crate::scalar::Scalar;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::Add;
+use std::ops::Div;
+use std::ops::Mul;
+use std::ops::Neg;
+use std::ops::Sub;
 
 /// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
 ///
@@ -9,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// too, and x √x has the slope 0 that it should have. Powers below 1 and logarithms have their slope at 1.5e-154.
 ///
 /// ```
-/// use gear_dynamics::{Dual, Scalar};
+/// use gear_dynamics::model::{Dual, Scalar};
 /// let x = Dual::variable(4.0);
 /// assert_eq!(x.sqrt().value, 2.0);
 /// assert_eq!(x.sqrt().slope, [0.25]);

@@ -202,7 +202,7 @@ pub enum ParameterError {
 
 /// Checks at the door, shared by every constructor.
 pub(crate) mod check {
-    use super::ParameterError as E;
+    use crate::error::ParameterError as E;
 
     type Checked = Result<f64, E>;
 

@@ -1,7 +1,7 @@
 //! Nonlinear gear dynamics: backlash, mesh stiffness and rattle, integrated with located tooth edges.
 //!
 //! A gear model is drives, algebra and contacts ([`Model`]); solvers ([`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advance any model,
-//! locate the edges of its backlash and never straddle a jump of its drives; observers ([`Statistics`], [`Rattle`], [`Section`],
+//! locate the edges of its backlash and never straddle a jump of its drives; observers ([`Statistics`], [`Rattle`], [`Section`](analysis::Section),
 //! closures) see every step; [`Settle`] runs a periodic model until it repeats.
 //!
 //! The noncircular face gear pair at 180 rad/s rattles on both flanks, 252 edges crossed in a turn:
@@ -22,100 +22,57 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`] says what is inconsistent |
-//! | gear models | [`NfgPair`], [`NfgPair2`], [`Ring`] |
-//! | functions of an angle | [`Wave`], [`Excitation`]: [`Fourier`], [`RectangularWave`], [`InstantCentre`], [`Table`], [`Function`], ... |
-//! | contact laws | [`Nonlinearity`]: [`Backlash`], [`AsymmetricBacklash`], [`VaryingBacklash`], [`PowerLaw`], [`NoPullBacklash`], [`Damped`], ...; rigid stops: [`Restitution`]; [table](guide::contact_laws) |
-//! | random drives, functions of time | [`HeldProcess`], [`Held`]; [`Driven`] |
-//! | periodic orbits | [`Balance`], [`Harmonics`], [`FourierOrbit`], [`Proof`]; [`Shooting`], [`ShootingOrbit`], [`Multipliers`], [`Stability`]; [`Lyapunov`] |
-//! | equations of one's own | [`Newton`], [`Broyden`], [`Residual`] |
-//! | what to read off | [`Statistics`], [`Spectrum`], [`Rattle`], [`strobe`], [`Section`], [`Settle`], named channels by [`Probe`] |
-//! | many runs | [`Sweep`] with [`LaneRk4`], [`TableRk4`], [`Located`]; [`Bifurcation`], [`Attractors`], [`Ensemble`], [`RandomParameters`] |
+//! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`](check::check_model) says what is inconsistent |
+//! | gear models | [`NfgPair`], [`NfgPair2`](models::nfg::NfgPair2), [`Ring`] |
+//! | functions of an angle | [`Wave`], [`Excitation`](excitation::Excitation): [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave), [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table), [`Function`](excitation::Function), ... |
+//! | contact laws | [`Nonlinearity`](contact::Nonlinearity): [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash), [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw), [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped), ...; rigid stops: [`Restitution`](contact::Restitution); [table](guide::contact_laws) |
+//! | random drives, functions of time | [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held); [`Driven`](drives::Driven) |
+//! | periodic orbits | [`Balance`], [`Harmonics`], [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof); [`Shooting`], [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers), [`Stability`](periodic::Stability); [`Lyapunov`] |
+//! | equations of one's own | [`Newton`](roots::Newton), [`Broyden`](roots::Broyden), [`Residual`](roots::Residual) |
+//! | what to read off | [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`], [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], named channels by [`Probe`](analysis::Probe) |
+//! | many runs | [`Sweep`] with [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4), [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors), [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters) |
 //! | limits on work | [`Budget`]: steps, time, a flag |
-//! | changing speed | [`PhaseLaw`], [`VaryingSpeed`], [`Waterfall`] |
+//! | changing speed | [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed), [`Waterfall`](analysis::Waterfall) |
 //! | background | [`guide`] |
 
-mod analysis;
-mod balance;
-mod budget;
-mod channel;
-mod check;
-mod driven;
+pub mod analysis;
+pub mod check;
+pub mod contact;
+pub mod drives;
 mod dual;
 mod error;
-mod excitation;
-mod held;
-mod impact;
-mod jacobian;
-mod lanes;
-mod machine;
-mod mesh;
-mod model;
-mod models;
-mod nonlinearity;
-mod ode;
-mod orbit;
-mod phase;
-mod piece;
-mod root;
+pub mod excitation;
+pub mod model;
+pub mod models;
+pub mod ode;
+pub mod periodic;
+pub mod roots;
 mod scalar;
-mod shape;
-mod slopes;
-mod sweep;
-mod wrapped;
+pub mod sweep;
 
-pub use analysis::{
-    ContactStatistics, Direction, Rattle, RattleState, Section, Settle, Spectrum, Statistics, Steady,
-    Summary, Unsettled, Waterfall, WaterfallError, WaterfallLine, Window, strobe,
-};
-pub use balance::{
-    Balance, BalanceEquations, BalanceError, BalanceNote, ContactHistory, FourierOrbit, Harmonics, Integrals,
-    Proof,
-};
-pub use budget::{Budget, Exhausted};
-pub use channel::Probe;
-pub use check::{Inconsistency, check_model, check_periodic};
-pub use driven::{Driven, TimeDrives};
-pub use dual::Dual;
-pub use error::ParameterError;
-pub use excitation::{
-    CentreCurve, Constant, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave,
-    Scaled, Sum, Table, Wave, earliest, same,
-};
-pub use held::{CounterRng, Held, HeldDrives, HeldProcess};
-pub use impact::Restitution;
-pub use lanes::{InstructionSet, Lanes, TableError};
-pub use machine::Machine;
-pub use mesh::{ContactDamping, Mesh};
-pub use model::{Channel, Contact, Jacobian, Model, Periodic, State};
-pub use models::{
-    CentreForcing, Damping, ErrorForcing, Frame, Gear, HalfWidth, Load, Modes, Motor, NfgPair, NfgPair2,
-    NfgParams, NfgReading, NfgShape, NfgShape2, Radius, RelativeView, Ring, RingParams, RingSet, RingShape,
-    Shaft,
-};
-pub use nonlinearity::{
-    AsymmetricBacklash, Backlash, Cubic, Damped, Edges, Linear, MixedLaw, NoPullBacklash, Nonlinearity,
-    PowerLaw, SmoothedBacklash, VaryingBacklash,
-};
-pub use ode::{
-    Adaptive, Crossing, Dop853, DormandPrince5, DormandPrince8, Failed, Finish, IntegrateError, Integrator,
-    Observer, Rk4, Rk45, Stats, Step, StepView, Trajectory, uniform_times,
-};
-pub use orbit::{
-    Exponents, Iterate, Lyapunov, LyapunovError, Multipliers, Shooting, ShootingError, ShootingOrbit,
-    Stability, Transition, Variation,
-};
-pub use phase::{PhaseLaw, VaryingSpeed};
-pub use piece::{Piece, Side};
-pub use root::{Broyden, Equations, FirstJacobian, Matrix, Newton, Residual, Root, RootError};
-pub use scalar::{Scalar, keep_rolled};
-pub use shape::{ByDeflection, Drives, FixedPieces, PieceChoice, Shape, Size};
-pub use sweep::{
-    Attractor, Attractors, Axis, Bands, Bifurcation, Diagram, DiagramPoint, Distribution, Ensemble,
-    EnsembleError, LaneRk4, Located, Monitor, Point, PointError, Points, RandomParameters, Row, Rows,
-    RowsError, SobolDesign, SobolIndex, Sweep, SweepEngine, SweepError, TableRk4, WarmStart,
-};
-pub use wrapped::{DriveRule, Wrapped};
+pub use crate::analysis::rattle::{Rattle, RattleState};
+pub use crate::analysis::settle::Settle;
+pub use crate::analysis::statistics::Statistics;
+pub use crate::contact::laws::backlash::Backlash;
+pub use crate::contact::mesh::Mesh;
+pub use crate::error::ParameterError;
+pub use crate::excitation::wave::Wave;
+pub use crate::model::equations::{Model, Periodic, State};
+pub use crate::model::machine::Machine;
+pub use crate::model::shape::Shape;
+pub use crate::models::nfg::pair::NfgPair;
+pub use crate::models::nfg::params::NfgParams;
+pub use crate::models::ring::shape::Ring;
+pub use crate::ode::budget::Budget;
+pub use crate::ode::integrator::Integrator;
+pub use crate::ode::methods::dop853::Dop853;
+pub use crate::ode::methods::rk4::Rk4;
+pub use crate::ode::methods::rk45::Rk45;
+pub use crate::periodic::balance::series::harmonics::Harmonics;
+pub use crate::periodic::balance::solve::Balance;
+pub use crate::periodic::lyapunov::run::Lyapunov;
+pub use crate::periodic::shooting::multiple::Shooting;
+pub use crate::sweep::schedule::sweep::Sweep;
 
 /// Guide pages: theory, a model of one's own, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {

@@ -1,7 +1,11 @@
 //! The numbers that the algebra of a model runs on.
 
 use std::fmt::Debug;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::Add;
+use std::ops::Div;
+use std::ops::Mul;
+use std::ops::Neg;
+use std::ops::Sub;
 
 /// A number, a dual number or a bundle of lanes: what a model's algebra needs and no more.
 ///
@@ -11,7 +15,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// the bits of the platform.
 ///
 /// ```
-/// use gear_dynamics::{Dual, Scalar};
+/// use gear_dynamics::model::{Dual, Scalar};
 /// fn cubic<S: Scalar>(x: S) -> S { x + x * x * x * 0.5 }
 /// assert_eq!(cubic(2.0), 6.0);
 /// assert_eq!(cubic(Dual::variable(2.0)).slope, [7.0]);
@@ -56,12 +60,12 @@ pub trait Scalar:
     }
 }
 
-/// The index of a loop over the elements of a model, for algebra on [`Lanes`](crate::Lanes): it keeps the compiler from bundling elements
+/// The index of a loop over the elements of a model, for algebra on [`Lanes`](crate::sweep::Lanes): it keeps the compiler from bundling elements
 /// where it should bundle lanes, which gathers its numbers from far apart and is five times slower. It is the index itself, known to be in
 /// range where it was, and changes no result.
 ///
 /// ```
-/// use gear_dynamics::{Scalar, keep_rolled};
+/// use gear_dynamics::model::{Scalar, keep_rolled};
 /// fn sum<S: Scalar>(x: &[S]) -> S {
 ///     let mut sum = S::from(0.0);
 ///     for i in 0..x.len() {

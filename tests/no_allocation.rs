@@ -1,6 +1,17 @@
 //! Steps allocate nothing: a run of ten times the steps allocates exactly as often.
 
-use gear_dynamics::*;
+use gear_dynamics::contact::{Contact, Piece};
+use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::models::nfg::NfgPair2;
+use gear_dynamics::models::ring::{Frame, RingSet};
+use gear_dynamics::ode::{Stats, Step};
+use gear_dynamics::periodic::{FourierOrbit, Integrals, Variation};
+use gear_dynamics::roots::Residual;
+use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Monitor, Point, Points, Rows};
+use gear_dynamics::{
+    Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, ParameterError, Periodic, Rattle,
+    Ring, Rk4, Rk45, State, Statistics, Sweep,
+};
 use std::ops::ControlFlow;
 
 fn allocations(run: impl FnOnce()) -> u64 {

@@ -1,10 +1,10 @@
 //! The benchmark problems, written as a user would write them.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::{
-    Backlash, Channel, Contact, Drives, Machine, Model, Periodic, Piece, PieceChoice, Scalar, Shape, Side,
-    Size, State,
-};
+use gear_dynamics::contact::{Contact, Piece, PieceChoice};
+use gear_dynamics::excitation::Side;
+use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::{Backlash, Machine, Model, Periodic, Shape, State};
 use std::f64::consts::{PI, TAU};
 
 /// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
@@ -172,8 +172,8 @@ pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dyna
 }
 
 /// Its parameters.
-pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::RingParams {
-    use gear_dynamics::*;
+pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::models::ring::RingParams {
+    use gear_dynamics::models::ring::{RingSet, Shaft};
     let set = RingSet {
         gear_inertia: 1.5e-3,
         load_inertia,

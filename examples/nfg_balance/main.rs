@@ -13,10 +13,13 @@ mod motions;
 mod support;
 mod sweeps;
 
-use gear_dynamics::{
-    Balance, BalanceError, Fourier, FourierOrbit, Harmonics, HeldProcess, Integrals, Integrator, NfgPair,
-    NfgParams, NfgReading, Periodic, Piece, RattleState, uniform_times,
-};
+use gear_dynamics::contact::Piece;
+use gear_dynamics::drives::HeldProcess;
+use gear_dynamics::excitation::Fourier;
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::ode::uniform_times;
+use gear_dynamics::periodic::{BalanceError, FourierOrbit, Integrals};
+use gear_dynamics::{Balance, Harmonics, Integrator, NfgPair, NfgParams, Periodic, RattleState};
 use motions::{
     ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit,
     paper_point, run, shooting, solver,

@@ -1,10 +1,14 @@
 //! Motions of the pair: by the balance of the paper, and converged.
 
 use crate::support::Outcome;
+use gear_dynamics::analysis::{Summary, Unsettled};
+use gear_dynamics::contact::Piece;
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::periodic::{BalanceError, FourierOrbit, Integrals, ShootingOrbit, Stability};
+use gear_dynamics::roots::Broyden;
 use gear_dynamics::{
-    Balance, BalanceError, Broyden, Dop853, FourierOrbit, Harmonics, Integrals, Integrator, NfgPair,
-    NfgParams, NfgReading, Periodic, Piece, Rattle, RattleState, Settle, Shooting, ShootingOrbit, Stability,
-    State, Statistics, Summary, Unsettled,
+    Balance, Dop853, Harmonics, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle,
+    Shooting, State, Statistics,
 };
 
 /// Turns of the face gear to settle in, and to measure over when nothing repeats.

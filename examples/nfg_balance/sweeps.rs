@@ -2,7 +2,9 @@
 
 use crate::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::{Outcome, coarse};
-use gear_dynamics::{FourierOrbit, NfgPair, NfgParams, NfgReading, RattleState};
+use gear_dynamics::models::nfg::NfgReading;
+use gear_dynamics::periodic::FourierOrbit;
+use gear_dynamics::{NfgPair, NfgParams, RattleState};
 
 /// A parameter carried from end to end.
 pub struct Sweep {

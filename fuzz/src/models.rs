@@ -2,7 +2,14 @@
 
 use crate::case::{Case, Stop};
 use crate::targets::{excitations, laws, shapes};
-use gear_dynamics::*;
+use gear_dynamics::contact::{Contact, ContactDamping, MixedLaw, Piece};
+use gear_dynamics::excitation::{Side, Sum};
+use gear_dynamics::model::{Channel, Jacobian};
+use gear_dynamics::models::nfg::{
+    CentreForcing, Damping, ErrorForcing, HalfWidth, NfgPair2, NfgReading, Radius,
+};
+use gear_dynamics::models::ring::{Frame, RingParams, RingSet, Shaft};
+use gear_dynamics::{Backlash, Mesh, Model, NfgPair, NfgParams, Periodic, Ring, State, Wave};
 use std::f64::consts::TAU;
 
 /// Any model, with the period it claims.

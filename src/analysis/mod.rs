@@ -1,32 +1,18 @@
-//! What to read off a run: statistics, spectra, rattle, sections, steady states.
+//! What to read off a run: statistics, rattle, sections, spectra, the steady state.
 
-mod rattle;
-mod returns;
-mod section;
-mod settle;
-mod spectrum;
-mod statistics;
-mod waterfall;
+pub(crate) mod quadrature;
+pub(crate) mod rattle;
+pub(crate) mod returns;
+pub(crate) mod section;
+pub(crate) mod settle;
+pub(crate) mod spectrum;
+pub(crate) mod statistics;
+pub(crate) mod waterfall;
 
-pub use rattle::{ContactStatistics, Rattle, RattleState};
-pub(crate) use returns::{Ranges, is_own_multiple};
-pub use section::{Direction, Section, strobe};
-pub use settle::{Settle, Steady, Unsettled};
-pub use spectrum::{Spectrum, Window};
-pub use statistics::{Statistics, Summary};
-pub use waterfall::{Waterfall, WaterfallError, WaterfallLine};
-
-/// ∫ f over [a, b] by Gauss-Legendre, 5 points: exact to order 9.   Source: Abramowitz & Stegun, Table 25.4.
-pub(crate) fn gauss(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    GAUSS.iter().map(|[x, w]| w * f(middle + half * x)).sum::<f64>() * half
-}
-
-/// Nodes and weights on [-1, 1].
-pub(crate) const GAUSS: [[f64; 2]; 5] = [
-    [-0.906_179_845_938_664, 0.236_926_885_056_189_08],
-    [-0.538_469_310_105_683_1, 0.478_628_670_499_366_47],
-    [0.0, 0.568_888_888_888_888_9],
-    [0.538_469_310_105_683_1, 0.478_628_670_499_366_47],
-    [0.906_179_845_938_664, 0.236_926_885_056_189_08],
-];
+pub use crate::analysis::rattle::{ContactStatistics, Rattle, RattleState};
+pub use crate::analysis::section::{Direction, Section, strobe};
+pub use crate::analysis::settle::{Settle, Steady, Unsettled};
+pub use crate::analysis::spectrum::{Spectrum, Window};
+pub use crate::analysis::statistics::{Statistics, Summary};
+pub use crate::analysis::waterfall::{Waterfall, WaterfallError, WaterfallLine};
+pub use crate::ode::probe::Probe;

@@ -1,10 +1,11 @@
 //! Rattle: whether, how often and on which flanks teeth meet.
 
-use super::GAUSS;
-use crate::channel::Probe;
-use crate::model::Model;
-use crate::ode::{Observer, Step};
-use crate::piece::{Piece, Side};
+use crate::analysis::quadrature::GAUSS;
+use crate::contact::piece::Piece;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::ode::probe::Probe;
+use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// The rattle state of a mesh, numbered as rsv in Liu 2021; a mesh that never touches is floating.
@@ -40,7 +41,7 @@ impl std::fmt::Display for RattleState {
 /// What one contact did over a run.
 ///
 /// ```
-/// use gear_dynamics::{ContactStatistics, RattleState};
+/// use gear_dynamics::{analysis::ContactStatistics, RattleState};
 /// let contact = ContactStatistics { time: [3.0, 1.0, 0.0], impacts: [5, 0] };
 /// assert_eq!((contact.state(), contact.loss_fraction()), (RattleState::Unilateral, 0.25));
 /// ```

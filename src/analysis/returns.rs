@@ -1,6 +1,6 @@
 //! How closely a motion comes back.
 
-use crate::orbit::remove;
+use crate::periodic::flow::motion_size::remove;
 
 /// How far every coordinate and velocity moves, rigid motion left out: the unit in which returns are measured.
 ///

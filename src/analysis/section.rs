@@ -1,16 +1,19 @@
 //! Poincaré sections.
 
-use super::GAUSS;
-use crate::channel::Probe;
+use crate::analysis::quadrature::GAUSS;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Periodic, State};
-use crate::ode::{Failed, IntegrateError, Integrator, Observer, Step, Trajectory};
+use crate::model::equations::{Model, Periodic, State};
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::probe::Probe;
+use crate::ode::step::{Observer, Step};
+use crate::ode::trajectory::{Failed, Trajectory};
 use std::ops::ControlFlow;
 
 /// The Poincaré section of the forcing: `count` states, one period of the drives apart, the first after one period.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, NfgPair, NfgParams, strobe};
+/// use gear_dynamics::{Dop853, NfgPair, NfgParams, analysis::strobe};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let section = strobe(&Dop853::new(), &pair, &pair.static_start()?, 3)?;
 /// assert_eq!(section.len(), 3);
@@ -50,7 +53,7 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
 /// In which direction a section is crossed.
 ///
 /// ```
-/// assert_ne!(gear_dynamics::Direction::Rising, gear_dynamics::Direction::Falling);
+/// assert_ne!(gear_dynamics::analysis::Direction::Rising, gear_dynamics::analysis::Direction::Falling);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
@@ -67,7 +70,7 @@ pub enum Direction {
 /// second goes on where the first ended.
 ///
 /// ```
-/// use gear_dynamics::{Direction, Dop853, Integrator, Model, Section, State};
+/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, Model, State};
 /// struct Spring;
 /// impl Model for Spring {
 ///     fn dof(&self) -> usize { 1 }

@@ -1,10 +1,12 @@
 //! Running a model until it repeats.
 
-use super::returns::{Ranges, is_own_multiple};
-use crate::budget::Budget;
-use crate::model::{Periodic, State};
-use crate::ode::{IntegrateError, Integrator, Observer, Step};
-use crate::orbit::rigid_modes;
+use crate::analysis::returns::{Ranges, is_own_multiple};
+use crate::model::equations::{Periodic, State};
+use crate::model::rigid::rigid_modes;
+use crate::ode::budget::Budget;
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::step::{Observer, Step};
 use thiserror::Error;
 
 /// Integrates period by period until the state repeats after p of them, p as small as possible.
@@ -140,7 +142,7 @@ const LONGEST: usize = 1 << 16;
 ///
 /// ```
 /// let state = gear_dynamics::State::at_rest(1);
-/// let steady = gear_dynamics::Steady { state, period_multiple: 2, periods: 30, change: 1e-10 };
+/// let steady = gear_dynamics::analysis::Steady { state, period_multiple: 2, periods: 30, change: 1e-10 };
 /// assert_eq!(steady.period_multiple, 2);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -158,7 +160,7 @@ pub struct Steady {
 /// Why no settled orbit is returned.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, Unsettled};
+/// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::Unsettled};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &pair.static_start()?).unwrap_err();
 /// assert!(matches!(unsettled, Unsettled::Aperiodic { periods: 1, .. }));

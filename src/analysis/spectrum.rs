@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// A window, by its usual name; all are periodic (for spectra), not symmetric (for filters).   Source: Harris, Proc. IEEE 66 (1978) 51.
 ///
 /// ```
-/// let hann = gear_dynamics::Window::Hann.coefficients(4)?;
+/// let hann = gear_dynamics::analysis::Window::Hann.coefficients(4)?;
 /// assert!((hann[1] - 0.5).abs() < 1e-15 && hann[2] == 1.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -55,7 +55,7 @@ impl Window {
 /// A one-sided amplitude spectrum: a sine of amplitude 1 reads 1 at its line, whatever the window; a constant reads itself at 0.
 ///
 /// ```
-/// use gear_dynamics::{Spectrum, Window};
+/// use gear_dynamics::analysis::{Spectrum, Window};
 /// let sine: Vec<f64> = (0..64).map(|i| (i as f64 * std::f64::consts::TAU * 5.0 / 64.0).sin()).collect();
 /// let spectrum = Spectrum::of(&sine, 1.0 / 64.0, Window::Hann)?;
 /// assert!((spectrum.amplitudes()[5] - 1.0).abs() < 1e-14);

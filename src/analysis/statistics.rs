@@ -1,16 +1,16 @@
 //! Mean, RMS and extremes of channels over a run.
 
-use super::GAUSS;
-use crate::channel::Probe;
+use crate::analysis::quadrature::GAUSS;
 use crate::error::{ParameterError, check};
-use crate::model::Model;
-use crate::ode::{Observer, Step};
+use crate::model::equations::Model;
+use crate::ode::probe::Probe;
+use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// What a channel did over a window of time.
 ///
 /// ```
-/// let summary = gear_dynamics::Summary::of(&[1.0, 3.0])?;
+/// let summary = gear_dynamics::analysis::Summary::of(&[1.0, 3.0])?;
 /// assert_eq!((summary.mean, summary.peak_to_peak()), (2.0, 2.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -117,6 +117,7 @@ impl Running {
 
 /// Start, Gauss points, end.
 const POINTS: usize = 7;
+
 /// Rounds of parabolic refinement of an extremum.
 const ROUNDS: usize = 12;
 

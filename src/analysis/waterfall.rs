@@ -1,12 +1,13 @@
 //! Orders over a run with changing speed.
 
-use super::{Spectrum, Window};
-use crate::channel::Probe;
+use crate::analysis::spectrum::{Spectrum, Window};
+use crate::drives::phase::VaryingSpeed;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, State};
-use crate::ode::{Failed, Integrator};
-use crate::phase::VaryingSpeed;
-use crate::shape::Shape;
+use crate::model::equations::{Model, State};
+use crate::model::shape::Shape;
+use crate::ode::integrator::Integrator;
+use crate::ode::probe::Probe;
+use crate::ode::trajectory::Failed;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
@@ -14,7 +15,7 @@ use thiserror::Error;
 /// order stays sharp while its frequency moves.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, PhaseLaw, Rk4, VaryingSpeed, Waterfall};
+/// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{PhaseLaw, VaryingSpeed}, analysis::Waterfall};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let (start, speed, turn) = (pair.static_start()?, pair.centre_frequency(), 2718.68);
 /// let run_up = VaryingSpeed::new(pair, PhaseLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
@@ -32,7 +33,7 @@ pub struct Waterfall {
 /// Why there is no waterfall.
 ///
 /// ```
-/// use gear_dynamics::{ParameterError, WaterfallError};
+/// use gear_dynamics::{ParameterError, analysis::WaterfallError};
 /// let error = WaterfallError::from(ParameterError::TooFew { name: "turns".into(), value: 0, least: 1 });
 /// assert_eq!(error.to_string(), "turns is 0: at least 1 are needed");
 /// ```
@@ -50,7 +51,7 @@ pub enum WaterfallError {
 /// One window.
 ///
 /// ```
-/// let line = gear_dynamics::WaterfallLine { t: 0.0, speed: 10.0, orders: vec![0.0, 0.5, 1.0], amplitudes: vec![0.0, 1.0, 4.0] };
+/// let line = gear_dynamics::analysis::WaterfallLine { t: 0.0, speed: 10.0, orders: vec![0.0, 0.5, 1.0], amplitudes: vec![0.0, 1.0, 4.0] };
 /// assert_eq!(line.order(0.9), 4.0);
 /// ```
 #[derive(Clone, Debug, PartialEq)]

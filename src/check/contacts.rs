@@ -1,17 +1,20 @@
 //! Contacts against the acceleration: at each finite edge it bends or jumps, its pieces part, and the force told does as it does.
 
-use super::point::Point;
-use super::{FINE, Inconsistency, ROUNDING};
-use crate::model::{Contact, Model, State};
-use crate::piece::Piece;
+use crate::check::inconsistency::Inconsistency;
+use crate::check::point::Point;
+use crate::check::tolerances::{FINE, ROUNDING};
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::model::equations::{Model, State};
 
 /// Distances from an edge, in shares of its length, at which it is looked at: a bend is the same at both, a smooth curve a hundredth.
 const NEAR: [[f64; 2]; 2] = [[1e-2, 1e-4], [1e-4, 1e-6]];
+
 /// What a smooth curve may keep at the shorter distance.
 const SMOOTH: f64 = 0.03;
 
 /// Coordinates along which the deflection of one contact grows.
-pub(super) struct Line {
+pub(crate) struct Line {
     q: Vec<f64>,
     /// ∂d/∂q over its square: by how much coordinates move per deflection.
     per_deflection: Vec<f64>,
@@ -21,13 +24,13 @@ pub(super) struct Line {
 
 impl Line {
     /// The coordinates at which the deflection is `d`.
-    pub(super) fn to(&self, d: f64) -> Vec<f64> {
+    pub(crate) fn to(&self, d: f64) -> Vec<f64> {
         let moved = d - self.contact.deflection;
         self.q.iter().zip(&self.per_deflection).map(|(q, g)| q + moved * g).collect()
     }
 
     /// The finite edges of a gap that has a width.
-    pub(super) fn edges(&self) -> Vec<f64> {
+    pub(crate) fn edges(&self) -> Vec<f64> {
         let Contact { lower, upper, .. } = self.contact;
         if upper > lower {
             [lower, upper].into_iter().filter(|edge| edge.is_finite()).collect()
@@ -37,7 +40,7 @@ impl Line {
     }
 
     /// The length to measure by at an edge: the gap, or what there is if it is open to one side.
-    pub(super) fn length(&self, edge: f64) -> f64 {
+    pub(crate) fn length(&self, edge: f64) -> f64 {
         let gap = self.contact.upper - self.contact.lower;
         if gap.is_finite() {
             return gap;
@@ -90,7 +93,7 @@ struct Seen {
 
 impl<M: Model + ?Sized> Point<'_, M> {
     /// The line of a contact; none if no coordinate moves it.
-    pub(super) fn line(&self, contact: usize) -> Option<Line> {
+    pub(crate) fn line(&self, contact: usize) -> Option<Line> {
         let State { q, v, .. } = &self.state;
         let base = self.contacts(q, v)[contact];
         let h = 1e-4 * self.size[0];
@@ -110,7 +113,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
     }
 
     /// At each finite edge the acceleration bends or jumps, the pieces part, and the force told changes as the acceleration does.
-    pub(super) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);

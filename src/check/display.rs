@@ -1,6 +1,6 @@
 //! Findings as sentences: what was seen, and where to look.
 
-use super::Inconsistency;
+use crate::check::inconsistency::Inconsistency;
 use std::fmt;
 
 impl fmt::Display for Inconsistency {

@@ -1,18 +1,21 @@
 //! Drives against the edges that they announce.
 
-use super::{GOLDEN, Inconsistency};
-use crate::model::{Model, State};
-use crate::piece::Side;
+use crate::check::inconsistency::Inconsistency;
+use crate::check::tolerances::GOLDEN;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
 
 /// Intervals of a span in which jumps are looked for.
 const INTERVALS: u32 = 256;
+
 /// Announced edges followed within an interval; where there are more, it is left out.
 const EDGES: usize = 8;
+
 /// What is left of a change when its interval is halved: a half of a smooth one, all of a jump.
 const KEPT: f64 = 0.75;
 
 /// Edges lie ahead, and between them the drives do not jump: over the period, or without one over spans of several sizes.
-pub(super) fn check<M: Model + ?Sized>(
+pub(crate) fn check<M: Model + ?Sized>(
     model: &M,
     typical: &State,
     period: Option<f64>,

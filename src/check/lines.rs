@@ -1,21 +1,28 @@
 //! Bends and jumps of the acceleration that no contact tells of, looked for along lines through the typical state.
 
-use super::Inconsistency;
-use super::point::Point;
-use crate::model::Model;
+use crate::check::inconsistency::Inconsistency;
+use crate::check::point::Point;
+use crate::model::equations::Model;
 
 /// Equal parts of a line, and of a window that is looked at.
 const PARTS: usize = 32;
+
 const WINDOW: usize = 8;
+
 /// Lines reach to twenty times the size of the coordinates, and to ever smaller distances.
 const REACHES: i32 = 10;
+
 /// Share of the second differences of a window that its two largest neighbours hold: 2/7 on a smooth curve, 1 at a kink. Above the first a
 /// kink is suspected, above the second it is certain.
 const SUSPECT: f64 = 0.45;
+
 const CERTAIN: f64 = 0.9;
+
 /// Times that a window is narrowed, each to 3/8, and after how many a bend is certain.
 const LEVELS: usize = 14;
+
 const LEAST: usize = 6;
+
 /// Narrowing a window to 3/8 leaves 3/8 of the second difference at a kink, (3/8)² = 0.14 of that of a smooth curve, (3/8)^1.5 = 0.23 of
 /// that of a cusp x^1.5. Below this share it is no kink.
 const LEFT: f64 = 0.3;
@@ -40,7 +47,7 @@ impl Bend {
 
 impl<M: Model + ?Sized> Point<'_, M> {
     /// The first bend found along the ray through the typical coordinates, and along each coordinate over several reaches.
-    pub(super) fn untold_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn untold_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let (q, n) = (self.state.q.clone(), self.model.dof());
         let ray = |s: f64| -> Vec<f64> { q.iter().map(|q| s * q).collect() };
         if q.iter().any(|q| *q != 0.0)

@@ -1,9 +1,12 @@
 //! A model at one state: numbers, Jacobian, pieces.
 
-use super::{FINE, Inconsistency, ROUGH, ROUNDING, differ};
-use crate::channel::Probe;
-use crate::model::{Contact, Jacobian, Model, State};
-use crate::piece::{Piece, Side};
+use crate::check::inconsistency::Inconsistency;
+use crate::check::tolerances::{FINE, ROUGH, ROUNDING, differ};
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Jacobian, Model, State};
+use crate::ode::probe::Probe;
 
 /// Steps of the differences by coordinates and velocities, in shares of their size: a long one may meet an edge, a short one is lost in
 /// rounding, and a derivative is wrong only if every step that is neither says so.
@@ -13,20 +16,20 @@ const STEPS: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 const FAINT: std::ops::Range<i32> = 34..50;
 
 /// A model at one state.
-pub(super) struct Point<'m, M: ?Sized> {
-    pub(super) model: &'m M,
-    pub(super) state: State,
-    pub(super) u: Vec<f64>,
+pub(crate) struct Point<'m, M: ?Sized> {
+    pub(crate) model: &'m M,
+    pub(crate) state: State,
+    pub(crate) u: Vec<f64>,
     /// Size of coordinates and of velocities, for differences.
-    pub(super) size: [f64; 2],
+    pub(crate) size: [f64; 2],
     /// Σ |∂a/∂q q| + |a| of each acceleration: what its rounding follows, however small the sum.
-    pub(super) terms: Vec<f64>,
+    pub(crate) terms: Vec<f64>,
     /// Σ |∂d/∂q q| + |d| of each deflection.
-    pub(super) reach: Vec<f64>,
+    pub(crate) reach: Vec<f64>,
 }
 
 impl<'m, M: Model + ?Sized> Point<'m, M> {
-    pub(super) fn new(model: &'m M, state: &State) -> Self {
+    pub(crate) fn new(model: &'m M, state: &State) -> Self {
         let mut u = vec![0.0; model.drives()];
         model.drive(state.t, Side::After, &mut u);
         let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -36,30 +39,30 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         Point { model, state: state.clone(), u, size, terms, reach }
     }
 
-    pub(super) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+    pub(crate) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut a = vec![0.0; self.model.dof()];
         self.model.accel(&self.u, q, v, &mut a);
         a
     }
 
-    pub(super) fn held(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn held(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
         let mut a = vec![0.0; self.model.dof()];
         self.model.accel_on_pieces(pieces, &self.u, q, v, &mut a).then_some(a)
     }
 
     /// The contacts with the drives of this instant.
-    pub(super) fn contacts(&self, q: &[f64], v: &[f64]) -> Vec<Contact> {
+    pub(crate) fn contacts(&self, q: &[f64], v: &[f64]) -> Vec<Contact> {
         let mut contacts = vec![Contact::default(); self.model.contacts()];
         self.model.contact(&self.u, q, v, &mut contacts);
         contacts
     }
 
-    pub(super) fn pieces_at(&self, q: &[f64], v: &[f64]) -> Vec<Piece> {
+    pub(crate) fn pieces_at(&self, q: &[f64], v: &[f64]) -> Vec<Piece> {
         self.contacts(q, v).iter().map(Contact::piece).collect()
     }
 
     /// The terms of accelerations and deflections.
-    pub(super) fn measure(&mut self) {
+    pub(crate) fn measure(&mut self) {
         let State { q, v, .. } = self.state.clone();
         let mut terms: Vec<f64> = self.accel(&q, &v).iter().map(|a| a.abs()).collect();
         let mut reach: Vec<f64> = self.contacts(&q, &v).iter().map(|c| c.deflection.abs()).collect();
@@ -95,7 +98,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         (self.terms, self.reach) = (terms, reach);
     }
 
-    pub(super) fn finite(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn finite(&mut self, findings: &mut Vec<Inconsistency>) {
         let a = self.accel(&self.state.q, &self.state.v);
         for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
             // A missing edge is a drive at infinity.
@@ -115,7 +118,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
     }
 
     /// The Jacobian against central differences by steps that stay on the pieces of all contacts.
-    pub(super) fn jacobian(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn jacobian(&mut self, findings: &mut Vec<Inconsistency>) {
         let n = self.model.dof();
         let mut given = Jacobian::new(n);
         let State { q, v, .. } = &self.state;
@@ -165,7 +168,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
 
     /// The acceleration on the pieces where the contacts stand is the acceleration: here, and with each contact brought to each of its
     /// pieces.
-    pub(super) fn pieces(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn pieces(&mut self, findings: &mut Vec<Inconsistency>) {
         let State { q, v, .. } = self.state.clone();
         let mut places = vec![q];
         for contact in 0..self.model.contacts() {

@@ -1,10 +1,12 @@
 //! The rates of contacts against their deflections and edges.
 
-use super::point::Point;
-use super::{Inconsistency, ROUGH, ROUNDING};
-use crate::channel::Probe;
-use crate::model::{Contact, Model};
-use crate::piece::Side;
+use crate::check::inconsistency::Inconsistency;
+use crate::check::point::Point;
+use crate::check::tolerances::{ROUGH, ROUNDING};
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::ode::probe::Probe;
 
 /// Number of steps, each a tenth of the one before.
 const STEPS: i32 = 10;
@@ -43,7 +45,7 @@ fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
 impl<M: Model + ?Sized> Point<'_, M> {
     /// d(deflection)/dt and d(edge)/dt along the motion q' = v, v' = a, by central differences in time; and how the rate of a deflection
     /// changes with the velocities, which shows at rest as well.
-    pub(super) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
         let mut probe = Probe::new(self.model);
         let (t, q, v) = (self.state.t, &self.state.q, &self.state.v);
         let here: Vec<Contact> = probe.read_contacts(t, Side::After, q, v).to_vec();

@@ -1,14 +1,15 @@
 //! The instantaneous centre of a noncircular gear.
 
-use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
+use crate::excitation::angle::{Excitation, same};
+use crate::excitation::jet::Jet;
 
 /// The moving instantaneous centre of an eccentric gear over its phase x `[rad]`: ε its eccentric ratio.
 ///
 /// All curves carry exact first and second derivatives.   Source: Liu 2021, Eqs. (8), (18), (20), corrected.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, InstantCentre};
+/// use gear_dynamics::excitation::{Excitation, InstantCentre};
 /// let centre = InstantCentre::new(0.2)?;
 /// assert!((centre.radius(1.0)?.value(0.0) - (1.0 + 0.4 / 1.04)).abs() < 1e-15);
 /// assert!((centre.ratio(3.5)?.value(0.0) - 5.25).abs() < 1e-14);
@@ -79,7 +80,7 @@ impl InstantCentre {
 /// One curve of an [`InstantCentre`].
 ///
 /// ```
-/// use gear_dynamics::{Excitation, InstantCentre};
+/// use gear_dynamics::excitation::{Excitation, InstantCentre};
 /// let centre = InstantCentre::new(0.2)?;
 /// let (exact, series) = (centre.rotation(), centre.rotation_series(40)?);
 /// assert!((exact.jet(0.3).rate - series.jet(0.3).rate).abs() < 1e-14); // the centre forcing

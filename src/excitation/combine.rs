@@ -1,14 +1,16 @@
 //! Excitations made of others.
 
-use super::{Excitation, Jet, Wave, same};
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
+use crate::excitation::angle::{Excitation, same};
+use crate::excitation::jet::Jet;
+use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
 use std::fmt;
 
 /// f(φ) + g(φ) + ...
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Fourier, Sum, Wave};
+/// use gear_dynamics::{excitation::{Excitation, Fourier, Sum}, Wave};
 /// let cosine = Wave::new(Fourier::new(0.0, &[[2.0, 0.0]])?).per_turn(3)?;
 /// let sum = Sum::new(vec![Wave::constant(1.0)?, cosine]); // 1 + 2 cos 3 φ
 /// assert_eq!(sum.jet(0.0).value, 3.0);
@@ -44,7 +46,7 @@ impl Excitation for Sum {
 /// f(φ) g(φ) ...
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Fourier, Product, Wave};
+/// use gear_dynamics::{excitation::{Excitation, Fourier, Product}, Wave};
 /// let product = Product::new(vec![Wave::constant(5.0)?, Wave::new(Fourier::new(0.0, &[[0.0, 2.0]])?)]);
 /// assert_eq!(product.jet(0.0).rate, 10.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -74,7 +76,7 @@ impl Excitation for Product {
 /// a f(φ).
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Scaled, Wave};
+/// use gear_dynamics::{excitation::{Excitation, Scaled}, Wave};
 /// assert_eq!(Scaled::new(2.0, Wave::constant(1.5)?)?.value(0.0), 3.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -109,7 +111,7 @@ impl Excitation for Scaled {
 /// A closure on [`Jet`]s of the angle: derivatives come from its arithmetic. It should repeat with 2π; where it does not, it jumps at 0.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Function, Jet};
+/// use gear_dynamics::excitation::{Excitation, Function, Jet};
 /// let bump = Function::new(|angle: Jet| (angle.cos() * 2.0).exp());
 /// assert_eq!(bump.jet(0.0).rate, 0.0);
 /// assert_eq!(bump.jet(0.0).value, 2f64.exp());

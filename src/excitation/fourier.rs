@@ -1,14 +1,15 @@
 //! Fourier series.
 
-use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
+use crate::excitation::angle::{Excitation, same};
+use crate::excitation::jet::Jet;
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Fourier};
+/// use gear_dynamics::excitation::{Excitation, Fourier};
 /// let stiffness = Fourier::new(3.1e8, &[[0.9e8, 0.0]])?; // k0 + k_r cos φ [N/m]
 /// assert_eq!(stiffness.value(0.0), 4.0e8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

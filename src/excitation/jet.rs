@@ -1,11 +1,15 @@
 //! A value with its first two derivatives.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::Add;
+use std::ops::Div;
+use std::ops::Mul;
+use std::ops::Neg;
+use std::ops::Sub;
 
 /// f(x), f'(x), f''(x), carried through arithmetic by the product and chain rules.
 ///
 /// ```
-/// use gear_dynamics::Jet;
+/// use gear_dynamics::excitation::Jet;
 /// let f = (Jet::variable(0.0) * 2.0).sin() * 3.0; // 3 sin 2x
 /// assert_eq!((f.value, f.rate, f.second), (0.0, 6.0, 0.0));
 /// ```

@@ -1,110 +1,21 @@
-//! Functions of an angle that drive a gear: mesh stiffness, transmission error, instantaneous centre, ripple.
+//! Functions of an angle that excite a model: mesh stiffness, transmission error, instantaneous centre.
 
-mod centre;
-mod combine;
-mod fourier;
-mod jet;
-mod rectangle;
-mod table;
-mod wave;
+pub(crate) mod angle;
+pub(crate) mod centre;
+pub(crate) mod combine;
+pub(crate) mod fourier;
+pub(crate) mod jet;
+pub(crate) mod rectangle;
+pub(crate) mod side;
+pub(crate) mod table;
+pub(crate) mod wave;
 
-pub use centre::{CentreCurve, InstantCentre};
-pub use combine::{Function, Product, Scaled, Sum};
-pub use fourier::Fourier;
-pub use jet::Jet;
-pub use rectangle::RectangularWave;
-pub use table::Table;
-pub use wave::Wave;
-pub(crate) use wave::{divisor, reduced};
-
-use crate::error::{ParameterError, check};
-use std::any::Any;
-use std::fmt::Debug;
-
-/// A function f(φ) of an angle φ `[rad]` that repeats with 2π, with its first two derivatives over the angle, exact where they exist.
-///
-/// It does not know how fast the angle turns, nor how often it repeats in one turn of a shaft: [`Wave`] says the latter.
-///
-/// ```
-/// use gear_dynamics::{Excitation, Fourier};
-/// let error = Fourier::new(0.0, &[[0.0, 1e-5]])?; // 10 μm sin φ
-/// assert_eq!(error.jet(0.0).rate, 1e-5);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub trait Excitation: Any + Debug + Send + Sync {
-    /// f, f' and f'' at an angle in [0, 2π), which is never one of its [`edges`](Excitation::edges).
-    fn jet(&self, angle: f64) -> Jet;
-    /// f alone.
-    fn value(&self, angle: f64) -> f64 {
-        self.jet(angle).value
-    }
-    /// Angles in [0, 2π) at which f or a derivative jumps, in any order.
-    fn edges(&self) -> Vec<f64> {
-        Vec::new()
-    }
-    /// Whether another excitation is the very same function, so that models with it may share a table of drives. Default: it is not. A type
-    /// that is `PartialEq` says `gear_dynamics::same(self, other)`.
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        let _ = other;
-        false
-    }
-}
-
-/// Whether an excitation equals another one of any type: the line of [`Excitation::same_as`] for a type that is `PartialEq`.
-///
-/// ```
-/// use gear_dynamics::{Constant, Fourier, same};
-/// let (two, also) = (Constant::new(2.0)?, Constant::new(2.0)?);
-/// assert!(same(&two, &also) && !same(&two, &Fourier::new(2.0, &[])?));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub fn same<E: Excitation + PartialEq>(one: &E, other: &dyn Excitation) -> bool {
-    let other: &dyn Any = other;
-    other.downcast_ref::<E>() == Some(one)
-}
-
-/// The first of several angles or instants, any of which may be missing: the next edge of a model with several waves.
-///
-/// ```
-/// assert_eq!(gear_dynamics::earliest([None, Some(2.0), Some(1.5)]), Some(1.5));
-/// ```
-pub fn earliest(edges: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-    edges.into_iter().fold(None, earlier)
-}
-
-/// The earlier of two instants, either of which may be missing.
-pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.min(b)),
-        (a, b) => a.or(b),
-    }
-}
-
-/// A constant.
-///
-/// ```
-/// use gear_dynamics::{Constant, Excitation};
-/// assert_eq!(Constant::new(2e8)?.value(1.0), 2e8);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constant(f64);
-
-impl Constant {
-    /// A constant within ±1e50.
-    ///
-    /// # Errors
-    /// A value beyond ±1e50.
-    pub fn new(value: f64) -> Result<Self, ParameterError> {
-        Ok(Constant(check::quantity("constant excitation", value)?))
-    }
-}
-
-impl Excitation for Constant {
-    fn jet(&self, _: f64) -> Jet {
-        Jet::constant(self.0)
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
-    }
-}
+pub use crate::excitation::angle::{Constant, Excitation, earliest, same};
+pub use crate::excitation::centre::{CentreCurve, InstantCentre};
+pub use crate::excitation::combine::{Function, Product, Scaled, Sum};
+pub use crate::excitation::fourier::Fourier;
+pub use crate::excitation::jet::Jet;
+pub use crate::excitation::rectangle::RectangularWave;
+pub use crate::excitation::side::Side;
+pub use crate::excitation::table::Table;
+pub use crate::excitation::wave::Wave;

@@ -1,8 +1,11 @@
 //! The rectangular stiffness wave of a contact ratio.
 
-use super::{Excitation, Fourier, Jet, same};
 use crate::error::{ParameterError, check};
-use std::f64::consts::{PI, TAU};
+use crate::excitation::angle::{Excitation, same};
+use crate::excitation::fourier::Fourier;
+use crate::excitation::jet::Jet;
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 /// High while one pair of teeth more is in mesh, low otherwise; the high part lasts a share `duty` of the turn and is centred on φ = 0.
 ///
@@ -10,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 /// that most papers use instead.   Source: Lin & Parker 2002; ISO 6336-1 for the levels.
 ///
 /// ```
-/// use gear_dynamics::{Excitation, RectangularWave, Side, Wave};
+/// use gear_dynamics::{excitation::{Excitation, RectangularWave, Side}, Wave};
 /// use std::f64::consts::{FRAC_PI_2, PI};
 /// let rectangle = RectangularWave::from_contact_ratio(1.5, 0.8, 1.2)?;
 /// assert!((rectangle.series(1)?.pairs()[0][0] - 0.8 / PI).abs() < 1e-15);

@@ -1,13 +1,14 @@
 //! A sampled curve.
 
-use super::{Excitation, Jet, same};
 use crate::error::{ParameterError, check};
+use crate::excitation::angle::{Excitation, same};
+use crate::excitation::jet::Jet;
 use std::f64::consts::TAU;
 
 /// Uniform samples of one turn, the first at φ = 0, joined by the periodic cubic spline (twice continuously differentiable).
 ///
 /// ```
-/// use gear_dynamics::{Excitation, Table};
+/// use gear_dynamics::excitation::{Excitation, Table};
 /// let samples: Vec<f64> = (0..64).map(|i| (i as f64 / 64.0 * std::f64::consts::TAU).cos()).collect();
 /// let table = Table::new(&samples)?;
 /// assert!((table.value(0.3) - 0.3f64.cos()).abs() < 1e-6);

@@ -1,8 +1,9 @@
 //! An excitation on a shaft.
 
-use super::{Excitation, Jet};
 use crate::error::{ParameterError, check};
-use crate::piece::Side;
+use crate::excitation::angle::Excitation;
+use crate::excitation::jet::Jet;
+use crate::excitation::side::Side;
 use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 /// ([`Excitation::same_as`]).
 ///
 /// ```
-/// use gear_dynamics::{Fourier, Side, Wave};
+/// use gear_dynamics::{excitation::{Fourier, Side}, Wave};
 /// let teeth = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?).per_turn(30)?; // 1 + 0.2 cos 30 φ
 /// let jet = teeth.jet(0.1, Side::After);
 /// assert!((jet.value - (1.0 + 0.2 * 3f64.cos())).abs() < 1e-15);
@@ -33,13 +34,18 @@ pub struct Wave {
 
 /// An angle this near to an edge lies on it: rounding of n φ, as a share of it, and at the least.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 const NEAR: f64 = 1e-13;
+
 /// From how far the sides of an edge are seen `[rad]`.
 const ASIDE: f64 = 1e-12;
+
 /// Edges that are nearer to one another than this are one.
 const APART: f64 = 4.0 * ASIDE;
+
 /// Beyond this angle edges can no longer be told apart in floating point.
 const FARTHEST: f64 = 1e12;
+
 /// Most edges in a turn of the shaft.
 const MOST_EDGES: usize = 1 << 20;
 
@@ -68,7 +74,7 @@ impl Wave {
     /// # Errors
     /// A value beyond ±1e50.
     pub fn constant(value: f64) -> Result<Self, ParameterError> {
-        Ok(Wave::new(super::Constant::new(value)?))
+        Ok(Wave::new(crate::excitation::angle::Constant::new(value)?))
     }
 
     /// The same wave `order` times as often in a turn: teeth on a shaft, blades on a wheel.
@@ -186,7 +192,7 @@ impl Wave {
     /// The greatest common divisor of the orders of waves, constants left out: how often they all repeat in a turn of the shaft.
     ///
     /// ```
-    /// use gear_dynamics::{Fourier, Wave};
+    /// use gear_dynamics::{excitation::Fourier, Wave};
     /// let wave = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?);
     /// let (teeth, blades, mean) = (wave.clone().per_turn(30)?, wave.per_turn(12)?, Wave::constant(2.0)?);
     /// assert_eq!(Wave::common_order([&teeth, &blades, &mean]), 6);
@@ -197,7 +203,8 @@ impl Wave {
     }
     /// The same, 0 if all are constants.
     pub(crate) fn divisor_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        let varies = |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<super::Constant>();
+        let varies =
+            |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::angle::Constant>();
         waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order))
     }
 

@@ -1,17 +1,19 @@
 //! The loop that every solver runs: step, look for edges, tell the observer, go on.
 
-use super::blocks::Blocks;
-use super::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
-use super::engine::{Engine, LARGEST, Tableau};
-use super::exit::Exit;
-use super::locate::{Found, Locator};
-use super::step::{Crossing, Observer, Step, StepView};
-use super::stops::Stops;
-use super::vector::Vector;
-use super::{Finish, IntegrateError, Stats};
-use crate::impact::first_stop;
-use crate::model::{Model, State};
-use crate::piece::{Piece, Side};
+use crate::contact::piece::Piece;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
+use crate::model::rigid_stops::first_stop;
+use crate::ode::edges::exit::Exit;
+use crate::ode::edges::locate::{Found, Locator};
+use crate::ode::edges::stops::Stops;
+use crate::ode::error::IntegrateError;
+use crate::ode::outcome::{Finish, Stats};
+use crate::ode::step::{Crossing, Observer, Step, StepView};
+use crate::ode::stepping::blocks::Blocks;
+use crate::ode::stepping::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
+use crate::ode::stepping::engine::{Engine, LARGEST, Tableau};
+use crate::ode::stepping::vector::Vector;
 use std::marker::PhantomData;
 
 /// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.
@@ -45,8 +47,10 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
 
 /// Runs end within this time: beyond it steps times rates overflow.
 const LAST_TIME: f64 = 1e50;
+
 /// Re-steps to one edge before it counts as a stall.
 const RESTEPS: usize = 40;
+
 /// Steps without numbers in a row before the model is blamed.
 const RETREATS: u32 = 15;
 

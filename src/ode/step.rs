@@ -1,6 +1,6 @@
 //! What an observer sees of a run: one accepted step at a time.
 
-use crate::piece::Piece;
+use crate::contact::piece::Piece;
 use std::ops::ControlFlow;
 
 /// A contact that meets an edge at the end of a step: it changes its piece there or, at a rigid stop, its velocities.
@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 /// A step ends with the velocities before an impact, the next one starts with those behind it.
 ///
 /// ```
-/// use gear_dynamics::{Crossing, Piece};
+/// use gear_dynamics::{ode::Crossing, contact::Piece};
 /// let crossing = Crossing { contact: 0, from: Piece::Gap, to: Piece::Lower, rebounds: false };
 /// assert!(crossing.is_impact());
 /// ```
@@ -48,7 +48,7 @@ pub trait StepView {
 /// One accepted step.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk45, State, Step};
+/// use gear_dynamics::{Integrator, Model, Rk45, State, ode::Step};
 /// use std::ops::ControlFlow;
 /// struct Fall;
 /// impl Model for Fall {

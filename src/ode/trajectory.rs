@@ -1,10 +1,11 @@
 //! Recorded runs.
 
-use super::{Finish, IntegrateError, Stats};
-use crate::channel::Probe;
 use crate::error::{ParameterError, check};
-use crate::model::{Model, State};
-use crate::piece::Side;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
+use crate::ode::error::IntegrateError;
+use crate::ode::outcome::{Finish, Stats};
+use crate::ode::probe::Probe;
 use thiserror::Error;
 
 /// States in the order of time.
@@ -35,7 +36,7 @@ impl Trajectory {
     pub(crate) fn empty(dof: usize, start: f64) -> Self {
         Trajectory { dof, start, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
     }
-    pub(super) fn push_state(&mut self, state: &State) {
+    pub(crate) fn push_state(&mut self, state: &State) {
         self.times.push(state.t);
         self.states.extend_from_slice(&state.q);
         self.states.extend_from_slice(&state.v);
@@ -44,7 +45,7 @@ impl Trajectory {
         self.times.push(t);
         self.states.extend_from_slice(y);
     }
-    pub(super) fn or_failed(mut self, run: Result<Finish, IntegrateError>) -> Result<Self, Failed> {
+    pub(crate) fn or_failed(mut self, run: Result<Finish, IntegrateError>) -> Result<Self, Failed> {
         match run {
             Ok(finish) => {
                 self.stats = finish.stats;
@@ -122,7 +123,7 @@ impl Trajectory {
 /// A run that ended early, with all that came before.
 ///
 /// ```
-/// use gear_dynamics::{IntegrateError, Integrator, Model, Rk4, State};
+/// use gear_dynamics::{ode::IntegrateError, Integrator, Model, Rk4, State};
 /// struct Breaks;
 /// impl Model for Breaks {
 ///     fn dof(&self) -> usize { 1 }
@@ -144,7 +145,7 @@ pub struct Failed {
 /// `count` equal steps from `t0` to `t1`, both included: `count + 1` times.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75, 2.0]);
+/// assert_eq!(gear_dynamics::ode::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75, 2.0]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 ///
@@ -162,7 +163,7 @@ pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, Paramet
         .collect())
 }
 
-pub(super) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {
+pub(crate) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {
     let mut last = start;
     for (index, &value) in times.iter().enumerate() {
         if !(value.is_finite() && value >= last) {

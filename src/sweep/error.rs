@@ -1,16 +1,16 @@
 //! What may go wrong in a sweep, as a whole and at one point.
 
-use super::rows::Rows;
 use crate::error::ParameterError;
-use crate::lanes::TableError;
-use crate::ode::IntegrateError;
-use crate::orbit::LyapunovError;
+use crate::ode::error::IntegrateError;
+use crate::periodic::lyapunov::exponents::LyapunovError;
+use crate::sweep::lanes::drive_table::TableError;
+use crate::sweep::rows::table::Rows;
 use thiserror::Error;
 
 /// Why a sweep as a whole cannot be run.
 ///
 /// ```
-/// use gear_dynamics::SweepError;
+/// use gear_dynamics::sweep::SweepError;
 /// let error = SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" };
 /// assert_eq!(error.to_string(), "measure is 0: it must be at least 1 period");
 /// ```
@@ -66,7 +66,7 @@ pub enum SweepError {
 /// Why rows were not merged or resumed, with the rows themselves: nothing that was computed is lost. `?` makes a [`SweepError`] of it.
 ///
 /// ```
-/// use gear_dynamics::{Rows, SweepError};
+/// use gear_dynamics::sweep::{Rows, SweepError};
 /// let refused = Rows::merge(Vec::new()).unwrap_err();
 /// assert_eq!((refused.error, refused.rows.len()), (SweepError::Parts { row: 0 }, 0));
 /// ```
@@ -88,7 +88,7 @@ impl From<RowsError> for SweepError {
 /// Why one point of a sweep has no answer; the others stand.
 ///
 /// ```
-/// use gear_dynamics::PointError;
+/// use gear_dynamics::sweep::PointError;
 /// assert_eq!(PointError::Diverged { period: 3 }.to_string(), "the motion is not finite any more in period 3");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -115,7 +115,7 @@ pub enum PointError {
     /// The integration ended early.
     #[error(transparent)]
     Integrate(#[from] IntegrateError),
-    /// No Lyapunov exponent: found among [`Rows::exponent_errors`](crate::Rows::exponent_errors), since the other figures of the point stand. The
+    /// No Lyapunov exponent: found among [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), since the other figures of the point stand. The
     /// exponents over the periods that succeeded are in the error.
     #[error("Lyapunov exponent: {0}")]
     Lyapunov(#[from] LyapunovError),

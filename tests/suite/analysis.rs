@@ -1,7 +1,7 @@
 //! Spectra, rattle, settling: against closed forms and known orbits.
 
+use crate::api::*;
 use crate::data::read;
-use gear_dynamics::*;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 

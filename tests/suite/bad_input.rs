@@ -1,7 +1,7 @@
 //! Every kind of bad input gives its own typed error, with the value and the place in it.
 
+use crate::api::*;
 use gear_dynamics::ParameterError as P;
-use gear_dynamics::*;
 use proptest::prelude::*;
 
 fn set() -> RingSet {

@@ -1,8 +1,8 @@
 //! Harmonic balance: three ways to integrate, the second paper's coefficients, published orbits, rings, bad input.
 
+use crate::api::*;
 use crate::common::oscillators::{CubicChain, DeadZone, Duffing};
 use crate::data::read;
-use gear_dynamics::*;
 use std::f64::consts::TAU;
 
 fn reading_a() -> NfgReading {

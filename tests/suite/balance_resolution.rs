@@ -1,6 +1,6 @@
 //! Drives of orders far above those that a balance keeps: resolved where the balance chooses, noted where the user does.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 /// x'' + 0.1 x' + 2 x + γ sin(s x) = cos t + 5 cos(63 t) + square: time is its only drive.

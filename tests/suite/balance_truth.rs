@@ -1,8 +1,8 @@
 //! Balance of the rattling pair against the truth, with its own estimates. Long:
 //! `cargo test --release --test suite balance_truth -- --ignored`.
 
+use crate::api::*;
 use crate::data::read;
-use gear_dynamics::*;
 
 /// Reading A at five speeds: balance to 1e-3 of ppv, |z_H - z_1.3H| within a factor of two of the true error, the shooting correction within
 /// six, and polished to 1e-9 of the reference.

@@ -1,6 +1,6 @@
 //! Bifurcation diagrams and basins of a pair with a dead zone, where two motions live side by side.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + a cos(Ω t), g the dead zone of half width 1.

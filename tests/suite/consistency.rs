@@ -1,6 +1,6 @@
 //! The crate's own models pass the checks that it offers to others, and the checks catch what they should.
 
-use gear_dynamics::*;
+use crate::api::*;
 
 fn on_flank(pair: &NfgPair, t: f64) -> State {
     let start = pair.static_start().unwrap();

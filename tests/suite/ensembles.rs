@@ -1,6 +1,6 @@
 //! Ensembles and uncertain parameters against exact values.
 
-use gear_dynamics::*;
+use crate::api::*;
 use rand_distr::Uniform;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 

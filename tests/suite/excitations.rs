@@ -1,7 +1,7 @@
 //! Derivatives against differences, edges, fits, combinations.
 
+use crate::api::*;
 use approx::assert_relative_eq;
-use gear_dynamics::*;
 use std::f64::consts::{PI, TAU};
 
 fn all() -> Vec<(&'static str, Wave)> {

@@ -1,7 +1,7 @@
 //! Floquet multipliers against closed forms.
 
+use crate::api::*;
 use crate::common::oscillators::Mathieu;
-use gear_dynamics::*;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 

@@ -1,7 +1,7 @@
 //! Flows with their derivative where it is hard: columns that grow, coordinates that nearly stand still, forces that jump, edges that depend
 //! on velocities; and the limits on work.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,6 +1,6 @@
 //! Held random processes: exact ensemble energies, any order of asking, torque and clearance.
 
-use gear_dynamics::*;
+use crate::api::*;
 use rand_distr::{Normal, Uniform};
 use std::ops::ControlFlow;
 

@@ -1,7 +1,7 @@
 //! Rigid stops with restitution: impacts in closed form, the derivative of impacting motions, orbits and their bifurcations.
 
+use crate::api::*;
 use crate::data::read;
-use gear_dynamics::*;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

@@ -1,6 +1,6 @@
 //! What has been computed is not lost when something else fails, and stops on one side alone.
 
-use gear_dynamics::*;
+use crate::api::*;
 
 /// x'' + 0.3 x' + k x = cos t, and nothing but NaN from the variational equations where the jacobian is asked for.
 struct Swing {

@@ -1,6 +1,6 @@
 //! Models that share lanes give what each gives alone, whichever of their parameters differ.
 
-use gear_dynamics::*;
+use crate::api::*;
 
 type Change = fn(&mut NfgParams, f64);
 

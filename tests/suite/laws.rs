@@ -1,7 +1,7 @@
 //! Contact laws: pieces and edges against the law itself, impacts in closed form, every kink of a law with several switches.
 
+use crate::api::*;
 use approx::assert_relative_eq;
-use gear_dynamics::*;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 

@@ -1,7 +1,7 @@
 //! Counts without bound and values beyond use: typed errors that name the bound, before memory is asked for.
 
+use crate::api::*;
 use gear_dynamics::ParameterError as P;
-use gear_dynamics::*;
 use rand_distr::StandardNormal;
 
 struct Swing;

@@ -1,7 +1,7 @@
 //! Contacts: grazing, several at once, in-contact damping, edges without pieces, stalls.
 
+use crate::api::*;
 use crate::common::{FreeDeadZone, Impact};
-use gear_dynamics::*;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

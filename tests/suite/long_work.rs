@@ -1,6 +1,6 @@
 //! Sweeps that are long: parts of them, what is kept of a cancelled one, points that fail on the way, and what may be looked at meanwhile.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};

@@ -1,8 +1,8 @@
 //! Lyapunov exponents against closed forms, multipliers, the divergence and independent figures. The long ones:
 //! `cargo test --release --test suite lyapunov -- --ignored`.
 
+use crate::api::*;
 use crate::common::oscillators::{DeadZone, Duffing};
-use gear_dynamics::*;
 use std::f64::consts::TAU;
 
 /// x'' + 3 x' + 2 x = 0: exponents -1 and -2.

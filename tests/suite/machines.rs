@@ -1,6 +1,6 @@
 //! Shapes with named constants: names, derivatives, lanes, angles that turn unevenly, composition of models with laws and waves of one's own.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 fn pair() -> NfgPair {

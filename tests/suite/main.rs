@@ -43,3 +43,20 @@ mod workloads;
 mod benchmarks;
 mod common;
 mod data;
+
+/// All public names.
+mod api {
+    pub use gear_dynamics::analysis::*;
+    pub use gear_dynamics::check::*;
+    pub use gear_dynamics::contact::*;
+    pub use gear_dynamics::drives::*;
+    pub use gear_dynamics::excitation::*;
+    pub use gear_dynamics::model::*;
+    pub use gear_dynamics::models::nfg::*;
+    pub use gear_dynamics::models::ring::*;
+    pub use gear_dynamics::ode::*;
+    pub use gear_dynamics::periodic::*;
+    pub use gear_dynamics::roots::*;
+    pub use gear_dynamics::sweep::*;
+    pub use gear_dynamics::*;
+}

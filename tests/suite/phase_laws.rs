@@ -1,6 +1,6 @@
 //! Phase laws: at constant speed the bare model, edges at the right phase, orders that stay sharp.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 fn pair() -> NfgPair {

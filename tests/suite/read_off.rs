@@ -1,6 +1,6 @@
 //! What is read off a run at its edges: peaks, sections and rattle where something jumps.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 

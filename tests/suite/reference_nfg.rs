@@ -1,7 +1,7 @@
 //! The face gear pair against independently computed orbits (tests/data/nfg.json, nfg_exact.json).
 
+use crate::api::*;
 use crate::data::read;
-use gear_dynamics::*;
 use serde_json::Value;
 
 fn number(v: &Value) -> f64 {

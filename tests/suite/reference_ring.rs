@@ -1,7 +1,7 @@
 //! The ring against independently integrated trajectories and frequencies (tests/data/ring.json).
 
+use crate::api::*;
 use crate::data::read;
-use gear_dynamics::*;
 use serde_json::Value;
 
 fn number(v: &Value) -> f64 {

@@ -1,6 +1,6 @@
 //! When a motion counts as repeating: in shares of its own range, and without the rigid motion of models that turn.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 fn one_point() -> Sweep {

@@ -1,6 +1,6 @@
 //! The paper's relative coordinates: the coefficient table for n = 3, and the way there and back.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::ops::ControlFlow;
 
 /// n = 3, every parameter its own.

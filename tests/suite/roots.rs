@@ -1,7 +1,7 @@
 //! Newton and Broyden, dense and in blocks, against closed forms.
 
+use crate::api::*;
 use approx::assert_relative_eq;
-use gear_dynamics::*;
 use proptest::prelude::*;
 
 /// Rosenbrock's valley as equations: root (1, 1).

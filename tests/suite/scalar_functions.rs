@@ -1,7 +1,7 @@
 //! Powers, exponentials and sines of every scalar: closed forms, derivatives against differences, lanes against plain numbers.
 
+use crate::api::*;
 use approx::assert_relative_eq;
-use gear_dynamics::*;
 
 /// A function of the algebra, for every scalar that it is asked on.
 trait Function {

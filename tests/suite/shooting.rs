@@ -1,8 +1,8 @@
 //! Periodic orbits by multiple shooting against independently computed ones.
 
+use crate::api::*;
 use crate::common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
 use crate::data::read;
-use gear_dynamics::*;
 use num_complex::Complex64;
 use serde_json::Value;
 

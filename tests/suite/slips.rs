@@ -1,7 +1,7 @@
 //! Slips that are easily made in a model are found, right models are not blamed, and findings say what to do.
 
+use crate::api::*;
 use crate::common::trains::{planetary, planetary_static_start, two_stage, two_stage_turned};
-use gear_dynamics::*;
 use std::f64::consts::TAU;
 
 /// At rest under its torque the accelerations are rounding, and all sun meshes have one deflection.

@@ -1,7 +1,7 @@
 //! Order, dense output, times and limits of the solvers.
 
+use crate::api::*;
 use crate::common::{Forced, Impact, fixed_error, observed_order};
-use gear_dynamics::*;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

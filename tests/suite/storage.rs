@@ -1,6 +1,6 @@
 //! Runs do not depend on how coordinates are stored, nor on drives that are left out of further stages.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 /// Oscillators side by side, without coupling, each driven by time.

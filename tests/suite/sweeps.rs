@@ -1,8 +1,8 @@
 //! Sweeps: the same bits however they are run, the answers of the accurate engine, and bad input by name. The long one:
 //! `cargo test --release --test suite sweeps -- --ignored`.
 
+use crate::api::*;
 use crate::benchmarks::{Pair, Rattling};
-use gear_dynamics::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const STEPS: usize = 63 * 16;

@@ -1,7 +1,7 @@
 //! Events under torture: simultaneous, tangent, chattering, moving and jumping edges, edges at start and end, runs cut to pieces. Each is
 //! held against a closed form or a brute force of the test's own, on every solver.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

@@ -1,7 +1,7 @@
 //! The derivative of the flow against differences of the flow, and closed forms.
 
+use crate::api::*;
 use crate::common::{FreeDeadZone, Impact};
-use gear_dynamics::*;
 use std::f64::consts::PI;
 
 /// Largest disagreement with central differences of the flow, in units of the largest entry of the same column, entries in units of the

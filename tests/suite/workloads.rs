@@ -1,7 +1,7 @@
 //! What located edges save, on the benchmark problems: evaluations and error of DOP853 at rtol 1e-8, atol 1e-12.
 
+use crate::api::*;
 use crate::benchmarks::{Pair, RING_END, Unheld, ring};
-use gear_dynamics::*;
 use std::ops::ControlFlow;
 
 fn run<M: Model>(solver: &Dop853, model: &M, start: &State, end: f64) -> Finish {

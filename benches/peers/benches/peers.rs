@@ -11,10 +11,9 @@ use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
-use gear_dynamics::{
-    Axis, Dop853, Finish, InstructionSet, Integrator, LaneRk4, Machine, ParameterError, Points, Rk4, Rows,
-    Step, Sweep, SweepEngine, TableRk4,
-};
+use gear_dynamics::ode::{Finish, Step};
+use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, Rows, SweepEngine, TableRk4};
+use gear_dynamics::{Dop853, Integrator, Machine, ParameterError, Rk4, Sweep};
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;
 use std::ops::ControlFlow;

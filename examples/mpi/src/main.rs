@@ -11,9 +11,8 @@
 //! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
 //! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
 
-use gear_dynamics::{
-    Axis, LaneRk4, Monitor, NfgPair, NfgParams, ParameterError, Point, Points, Rows, State, Sweep, SweepError,
-};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Rows, SweepError};
+use gear_dynamics::{NfgPair, NfgParams, ParameterError, State, Sweep};
 use mpi::Threading;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};

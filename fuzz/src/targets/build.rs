@@ -3,7 +3,12 @@
 use super::laws;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models;
-use gear_dynamics::*;
+use gear_dynamics::contact::Contact;
+use gear_dynamics::drives::Held;
+use gear_dynamics::excitation::Side;
+use gear_dynamics::model::Jacobian;
+use gear_dynamics::models::nfg::NfgPair2;
+use gear_dynamics::{Model, NfgPair, Periodic, State};
 
 /// Drives, acceleration and contacts at a start are numbers.
 pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {

@@ -1,7 +1,11 @@
 //! Functions of an angle: every constructor, nested, on any wave; values, derivatives, edges.
 
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
-use gear_dynamics::*;
+
+use gear_dynamics::Wave;
+use gear_dynamics::excitation::{
+    Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Side, Sum, Table,
+};
 use std::f64::consts::TAU;
 
 /// A wave of up to so many levels about a mean.

@@ -3,7 +3,13 @@
 use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
-use gear_dynamics::*;
+use gear_dynamics::analysis::{Direction, Probe, Section, Summary, Waterfall, strobe};
+use gear_dynamics::check::{check_model, check_periodic};
+use gear_dynamics::drives::VaryingSpeed;
+use gear_dynamics::ode::{Finish, IntegrateError, Observer, Step, Trajectory, uniform_times};
+use gear_dynamics::{
+    Budget, Dop853, Integrator, Model, Periodic, Rattle, Rk4, Rk45, Settle, State, Statistics,
+};
 use std::ops::ControlFlow;
 
 /// Steps after which a run gives up: what makes a case short.

@@ -2,7 +2,13 @@
 
 use super::excitations::wave;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
-use gear_dynamics::*;
+use gear_dynamics::Backlash;
+use gear_dynamics::contact::{
+    AsymmetricBacklash, Cubic, Damped, Linear, MixedLaw, NoPullBacklash, Nonlinearity, Piece, PowerLaw,
+    Restitution, SmoothedBacklash, VaryingBacklash,
+};
+use gear_dynamics::drives::{HeldProcess, PhaseLaw};
+use gear_dynamics::excitation::Side;
 
 /// Any law behind one type.
 pub type Any = MixedLaw<Damped<MixedLaw>>;

@@ -3,7 +3,12 @@
 use crate::case::{Case, Run, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::targets::flows::Solver;
-use gear_dynamics::*;
+use gear_dynamics::contact::Piece;
+use gear_dynamics::periodic::{FourierOrbit, Integrals, Multipliers, ShootingOrbit, Variation};
+use gear_dynamics::{
+    Balance, Budget, Harmonics, Lyapunov, Model, NfgPair, ParameterError, Periodic, Rattle, Rk4, Shooting,
+    State,
+};
 use std::f64::consts::TAU;
 
 /// What makes a case short.

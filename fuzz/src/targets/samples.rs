@@ -1,7 +1,9 @@
 //! What is read off samples: summaries, spectra, distributions.
 
 use crate::case::{Case, Run, all_finite, finite, holds};
-use gear_dynamics::*;
+
+use gear_dynamics::analysis::{Spectrum, Summary, Window};
+use gear_dynamics::sweep::Distribution;
 
 /// Mean, RMS, extremes and deviation of any samples.
 pub fn summaries(case: &mut Case) -> Run {

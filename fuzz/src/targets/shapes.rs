@@ -5,7 +5,13 @@ use super::excitations::wave;
 use super::sweeps;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models;
-use gear_dynamics::*;
+use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::drives::Driven;
+use gear_dynamics::excitation::Side;
+use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::{
+    Backlash, Integrator, Machine, Model, NfgPair, ParameterError, Periodic, Rk45, Shape, State, Wave,
+};
 
 /// What a user may get wrong in a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]

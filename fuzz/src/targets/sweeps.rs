@@ -3,7 +3,13 @@
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased, User};
 use crate::targets::flows::{self, Solver};
-use gear_dynamics::*;
+use gear_dynamics::sweep::{
+    Attractors, Axis, Bifurcation, Ensemble, InstructionSet, LaneRk4, Located, Monitor, Point, Points,
+    RandomParameters, Rows, TableRk4, WarmStart,
+};
+use gear_dynamics::{
+    Budget, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, State, Sweep,
+};
 use std::f64::consts::TAU;
 
 fn axis(case: &mut Case, name: &str, from: f64, to: f64, count: usize) -> Result<Axis, ParameterError> {

@@ -1,15 +1,25 @@
 //! One degree of freedom: Eq. (9).
 
-use super::params::{CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius};
+use crate::contact::choice::{ByDeflection, PieceChoice};
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh;
+use crate::contact::mesh::{Mesh, MeshDrives};
+use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Jet, Wave, reduced};
-use crate::machine::Machine;
-use crate::mesh::{self, Mesh, MeshDrives};
-use crate::model::{Channel, Contact, Model, State};
-use crate::nonlinearity::{Backlash, Nonlinearity};
-use crate::piece::Side;
+use crate::excitation::angle::Excitation;
+use crate::excitation::centre::{CentreCurve, InstantCentre};
+use crate::excitation::fourier::Fourier;
+use crate::excitation::jet::Jet;
+use crate::excitation::side::Side;
+use crate::excitation::wave::{Wave, reduced};
+use crate::model::equations::{Channel, Model, State};
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape, Size};
+use crate::models::nfg::params::{
+    CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius,
+};
 use crate::scalar::Scalar;
-use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 
 /// The pair in one degree of freedom, the pinion turning evenly.   Source: Liu 2021, Eq. (9), corrected.
 ///
@@ -27,7 +37,7 @@ use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 /// is the lower one. Channels of its own: `base radius` r_b2 `[m]` and `elastic part` f(q) `[rad]`, what is left of q without the gap.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, Probe, Side};
+/// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
 /// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);

@@ -1,15 +1,21 @@
 //! Two degrees of freedom: Eq. (4).
 
-use super::params::{CentreForcing, NfgParams, NfgReading, Radius};
+use crate::contact::choice::{ByDeflection, PieceChoice};
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::{LOWER, Mesh, UPPER};
+use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::{CentreCurve, Excitation, Fourier, InstantCentre, Wave, reduced};
-use crate::machine::Machine;
-use crate::mesh::{LOWER, Mesh, UPPER};
-use crate::model::{Channel, Contact, Model, State};
-use crate::nonlinearity::{Backlash, Nonlinearity};
-use crate::piece::Side;
+use crate::excitation::angle::Excitation;
+use crate::excitation::centre::{CentreCurve, InstantCentre};
+use crate::excitation::fourier::Fourier;
+use crate::excitation::side::Side;
+use crate::excitation::wave::{Wave, reduced};
+use crate::model::equations::{Channel, Model, State};
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape, Size};
+use crate::models::nfg::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
-use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 
 /// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
 ///
@@ -27,7 +33,7 @@ use crate::shape::{ByDeflection, Drives, PieceChoice, Shape, Size};
 /// Under positive load the drive flank is the upper one.   Source: Liu 2021, Eq. (4), corrected.
 ///
 /// ```
-/// use gear_dynamics::{Model, NfgPair2, NfgParams};
+/// use gear_dynamics::{Model, NfgParams, models::nfg::NfgPair2};
 /// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
 /// assert_eq!((pair.dof(), pair.contacts()), (2, 1));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -37,7 +43,7 @@ pub type NfgPair2<N = Backlash> = Machine<NfgShape2<N>>;
 /// What all pairs of two degrees of freedom share that run in lanes.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair2, NfgParams};
+/// use gear_dynamics::{models::nfg::NfgPair2, NfgParams};
 /// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
 /// assert!((pair.shape().pinion_radius() - 0.021_143_08).abs() < 1e-8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -1,7 +1,7 @@
 //! Parameters and readings of the noncircular face gear pair.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::InstantCentre;
+use crate::excitation::centre::InstantCentre;
 
 /// SI parameters of the noncircular face gear pair.   Source: Liu 2021, Table 1 and Eqs. (6), (7), (19).
 ///
@@ -65,7 +65,7 @@ impl NfgParams {
     }
 
     /// Every value in its range.
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::scale("module", self.module)?;
         if self.pinion_teeth < 1 {
             return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
@@ -102,7 +102,7 @@ impl NfgParams {
     }
 
     /// What a reading derives from values that are each in their range: the natural frequency ω_n [rad/s] of the mean radius `radius`.
-    pub(super) fn check_derived(&self, radius: f64, reading: NfgReading) -> Result<f64, ParameterError> {
+    pub(crate) fn check_derived(&self, radius: f64, reading: NfgReading) -> Result<f64, ParameterError> {
         if let CentreForcing::Series(order) = reading.centre_forcing {
             check::count("order of the centre forcing", &[order as usize], check::ORDERS)?;
         }
@@ -196,7 +196,7 @@ impl NfgParams {
 /// Which radius stands in L.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::Radius::default(), gear_dynamics::Radius::Base);
+/// assert_eq!(gear_dynamics::models::nfg::Radius::default(), gear_dynamics::models::nfg::Radius::Base);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Radius {
@@ -210,7 +210,7 @@ pub enum Radius {
 /// Half width of the dead zone of q.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::HalfWidth::default(), gear_dynamics::HalfWidth::Instant);
+/// assert_eq!(gear_dynamics::models::nfg::HalfWidth::default(), gear_dynamics::models::nfg::HalfWidth::Instant);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HalfWidth {
@@ -224,7 +224,7 @@ pub enum HalfWidth {
 /// ē'' on the right-hand side of Eq. (9), ē = e/r_b2.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::ErrorForcing::default(), gear_dynamics::ErrorForcing::Exact);
+/// assert_eq!(gear_dynamics::models::nfg::ErrorForcing::default(), gear_dynamics::models::nfg::ErrorForcing::Exact);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ErrorForcing {
@@ -240,7 +240,7 @@ pub enum ErrorForcing {
 /// θ2'' on the right-hand side of Eq. (9).
 ///
 /// ```
-/// assert_eq!(gear_dynamics::CentreForcing::default(), gear_dynamics::CentreForcing::Exact);
+/// assert_eq!(gear_dynamics::models::nfg::CentreForcing::default(), gear_dynamics::models::nfg::CentreForcing::Exact);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CentreForcing {
@@ -254,7 +254,7 @@ pub enum CentreForcing {
 /// The damping term of Eq. (9).
 ///
 /// ```
-/// assert_eq!(gear_dynamics::Damping::default(), gear_dynamics::Damping::ConstantCoefficient);
+/// assert_eq!(gear_dynamics::models::nfg::Damping::default(), gear_dynamics::models::nfg::Damping::ConstantCoefficient);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Damping {
@@ -271,7 +271,7 @@ pub enum Damping {
 /// mesh period later: give `error_harmonics` the other sign to have it.
 ///
 /// ```
-/// use gear_dynamics::{NfgReading, Radius};
+/// use gear_dynamics::models::nfg::{NfgReading, Radius};
 /// let base = NfgReading { radius: Radius::Base, ..NfgReading::published() };
 /// assert_eq!(base, NfgReading::published_on_base_radius());
 /// ```

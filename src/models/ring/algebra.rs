@@ -1,23 +1,24 @@
 //! The algebra of the ring, gear by gear.
 
-use super::params::Gear;
-use super::shape::{Frame, RingShape};
-use crate::mesh::Mesh;
-use crate::model::Contact;
-use crate::nonlinearity::Nonlinearity;
+use crate::contact::choice::PieceChoice;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::Mesh;
+use crate::contact::tooth::Contact;
+use crate::model::shape::Drives;
+use crate::models::ring::params::Gear;
+use crate::models::ring::shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};
-use crate::shape::{Drives, PieceChoice};
 
 /// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
-pub(super) const STRIDE: usize = 7;
+pub(crate) const STRIDE: usize = 7;
 
 /// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
 /// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Columns(Vec<f64>);
+pub(crate) struct Columns(Vec<f64>);
 
 impl Columns {
-    pub(super) fn of(gears: &[Gear]) -> Self {
+    pub(crate) fn of(gears: &[Gear]) -> Self {
         let of: [fn(&Gear) -> f64; 5] = [
             |gear| gear.base_radius,
             |gear| gear.load.shaft.stiffness,
@@ -123,9 +124,9 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// The equations of [`Ring`](super::shape::Ring); on plain numbers three gears are compiled for their number.
+    /// The equations of [`Ring`](crate::Ring); on plain numbers three gears are compiled for their number.
     #[inline(always)]
-    pub(super) fn accelerate<S: Scalar, L: PieceChoice<S>>(
+    pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         u: Drives<'_, S>,
@@ -188,7 +189,7 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// Mesh i.
     #[inline(always)]
-    pub(super) fn touch<S: Scalar, L: PieceChoice<S>>(
+    pub(crate) fn touch<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,

@@ -1,18 +1,19 @@
 //! M, C, K, the mesh matrix and the modes of the ring.
 
-use super::shape::Ring;
+use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::excitation::Wave;
-use crate::nonlinearity::Nonlinearity;
-use crate::piece::Side;
-use nalgebra::{DMatrix, DVector};
+use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
+use crate::models::ring::shape::Ring;
+use nalgebra::DMatrix;
+use nalgebra::DVector;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Undamped natural frequencies with modes, and damped eigenvalues.
 ///
 /// ```
-/// use gear_dynamics::{Ring, RingSet};
+/// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// let modes = ring.modes(&ring.mean_mesh_stiffness())?;
 /// assert!((modes.hertz()[1] - 43.173_249_56).abs() < 1e-7);
@@ -70,7 +71,7 @@ impl<N: Nonlinearity> Ring<N> {
     }
 
     /// Stiffness of every link: motor shaft, meshes as given, output shafts.
-    pub(super) fn link_stiffnesses(&self, mesh_stiffness: &[f64]) -> Result<Vec<f64>, ParameterError> {
+    pub(crate) fn link_stiffnesses(&self, mesh_stiffness: &[f64]) -> Result<Vec<f64>, ParameterError> {
         check::length("mesh stiffnesses", mesh_stiffness.len(), self.gears())?;
         for (i, &k) in mesh_stiffness.iter().enumerate() {
             check::not_negative(format!("mesh stiffness [{i}]"), k)?;
@@ -82,7 +83,7 @@ impl<N: Nonlinearity> Ring<N> {
             .collect())
     }
 
-    pub(super) fn link_dampings(&self) -> Vec<f64> {
+    pub(crate) fn link_dampings(&self) -> Vec<f64> {
         let outputs = self.shape().gears.iter().map(|gear| gear.load.shaft.damping);
         let meshes = self.mesh_dampings().iter().copied();
         std::iter::once(self.shape().motor_shaft.damping).chain(meshes).chain(outputs).collect()
@@ -151,10 +152,10 @@ impl<N: Nonlinearity> Ring<N> {
 }
 
 /// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
-pub(super) const MOST_JUMPS: usize = 10_000;
+pub(crate) const MOST_JUMPS: usize = 10_000;
 
 /// The mean of a wave over its own period, between its edges by Gauss panels.
-pub(super) fn mean(wave: &Wave) -> f64 {
+pub(crate) fn mean(wave: &Wave) -> f64 {
     const PANELS: usize = 64;
     let period = TAU / f64::from(wave.order());
     let (mut sum, mut angle) = (0.0, 0.0);
@@ -163,7 +164,9 @@ pub(super) fn mean(wave: &Wave) -> f64 {
         for i in 0..PANELS {
             let h = (end - angle) / PANELS as f64;
             let middle = angle + (i as f64 + 0.5) * h;
-            sum += crate::analysis::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| wave.value(x, Side::After));
+            sum += crate::analysis::quadrature::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| {
+                wave.value(x, Side::After)
+            });
         }
         angle = end;
     }

@@ -1,12 +1,12 @@
-//! The closed-loop ring of n gears.
+//! The closed-loop ring of gears of Yao 2020.
 
-mod algebra;
-mod matrices;
-mod params;
-mod relative;
-mod shape;
+pub(crate) mod algebra;
+pub(crate) mod matrices;
+pub(crate) mod params;
+pub(crate) mod relative;
+pub(crate) mod shape;
 
-pub use matrices::Modes;
-pub use params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
-pub use relative::RelativeView;
-pub use shape::{Frame, Ring, RingShape};
+pub use crate::models::ring::matrices::Modes;
+pub use crate::models::ring::params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
+pub use crate::models::ring::relative::RelativeView;
+pub use crate::models::ring::shape::{Frame, Ring, RingShape};

@@ -1,10 +1,12 @@
 //! Parameters of the ring.
 
-use super::matrices::{MOST_JUMPS, mean};
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::Mesh;
 use crate::error::{ParameterError, check};
-use crate::excitation::{Fourier, Wave};
-use crate::mesh::Mesh;
-use crate::nonlinearity::{Backlash, Nonlinearity};
+use crate::excitation::fourier::Fourier;
+use crate::excitation::wave::Wave;
+use crate::models::ring::matrices::{MOST_JUMPS, mean};
 use std::f64::consts::TAU;
 
 /// Most gears of a ring: its matrices, of 2n + 1 rows, then have at most 2²⁶ numbers.
@@ -13,7 +15,7 @@ const MOST_GEARS: usize = 4095;
 /// A torsional shaft.
 ///
 /// ```
-/// let shaft = gear_dynamics::Shaft { stiffness: 973.0, damping: 0.0257 };
+/// let shaft = gear_dynamics::models::ring::Shaft { stiffness: 973.0, damping: 0.0257 };
 /// assert_eq!(shaft.stiffness, 973.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +37,7 @@ impl Shaft {
 /// The motor and its shaft to gear 1.
 ///
 /// ```
-/// use gear_dynamics::{Motor, Shaft};
+/// use gear_dynamics::models::ring::{Motor, Shaft};
 /// let motor = Motor { inertia: 0.03, torque: 44.0, shaft: Shaft { stiffness: 973.0, damping: 0.0257 } };
 /// assert_eq!(motor.torque, 44.0);
 /// ```
@@ -52,7 +54,7 @@ pub struct Motor {
 /// A load and its shaft from the gear.
 ///
 /// ```
-/// use gear_dynamics::{Load, Shaft};
+/// use gear_dynamics::models::ring::{Load, Shaft};
 /// let load = Load { inertia: 5.97e-3, torque: 2.0, shaft: Shaft { stiffness: 24_913.0, damping: 0.117 } };
 /// assert_eq!(load.inertia, 5.97e-3);
 /// ```
@@ -69,7 +71,7 @@ pub struct Load {
 /// A gear of the ring with what hangs on it.
 ///
 /// ```
-/// use gear_dynamics::{Gear, Load, Shaft};
+/// use gear_dynamics::models::ring::{Gear, Load, Shaft};
 /// let load = Load { inertia: 5.97e-3, torque: 2.0, shaft: Shaft { stiffness: 24_913.0, damping: 0.117 } };
 /// assert_eq!(Gear { inertia: 1.8e-3, base_radius: 0.0564, load }.base_radius, 0.0564);
 /// ```
@@ -86,7 +88,7 @@ pub struct Gear {
 /// A ring in full generality: every parameter its own per element. Mesh i joins gear i and gear i+1, the last one closes the ring.
 ///
 /// ```
-/// use gear_dynamics::{Ring, RingSet};
+/// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let mut params = RingSet::a(4, 1000.0).params()?;
 /// params.gears[2].load.torque = 3.0;
 /// assert_eq!(Ring::new(&params)?.gears(), 4);
@@ -107,7 +109,7 @@ pub struct RingParams<N = Backlash> {
 }
 
 impl<N: Nonlinearity> RingParams<N> {
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::scale("motor.inertia", self.motor.inertia)?;
         check::quantity("motor.torque", self.motor.torque)?;
         self.motor.shaft.check("motor.shaft")?;
@@ -147,7 +149,7 @@ impl<N: Nonlinearity> RingParams<N> {
 /// The paper leaves many of them out; sets [`a`](RingSet::a) and [`e`](RingSet::e) fill the gaps as docs/models.md says.
 ///
 /// ```
-/// use gear_dynamics::{Ring, RingSet};
+/// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let set = RingSet { error: 10e-6, half_backlash: 2.65e-6, ..RingSet::a(3, 1000.0) };
 /// let ring = Ring::as_printed(&set.params()?)?;
 /// assert!((ring.rigid_acceleration() - 712.736_411_9).abs() < 1e-6); // [rad/s²]: the torques do not balance

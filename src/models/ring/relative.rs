@@ -1,10 +1,10 @@
 //! The paper's dimensionless relative coordinates as a view of the angles.
 
-use super::shape::Ring;
+use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::model::State;
-use crate::nonlinearity::Nonlinearity;
-use crate::piece::Side;
+use crate::excitation::side::Side;
+use crate::model::equations::State;
+use crate::models::ring::shape::Ring;
 use nalgebra::DMatrix;
 
 /// [θ_M - θ_1, d_1/b_e, ..., d_n/b_e, θ_1 - θ_L1, ..., θ_n - θ_Ln] over τ = ω_n t: q1..q7 of the paper for n = 3.
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 /// refused; [`close`](RelativeView::close) makes one consistent.   Source: Yao 2020, Eqs. (2), (3), corrected.
 ///
 /// ```
-/// use gear_dynamics::{Ring, RingSet};
+/// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// let view = ring.relative(2.65e-5, 1000.0)?;
 /// let (mut q, mut v) = (vec![0.0; 7], vec![0.0; 7]);

@@ -1,21 +1,24 @@
 //! The ring as a shape, in angles.
 
-use super::algebra::{Columns, STRIDE};
-use super::params::{Gear, RingParams, Shaft};
+use crate::contact::choice::PieceChoice;
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
+use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::earliest;
-use crate::machine::Machine;
-use crate::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
-use crate::model::{Channel, Contact};
-use crate::nonlinearity::{Backlash, Nonlinearity};
-use crate::piece::Side;
+use crate::excitation::angle::earliest;
+use crate::excitation::side::Side;
+use crate::model::equations::Channel;
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape, Size};
+use crate::models::ring::algebra::{Columns, STRIDE};
+use crate::models::ring::params::{Gear, RingParams, Shaft};
 use crate::scalar::Scalar;
-use crate::shape::{Drives, PieceChoice, Shape, Size};
 
 /// The frame in which the angles are counted.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::Frame::default(), gear_dynamics::Frame::Inertial);
+/// assert_eq!(gear_dynamics::models::ring::Frame::default(), gear_dynamics::models::ring::Frame::Inertial);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Frame {
@@ -37,7 +40,7 @@ pub enum Frame {
 /// [N s/m], `load torque i` [N m].   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
 ///
 /// ```
-/// use gear_dynamics::{Frame, Integrator, Dop853, Model, Ring, RingSet, State};
+/// use gear_dynamics::{models::ring::{Frame, RingSet}, Dop853, Integrator, Model, Ring, State};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
 /// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
 /// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
@@ -48,20 +51,20 @@ pub type Ring<N = Backlash> = Machine<RingShape<N>>;
 /// What all rings share that run in lanes: all but speed, torques and mesh dampings.
 ///
 /// ```
-/// use gear_dynamics::{Ring, RingSet};
+/// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// assert_eq!(ring.shape().meshes().len(), 3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingShape<N = Backlash> {
-    pub(super) gears: Vec<Gear>,
-    pub(super) motor_inertia: f64,
-    pub(super) motor_shaft: Shaft,
-    pub(super) meshes: Vec<Mesh<N>>,
-    pub(super) frame: Frame,
+    pub(crate) gears: Vec<Gear>,
+    pub(crate) motor_inertia: f64,
+    pub(crate) motor_shaft: Shaft,
+    pub(crate) meshes: Vec<Mesh<N>>,
+    pub(crate) frame: Frame,
     /// r_j: the rigid motion, per coordinate.
-    pub(super) rigid: Vec<f64>,
+    pub(crate) rigid: Vec<f64>,
     /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
     same: Vec<[usize; 2]>,
     /// Whether all meshes have one stiffness and one error.
@@ -69,8 +72,8 @@ pub struct RingShape<N = Backlash> {
     /// Whether an edge of a mesh moves.
     edges_move: bool,
     /// 1/Σ r_j² J_j.
-    pub(super) per_inertia: f64,
-    pub(super) columns: Columns,
+    pub(crate) per_inertia: f64,
+    pub(crate) columns: Columns,
 }
 
 impl<N: Nonlinearity> Ring<N> {
@@ -149,7 +152,7 @@ impl<N: Nonlinearity> Ring<N> {
         self.torque_imbalance() * self.shape().per_inertia
     }
 
-    /// Drive slots of the lower and upper edge of a mesh `[m]`, for [`Held::clearance`](crate::Held::clearance).
+    /// Drive slots of the lower and upper edge of a mesh `[m]`, for [`Held::clearance`](crate::drives::Held::clearance).
     ///
     /// # Errors
     /// A mesh that the ring does not have; the first one is 0.
@@ -234,7 +237,7 @@ impl<N: Nonlinearity> RingShape<N> {
         &self.meshes
     }
     /// Moments of inertia by coordinate [kg m²].
-    pub(super) fn inertias(&self) -> Vec<f64> {
+    pub(crate) fn inertias(&self) -> Vec<f64> {
         let gears = self.gears.iter().flat_map(|gear| [gear.inertia, gear.load.inertia]);
         std::iter::once(self.motor_inertia).chain(gears).collect()
     }

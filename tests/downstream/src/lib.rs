@@ -1,10 +1,10 @@
 //! A crate of someone else's, on public names only: a spur pair, a bearing contact, a torque ripple, lanes, an integrator.
 
-use gear_dynamics::{
-    Channel, Contact, Drives, Edges, Excitation, Finish, IntegrateError, Integrator, Jet, Mesh, Model,
-    Nonlinearity, Observer, Piece, PieceChoice, Scalar, Shape, Side, Size, State, Stats, Step, StepView,
-    Wave, same,
-};
+use gear_dynamics::contact::{Contact, Edges, Nonlinearity, Piece, PieceChoice};
+use gear_dynamics::excitation::{Excitation, Jet, Side, same};
+use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::ode::{Finish, IntegrateError, Observer, Stats, Step, StepView};
+use gear_dynamics::{Integrator, Mesh, Model, Shape, State, Wave};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// m q'' + c x' + k(φ) f(x) = F with x = q - e(φ) along the line of action: a spur pair over its mesh angle, with any contact law.

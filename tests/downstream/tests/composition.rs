@@ -1,7 +1,21 @@
 //! Everything that this crate defines runs through everything that the library offers.
 
 use downstream::{Four, Heun, Kick, Knock, SoftStop, SpurPair};
-use gear_dynamics::*;
+use gear_dynamics::analysis::{Probe, Summary, strobe};
+use gear_dynamics::check::check_periodic;
+use gear_dynamics::contact::{
+    AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
+};
+use gear_dynamics::drives::{Driven, Held, HeldProcess, PhaseLaw, VaryingSpeed};
+use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
+use gear_dynamics::model::Drives;
+use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
+use gear_dynamics::periodic::{FourierOrbit, Stability};
+use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
+use gear_dynamics::{
+    Backlash, Balance, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
+    RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
+};
 
 fn knock(stiffness: f64) -> Machine<Knock> {
     let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };

@@ -4,7 +4,7 @@
 pub mod oscillators;
 pub mod trains;
 
-use gear_dynamics::*;
+use crate::api::*;
 
 /// q'' = -(1 + t²/10) q + r(t), r chosen so that q = exp(-t/5) cos(t²/2 + t): non-autonomous in every term.
 pub struct Forced;

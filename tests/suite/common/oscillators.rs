@@ -1,6 +1,6 @@
 //! Oscillators of the literature, periodic in time.
 
-use gear_dynamics::*;
+use crate::api::*;
 use std::f64::consts::TAU;
 
 /// μ q'' + ζ q' + κ q + γ q³ = P cos Ωt, after Krack & Gross (2019), example 01: μ = 1, ζ = 0.05, κ = 1, γ = 0.1, P = 0.18.

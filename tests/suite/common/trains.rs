@@ -1,6 +1,6 @@
 //! Gear trains in SI units, their contacts told in full.
 
-use gear_dynamics::*;
+use crate::api::*;
 
 /// A mesh between coordinates: d = Σ g_j q_j - e sin ωt `[m]`, W = K g(d) + C d' [N], gap ±b.
 #[derive(Clone, Copy)]

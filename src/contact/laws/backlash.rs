@@ -1,0 +1,214 @@
+//! Dead zones.
+
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::piece::Piece;
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
+use crate::scalar::Scalar;
+
+/// max(x - upper, 0) - max(lower - x, 0), as the distance of x from the gap.
+#[inline(always)]
+fn dead_zone<S: Scalar>(x: S, lower: S, upper: S) -> S {
+    x - x.max(lower).min(upper)
+}
+
+#[inline(always)]
+fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
+    match piece {
+        Piece::Lower => x - lower,
+        Piece::Gap => S::from(0.0),
+        Piece::Upper => x - upper,
+    }
+}
+
+/// Edges of a gap, of which one may be missing: it lies at its own infinity, and the other one is finite.
+pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
+    check::quantity("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
+    check::quantity("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
+    if lower > upper {
+        let (name, value) = ("gap between lower and upper edge".into(), upper - lower);
+        return Err(ParameterError::Negative { name, value });
+    }
+    Ok([lower, upper])
+}
+
+/// f(x) = max(x - b, 0) - max(-x - b, 0), b the half width of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
+///
+/// ```
+/// use gear_dynamics::{Backlash, contact::Nonlinearity};
+/// let law = Backlash::new(2.65e-5)?; // half of the backlash [m]
+/// assert_eq!(law.at(1e-5), 0.0);
+/// assert!((law.at(-4e-5) + 1.35e-5).abs() < 1e-20);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backlash {
+    half_width: f64,
+}
+
+impl Backlash {
+    /// Half width b, not negative.
+    ///
+    /// # Errors
+    /// A half width that is negative or above 1e50.
+    pub fn new(half_width: f64) -> Result<Self, ParameterError> {
+        Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
+    }
+
+    /// b: half of the backlash.
+    pub fn half_width(&self) -> f64 {
+        self.half_width
+    }
+}
+
+impl Nonlinearity for Backlash {
+    const HALF_WIDTH: bool = true;
+
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone(x, lower, upper)
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone_on(piece, x, lower, upper)
+    }
+    fn moves(&self) -> bool {
+        false
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges::symmetric(self.half_width, 0.0)
+    }
+}
+
+/// Edges at `lower` and `upper`, and flanks of different stiffness:
+/// f(x) = s_u max(x - upper, 0) - s_l max(lower - x, 0).
+///
+/// ```
+/// use gear_dynamics::contact::{AsymmetricBacklash, Nonlinearity};
+/// let law = AsymmetricBacklash::new(-1.0, 2.0)?.with_slopes(0.5, 1.0)?;
+/// assert_eq!((law.at(-3.0), law.at(0.0), law.at(3.0)), (-1.0, 0.0, 1.0));
+/// let stop = AsymmetricBacklash::stop_above(2.0)?;
+/// assert_eq!((stop.at(-1e9), stop.at(3.0)), (0.0, 1.0));
+/// assert_eq!(AsymmetricBacklash::stop_below(2.0)?.at(-1.0), -3.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AsymmetricBacklash {
+    lower: f64,
+    upper: f64,
+    slopes: [f64; 2],
+}
+
+impl AsymmetricBacklash {
+    /// lower <= upper, both flanks of relative stiffness 1. One edge may be infinite: a stop on the other side alone.
+    ///
+    /// # Errors
+    /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
+    pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        let [lower, upper] = gap(lower, upper)?;
+        Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
+    }
+
+    /// A stop that touches where x is above `edge`, and nothing below.
+    ///
+    /// # Errors
+    /// An edge that is not finite or lies beyond ±1e50.
+    pub fn stop_above(edge: f64) -> Result<Self, ParameterError> {
+        Self::new(f64::NEG_INFINITY, check::quantity("upper edge", edge)?)
+    }
+
+    /// A stop that touches where x is below `edge`, and nothing above.
+    ///
+    /// # Errors
+    /// An edge that is not finite or lies beyond ±1e50.
+    pub fn stop_below(edge: f64) -> Result<Self, ParameterError> {
+        Self::new(check::quantity("lower edge", edge)?, f64::INFINITY)
+    }
+
+    /// Whether this flank lies at infinity, where nothing touches it.
+    #[inline(always)]
+    fn is_missing(&self, piece: Piece) -> bool {
+        match piece {
+            Piece::Lower => self.lower == f64::NEG_INFINITY,
+            Piece::Gap => false,
+            Piece::Upper => self.upper == f64::INFINITY,
+        }
+    }
+
+    /// Relative stiffness of the lower and the upper flank, both positive.
+    ///
+    /// # Errors
+    /// A slope that is not positive or is above 1e50.
+    pub fn with_slopes(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        let slopes = [
+            check::positive("slope of the lower flank", lower)?,
+            check::positive("slope of the upper flank", upper)?,
+        ];
+        Ok(AsymmetricBacklash { slopes, ..self })
+    }
+}
+
+impl Nonlinearity for AsymmetricBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        let zero = S::from(0.0);
+        (x - upper).max(zero) * self.slopes[1] - (lower - x).max(zero) * self.slopes[0]
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        if self.is_missing(piece) {
+            return S::from(0.0);
+        }
+        let unit = dead_zone_on(piece, x, lower, upper);
+        match piece {
+            Piece::Lower => unit * self.slopes[0],
+            Piece::Gap => unit,
+            Piece::Upper => unit * self.slopes[1],
+        }
+    }
+    fn moves(&self) -> bool {
+        false
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
+    }
+}
+
+/// A dead zone whose half width b(φ) moves: the same force with edges ∓b(φ).
+///
+/// ```
+/// use gear_dynamics::{excitation::{Fourier, Side}, contact::{Nonlinearity, VaryingBacklash}, Wave};
+/// let law = VaryingBacklash::new(Wave::new(Fourier::new(1.0, &[[0.25, 0.0]])?));
+/// assert_eq!(law.edges(0.0, Side::After).upper, 1.25);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct VaryingBacklash {
+    half_width: Wave,
+}
+
+impl VaryingBacklash {
+    /// The half width as a wave; it should stay positive.
+    pub fn new(half_width: Wave) -> Self {
+        VaryingBacklash { half_width }
+    }
+}
+
+impl Nonlinearity for VaryingBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone(x, lower, upper)
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        dead_zone_on(piece, x, lower, upper)
+    }
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        let b = self.half_width.jet(angle, side);
+        Edges::symmetric(b.value, b.rate)
+    }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.half_width.next_edge(angle)
+    }
+}

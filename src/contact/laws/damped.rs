@@ -1,0 +1,125 @@
+//! Damping that belongs to the contact law.
+
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::piece::Piece;
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+
+/// Any law g with damping of its own, which follows the stiffness of the mesh since W = K(t) f:
+///
+/// - [`by_stiffness`](Damped::by_stiffness): f = g + τ x' in contact, so that C = τ K(t).   Source: Kelvin-Voigt.
+/// - [`by_force`](Damped::by_force): f = g + λ |g| x', so that C = λ |W| grows with the depth.   Source: Hunt & Crossley (1975), λ = 3/2 α.
+///
+/// The first jumps by τ x' at an edge and pulls while the flanks part. The second is continuous and pulls only where they part faster than
+/// 1/λ, as after no free impact. A mesh with such a law needs no damping of its own; if it has some, both act.
+///
+/// ```
+/// use gear_dynamics::{Backlash, contact::{Damped, Nonlinearity, PowerLaw}};
+/// let viscous = Damped::by_stiffness(Backlash::new(1.0)?, 0.5)?; // τ [s]
+/// assert_eq!(viscous.force(3.0, 1.0, -1.0, 1.0), 2.5);
+/// assert_eq!(viscous.force(0.0, 1.0, -1.0, 1.0), 0.0);
+/// let ball = Damped::by_force(PowerLaw::new(1.0, 1.5, 1.0)?, 0.25)?; // λ [s/m]
+/// assert_eq!(ball.force(5.0, 2.0, -1.0, 1.0), 12.0); // 8 (1 + 0.5)
+/// assert_eq!(ball.force(-5.0, 2.0, -1.0, 1.0), -4.0); // moving out: 8 (1 - 0.5)
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damped<N> {
+    law: N,
+    loss: Loss,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Loss {
+    /// τ, and whether it acts in the gap as well.
+    Time(f64, bool),
+    /// λ.
+    Force(f64),
+}
+
+impl<N: Nonlinearity> Damped<N> {
+    /// f = g + τ x' in contact, τ = C/K `[s]`, not negative. A law without edges is in contact everywhere.
+    ///
+    /// # Errors
+    /// A τ that is negative or above 1e50.
+    pub fn by_stiffness(law: N, time: f64) -> Result<Self, ParameterError> {
+        let edges = law.edges(0.0, Side::After);
+        let everywhere = edges.lower == f64::NEG_INFINITY && edges.upper == f64::INFINITY;
+        Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, everywhere) })
+    }
+
+    /// f = g + τ x', in the gap as well: an oil film whose damping follows the stiffness.
+    ///
+    /// # Errors
+    /// A τ that is negative or above 1e50.
+    pub fn by_stiffness_always(law: N, time: f64) -> Result<Self, ParameterError> {
+        Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, true) })
+    }
+
+    /// f = g + λ |g| x', λ [s/m] not negative. For laws with a gap: where g changes its sign elsewhere than in a gap, |g| has a kink that is
+    /// not announced.
+    ///
+    /// # Errors
+    /// A λ that is negative or above 1e50.
+    pub fn by_force(law: N, loss: f64) -> Result<Self, ParameterError> {
+        Ok(Damped { law, loss: Loss::Force(check::not_negative("loss factor", loss)?) })
+    }
+
+    /// g.
+    pub fn law(&self) -> &N {
+        &self.law
+    }
+
+    /// f from g, on a held piece.
+    #[inline(always)]
+    fn on<S: Scalar>(&self, piece: Piece, g: S, rate: S) -> S {
+        match (self.loss, piece) {
+            (Loss::Time(_, false), Piece::Gap) => g,
+            (Loss::Time(time, _), _) => g + rate * time,
+            (Loss::Force(loss), Piece::Lower) => g - g * rate * loss,
+            (Loss::Force(loss), Piece::Gap) => g + g.abs() * rate * loss,
+            (Loss::Force(loss), Piece::Upper) => g + g * rate * loss,
+        }
+    }
+}
+
+impl<N: Nonlinearity> Nonlinearity for Damped<N> {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
+        let g = self.law.force(x, rate, lower, upper);
+        match self.loss {
+            Loss::Time(time, true) => g + rate * time,
+            Loss::Time(time, false) => g + rate * time * ((x - upper).step() + (lower - x).step()),
+            Loss::Force(loss) => g + g.abs() * rate * loss,
+        }
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
+        self.on(piece, self.law.force_on(piece, x, rate, lower, upper), rate)
+    }
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        self.on(pieces[0], self.law.force_on_all(pieces, x, rate, lower, upper), rate)
+    }
+    fn switches(&self) -> usize {
+        self.law.switches()
+    }
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        self.law.switch(switch, x, rate)
+    }
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        self.law.switch_rate(switch, x, rate, second)
+    }
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        self.law.edges(angle, side)
+    }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.law.next_edge(angle)
+    }
+    fn moves(&self) -> bool {
+        self.law.moves()
+    }
+}

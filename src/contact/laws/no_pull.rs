@@ -1,0 +1,98 @@
+//! Contact that never pulls.
+
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::piece::Piece;
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+
+/// f(x, x') = max(0, min(2 y, y + τ y')), y the depth past an edge and y' its rate: a spring with damping C = τ K that neither pulls nor
+/// counts for more than the spring itself, so that the force is continuous.   Source: Modelica Standard Library, `ElastoBacklash`.
+///
+/// Its kinks lie at y = 0, where teeth meet or part, at y + τ y' = 0, where the force ends before they part, and at y = τ y', where the damping
+/// is no longer limited. They are three switches, x, x + τ x' and x - τ x', held against the same edges ∓b; where the pieces of the first alone
+/// are known, the other two kinks stay unannounced.
+///
+/// ```
+/// use gear_dynamics::contact::{NoPullBacklash, Nonlinearity};
+/// let law = NoPullBacklash::new(1.0, 0.5)?; // half width, τ [s]
+/// let at_depth_one = |rate: f64| law.force(2.0, rate, -1.0, 1.0);
+/// assert_eq!([9.0, 1.0, 0.0, -1.0, -9.0].map(at_depth_one), [2.0, 1.5, 1.0, 0.5, 0.0]);
+/// assert_eq!((law.at(-3.0), law.switches(), law.switch(1, 2.0, -1.0)), (-2.0, 3, 1.5));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoPullBacklash {
+    half_width: f64,
+    time: f64,
+}
+
+impl NoPullBacklash {
+    /// Half width b, not negative, and τ = C/K `[s]`, positive: without damping it is [`Backlash`](crate::Backlash).
+    ///
+    /// # Errors
+    /// A half width that is negative or above 1e50; a τ that is not positive or is above 1e50.
+    pub fn new(half_width: f64, time: f64) -> Result<Self, ParameterError> {
+        let (half_width, time) =
+            (check::not_negative("half width b", half_width)?, check::positive("damping time", time)?);
+        Ok(NoPullBacklash { half_width, time })
+    }
+}
+
+/// Switches: where the teeth touch, where the force ends, where the damping is limited.
+const TOUCH: usize = 0;
+
+const ENDS: usize = 1;
+
+const LIMITED: usize = 2;
+
+impl Nonlinearity for NoPullBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
+        let flank = |y: S, viscous: S| (y * 2.0).min(y + viscous).max(S::from(0.0));
+        let viscous = rate * self.time;
+        flank(x - upper, viscous) - flank(lower - x, -viscous)
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
+        let (zero, viscous) = (S::from(0.0), rate * self.time);
+        match piece {
+            Piece::Lower => ((x - lower) * 2.0).max((x - lower + viscous).min(zero)),
+            Piece::Gap => zero,
+            Piece::Upper => ((x - upper) * 2.0).min((x - upper + viscous).max(zero)),
+        }
+    }
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        let flank = pieces[TOUCH];
+        let depth = match flank {
+            Piece::Lower => x - lower,
+            Piece::Upper => x - upper,
+            Piece::Gap => return S::from(0.0),
+        };
+        if pieces[ENDS] != flank {
+            S::from(0.0)
+        } else if pieces[LIMITED] != flank {
+            depth * 2.0
+        } else {
+            depth + rate * self.time
+        }
+    }
+    fn switches(&self) -> usize {
+        3
+    }
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        match switch {
+            ENDS => x + rate * self.time,
+            LIMITED => x - rate * self.time,
+            _ => x,
+        }
+    }
+    fn moves(&self) -> bool {
+        false
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges::symmetric(self.half_width, 0.0)
+    }
+}

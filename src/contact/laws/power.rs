@@ -1,0 +1,94 @@
+//! Flanks whose force grows as a power of the depth.
+
+use crate::contact::laws::backlash::gap;
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::piece::Piece;
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+
+/// f(x) = ±y0 (y/y0)^p, y the depth of x past an edge, p >= 1, y0 a reference depth: at y0 the force is that of a linear flank of the same
+/// stiffness, W = K y0, and p times as stiff. With y0 = 1 a stiffness K `[N/m^p]` stands for W = K y^p.   Source: Hertz (1882), p = 3/2 for
+/// points; Palmgren (1959), p = 10/9 for rollers.
+///
+/// Below its edge a held flank goes on as an odd function, y |y|^(p-1): real, with one slope from both sides. For p < 2 its second derivative has no
+/// bound at the edge, so an adaptive solver takes short steps just after a contact.
+///
+/// ```
+/// use gear_dynamics::contact::{Nonlinearity, PowerLaw};
+/// let law = PowerLaw::new(1.0, 1.5, 4.0)?; // half width, exponent, reference depth
+/// assert_eq!((law.at(0.5), law.at(5.0), law.at(-2.0)), (0.0, 4.0, -0.5));
+/// assert_eq!((law.slope(1.0), law.slope(5.0)), (0.0, 1.5));
+/// let wall = PowerLaw::new(0.0, 1.5, 1.0)?.with_edges(f64::NEG_INFINITY, 2.0)?; // a stop on one side
+/// assert_eq!((wall.at(-9.0), wall.at(6.0)), (0.0, 8.0));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerLaw {
+    lower: f64,
+    upper: f64,
+    exponent: f64,
+    depth: f64,
+}
+
+impl PowerLaw {
+    /// Half width b, not negative, exponent p from 1 to 100, reference depth y0, positive, in the unit of the deflection.
+    ///
+    /// # Errors
+    /// A half width that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside 1e-50 .. 1e50.
+    pub fn new(half_width: f64, exponent: f64, depth: f64) -> Result<Self, ParameterError> {
+        let b = check::not_negative("half width b", half_width)?;
+        let exponent = check::quantity("exponent", exponent)?;
+        if !(1.0..=100.0).contains(&exponent) {
+            return Err(ParameterError::OutOfRange {
+                name: "exponent".into(),
+                value: exponent,
+                allowed: "[1, 100]",
+            });
+        }
+        Ok(PowerLaw { lower: -b, upper: b, exponent, depth: check::scale("reference depth", depth)? })
+    }
+
+    /// The same flanks at edges of their own, lower <= upper. One may be infinite: a stop on the other side alone.
+    ///
+    /// # Errors
+    /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
+    pub fn with_edges(self, lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        let [lower, upper] = gap(lower, upper)?;
+        Ok(PowerLaw { lower, upper, ..self })
+    }
+
+    /// p.
+    pub fn exponent(&self) -> f64 {
+        self.exponent
+    }
+
+    /// y0 (y/y0) |y/y0|^(p-1).
+    #[inline(always)]
+    fn of_depth<S: Scalar>(&self, y: S) -> S {
+        let z = y / S::from(self.depth);
+        // The root of Hertz is much faster than a power.
+        y * if self.exponent == 1.5 { z.abs().sqrt() } else { z.abs().powf(self.exponent - 1.0) }
+    }
+}
+
+impl Nonlinearity for PowerLaw {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        self.of_depth(x - x.max(lower).min(upper))
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+        match piece {
+            Piece::Lower if self.lower.is_finite() => self.of_depth(x - lower),
+            Piece::Upper if self.upper.is_finite() => self.of_depth(x - upper),
+            _ => S::from(0.0),
+        }
+    }
+    fn moves(&self) -> bool {
+        false
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
+    }
+}

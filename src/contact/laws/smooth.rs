@@ -1,0 +1,102 @@
+//! Laws without kinks.
+
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+
+/// f(x) = x: a mesh that never separates.
+///
+/// ```
+/// use gear_dynamics::contact::{Linear, Nonlinearity};
+/// assert_eq!(Linear.at(-2.0), -2.0);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Linear;
+
+impl Nonlinearity for Linear {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
+        x
+    }
+}
+
+/// f(x) = s x + κ x³.
+///
+/// ```
+/// use gear_dynamics::contact::{Cubic, Nonlinearity};
+/// let law = Cubic::new(1.0, 2.0)?;
+/// assert_eq!((law.at(0.5), law.slope(0.5)), (0.75, 2.5));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cubic {
+    linear: f64,
+    cubic: f64,
+}
+
+impl Cubic {
+    /// Linear slope s and cubic coefficient κ, within ±1e50.
+    ///
+    /// # Errors
+    /// A coefficient beyond ±1e50.
+    pub fn new(linear: f64, cubic: f64) -> Result<Self, ParameterError> {
+        Ok(Cubic {
+            linear: check::quantity("linear slope", linear)?,
+            cubic: check::quantity("cubic coefficient", cubic)?,
+        })
+    }
+}
+
+impl Nonlinearity for Cubic {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
+        x * self.linear + x * x * x * self.cubic
+    }
+}
+
+/// A dead zone with rounded corners: p(x - b) - p(-x - b) with p(y) = (y + √(y² + s²))/2, s the rounding length.
+///
+/// Rounding moves the folds of a rattling mesh, so this is never a default: use it to compare with codes that have nothing else.
+/// Its gap is reported like that of [`Backlash`](crate::Backlash), so that rattle analysis works.
+///
+/// ```
+/// use gear_dynamics::contact::{Nonlinearity, SmoothedBacklash};
+/// let law = SmoothedBacklash::new(1.0, 0.1)?;
+/// assert!((law.at(1.0) - 0.05).abs() < 2e-3); // s/2 at the corner, where the dead zone has 0
+/// assert!((law.at(9.0) - 8.0).abs() < 1e-3);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothedBacklash {
+    half_width: f64,
+    rounding: f64,
+}
+
+impl SmoothedBacklash {
+    /// Half width b, not negative, and rounding length s, positive, in the unit of the deflection.
+    ///
+    /// # Errors
+    /// A half width that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, whose square would be lost.
+    pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
+        Ok(SmoothedBacklash {
+            half_width: check::not_negative("half width b", half_width)?,
+            rounding: check::scale("rounding length", rounding)?,
+        })
+    }
+}
+
+impl Nonlinearity for SmoothedBacklash {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+        let s2 = S::from(self.rounding * self.rounding);
+        let p = |y: S| (y + (y * y + s2).sqrt()) * 0.5;
+        p(x - upper) - p(lower - x)
+    }
+    fn moves(&self) -> bool {
+        false
+    }
+    fn edges(&self, _: f64, _: Side) -> Edges {
+        Edges::symmetric(self.half_width, 0.0)
+    }
+}

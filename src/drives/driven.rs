@@ -1,0 +1,105 @@
+//! Drives that are functions of time alone.
+
+use crate::drives::wrapped::{DriveRule, Wrapped};
+use crate::error::{ParameterError, check};
+use crate::excitation::angle::earlier;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use std::fmt;
+use std::sync::Arc;
+
+type OfTime = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
+
+/// A model with functions of time added to chosen drives, `u[slot] += f(t)`: a torque that is run up, a load that steps. What follows a shaft is
+/// a [`Wave`](crate::Wave) instead.
+///
+/// ```
+/// use gear_dynamics::{drives::Driven, Model, Ring, models::ring::RingSet, excitation::Side};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let torque = ring.slot("motor torque")?;
+/// let run_up = Driven::new(ring).add(torque, |t| if t < 2.0 { 5.0 * t } else { 10.0 }, &[2.0])?;
+/// let mut u = vec![0.0; run_up.drives()];
+/// run_up.drive(1.0, Side::After, &mut u);
+/// assert_eq!(u[torque], 44.0 + 5.0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+pub type Driven<M> = Wrapped<M, TimeDrives>;
+
+/// The rule of [`Driven`]: which functions of time are added to which drives.
+///
+/// ```
+/// assert_eq!(gear_dynamics::drives::TimeDrives::default().functions(), 0);
+/// ```
+#[derive(Clone, Default)]
+pub struct TimeDrives {
+    functions: Vec<(usize, OfTime)>,
+    /// When functions jump or kink, increasing.
+    edges: Vec<f64>,
+}
+
+impl TimeDrives {
+    /// How many functions there are.
+    pub fn functions(&self) -> usize {
+        self.functions.len()
+    }
+}
+
+impl fmt::Debug for TimeDrives {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let slots: Vec<usize> = self.functions.iter().map(|(slot, _)| *slot).collect();
+        f.debug_struct("TimeDrives")
+            .field("slots", &slots)
+            .field("edges", &self.edges)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<M: Model> Driven<M> {
+    /// No function yet.
+    pub fn new(model: M) -> Self {
+        Wrapped::by_rule(model, TimeDrives::default())
+    }
+
+    /// Adds f(t) to a drive. `edges`: the instants at which it jumps or kinks; solvers end their steps there. At a jump the side from which the
+    /// instant is seen decides: f is asked a little aside.
+    ///
+    /// # Errors
+    /// A slot that the model does not have; an edge beyond ±1e50.
+    pub fn add(
+        self,
+        slot: usize,
+        f: impl Fn(f64) -> f64 + Send + Sync + 'static,
+        edges: &[f64],
+    ) -> Result<Self, ParameterError> {
+        self.map_rule(|model, mut rule| {
+            if slot >= model.drives() {
+                return Err(ParameterError::NoSuchSlot { slot, drives: model.drives() });
+            }
+            check::quantities("edges of the function", edges)?;
+            rule.functions.push((slot, Arc::new(f)));
+            rule.edges.extend(edges);
+            rule.edges.sort_by(f64::total_cmp);
+            rule.edges.dedup();
+            Ok(rule)
+        })
+    }
+}
+
+impl<M: Model> DriveRule<M> for TimeDrives {
+    fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
+        model.drive(t, side, u);
+        let on_edge = self.edges.binary_search_by(|edge| edge.total_cmp(&t)).is_ok();
+        let seen = match side {
+            _ if !on_edge => t,
+            Side::Before => t.next_down(),
+            Side::After => t.next_up(),
+        };
+        for (slot, f) in &self.functions {
+            u[*slot] += f(seen);
+        }
+    }
+    fn next_edge(&self, model: &M, t: f64) -> Option<f64> {
+        let next = self.edges.partition_point(|edge| *edge <= t);
+        earlier(model.next_edge(t), self.edges.get(next).copied())
+    }
+}

@@ -1,0 +1,340 @@
+//! Random processes that are drawn, held and drawn again.
+
+use crate::drives::wrapped::{DriveRule, Wrapped};
+use crate::error::{ParameterError, check};
+use crate::excitation::angle::earlier;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use rand::TryRng;
+use rand_distr::Distribution;
+use std::convert::Infallible;
+use std::fmt;
+use std::sync::Arc;
+
+/// Random numbers as a pure function of (seed, member, stream, index): the SplitMix64 sequence from a start mixed of the four.
+/// Source: Steele, Lea & Flood, OOPSLA 2014.
+///
+/// Any number can be asked for in any order, so results do not depend on step sizes, threads or partition.
+///
+/// ```
+/// use gear_dynamics::drives::CounterRng;
+/// use rand::Rng;
+/// assert_eq!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 4).next_u64());
+/// assert_ne!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 5).next_u64());
+/// ```
+#[derive(Clone, Debug)]
+pub struct CounterRng(u64);
+
+impl CounterRng {
+    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+    /// The stream that belongs to these four numbers.
+    pub fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
+        let start =
+            [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
+                mix(state.wrapping_add(Self::GOLDEN)
+                    ^ mix(word.wrapping_add(Self::GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
+            });
+        CounterRng(start)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(Self::GOLDEN);
+        mix(self.0)
+    }
+}
+
+/// The output function of SplitMix64.
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl TryRng for CounterRng {
+    type Error = Infallible;
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok((self.next() >> 32) as u32)
+    }
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.next())
+    }
+    fn try_fill_bytes(&mut self, out: &mut [u8]) -> Result<(), Infallible> {
+        for chunk in out.chunks_mut(8) {
+            chunk.copy_from_slice(&self.next().to_le_bytes()[..chunk.len()]);
+        }
+        Ok(())
+    }
+}
+
+type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
+
+/// A process that is constant between the instants k h: value k holds for k h <= t < (k+1) h.
+///
+/// Drawing a number inside the right-hand side has no limit as the step shrinks; held values do, and the hold time h is
+/// a physical parameter.   Source: docs/theory.md, "Random damping".
+///
+/// ```
+/// use gear_dynamics::{drives::HeldProcess, excitation::Side};
+/// use rand_distr::Uniform;
+/// let process = HeldProcess::new(0.5, Uniform::new(0.0, 1.0)?)?.with_seed(7);
+/// assert_eq!(process.value(0.1, Side::After, 0), process.value(0.4, Side::After, 0));
+/// assert_ne!(process.value(0.5, Side::Before, 0), process.value(0.5, Side::After, 0));
+/// let given = HeldProcess::from_values(0.5, &[3.0, 5.0])?;
+/// assert_eq!(given.value(0.7, Side::After, 0), 5.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct HeldProcess {
+    hold: f64,
+    seed: u64,
+    member: u64,
+    source: Source,
+}
+
+#[derive(Clone)]
+enum Source {
+    Drawn(Draw),
+    Given(Arc<[f64]>),
+}
+
+impl HeldProcess {
+    /// A new value of `distribution` after every hold time h > 0.
+    ///
+    /// # Errors
+    /// A hold time outside 1e-50 .. 1e50.
+    pub fn new<D>(hold: f64, distribution: D) -> Result<Self, ParameterError>
+    where
+        D: Distribution<f64> + Send + Sync + 'static,
+    {
+        let draw = move |rng: &mut CounterRng| distribution.sample(rng);
+        Ok(HeldProcess {
+            hold: check::scale("hold time", hold)?,
+            seed: 0,
+            member: 0,
+            source: Source::Drawn(Arc::new(draw)),
+        })
+    }
+
+    /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
+    ///
+    /// # Errors
+    /// A hold time outside 1e-50 .. 1e50; no values; one beyond ±1e50.
+    pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
+        let hold = check::scale("hold time", hold)?;
+        if values.is_empty() {
+            return Err(ParameterError::Empty { name: "held values".into(), least: 1 });
+        }
+        check::quantities("held values", values)?;
+        Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
+    }
+
+    /// Another seed: another experiment.
+    pub fn with_seed(self, seed: u64) -> Self {
+        HeldProcess { seed, ..self }
+    }
+    /// Another member of the ensemble of one seed.
+    pub fn with_member(self, member: u64) -> Self {
+        HeldProcess { member, ..self }
+    }
+    /// The hold time h.
+    pub fn hold(&self) -> f64 {
+        self.hold
+    }
+
+    /// The k-th value of a stream (a mesh, or one stream shared by all). Before t = 0 the first one holds.
+    pub fn held(&self, stream: u64, k: u64) -> f64 {
+        match &self.source {
+            Source::Drawn(draw) => draw(&mut CounterRng::new(self.seed, self.member, stream, k)),
+            Source::Given(values) => values[(k as usize).min(values.len() - 1)],
+        }
+    }
+
+    /// The value at `t`, seen from one side.
+    pub fn value(&self, t: f64, side: Side, stream: u64) -> f64 {
+        let k = self.index(t);
+        let before = side == Side::Before && k > 0 && k as f64 * self.hold == t;
+        self.held(stream, if before { k - 1 } else { k })
+    }
+
+    /// The k with k h <= t < (k+1) h, exact in the rounded products; past 2^52 holds they are no longer told apart.
+    fn index(&self, t: f64) -> u64 {
+        let guess = (t / self.hold).max(0.0);
+        if guess >= LAST {
+            return LAST as u64;
+        }
+        let mut k = guess as u64;
+        while k > 0 && k as f64 * self.hold > t {
+            k -= 1;
+        }
+        while (k + 1) as f64 * self.hold <= t {
+            k += 1;
+        }
+        k
+    }
+
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let edge = if t < 0.0 { self.hold } else { (self.index(t) + 1) as f64 * self.hold };
+        (edge > t).then_some(edge)
+    }
+}
+
+/// 2^52: the last hold whose number is exact.
+const LAST: f64 = 4_503_599_627_370_496.0;
+
+impl fmt::Debug for HeldProcess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("HeldProcess")
+            .field("hold", &self.hold)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Fill {
+    slot: usize,
+    gain: f64,
+    process: usize,
+    stream: u64,
+}
+
+/// A model with random drives: held processes are added to chosen drive slots, `u[slot] += gain value(t)`.
+///
+/// Streams are counted through all fills of one `Held`, so two processes of one seed on different slots are independent.
+///
+/// The bare model stays periodic; this one is not, so the compiler refuses to balance it.
+///
+/// ```
+/// use gear_dynamics::{drives::{Held, HeldProcess}, Model, Ring, models::ring::RingSet};
+/// use rand_distr::Uniform;
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// // The paper's C_gΔ: uniform on (0, 1) times 500 N s/m, one stream per mesh, held for a tenth of a millisecond.
+/// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
+/// let slots = (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+/// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;
+/// assert_eq!(noisy.next_edge(0.0), Some(1e-4));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub type Held<M> = Wrapped<M, HeldDrives>;
+
+/// The rule of [`Held`]: which processes are added to which drives.
+///
+/// ```
+/// use gear_dynamics::{drives::{Held, HeldDrives}, NfgPair, NfgParams};
+/// let noisy: Held<NfgPair> = Held::new(NfgPair::new(&NfgParams::table1())?);
+/// assert_eq!(noisy.rule().fills(), 0);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct HeldDrives {
+    processes: Vec<HeldProcess>,
+    fills: Vec<Fill>,
+    /// How many streams are taken.
+    streams: u64,
+}
+
+impl HeldDrives {
+    /// How many drives have a process.
+    pub fn fills(&self) -> usize {
+        self.fills.len()
+    }
+
+    fn fill(
+        mut self,
+        drives: usize,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+        streams: &[u64],
+    ) -> Result<Self, ParameterError> {
+        for ((&slot, &gain), &stream) in slots.iter().zip(gains).zip(streams) {
+            if slot >= drives {
+                return Err(ParameterError::NoSuchSlot { slot, drives });
+            }
+            let gain = check::quantity("gain", gain)?;
+            let stream = self.streams + stream;
+            self.fills.push(Fill { slot, gain, process: self.processes.len(), stream });
+        }
+        self.streams += streams.iter().max().map_or(0, |last| last + 1);
+        self.processes.push(process);
+        Ok(self)
+    }
+}
+
+impl<M: Model> DriveRule<M> for HeldDrives {
+    fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
+        model.drive(t, side, u);
+        for fill in &self.fills {
+            u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
+        }
+    }
+    fn next_edge(&self, model: &M, t: f64) -> Option<f64> {
+        self.processes.iter().fold(model.next_edge(t), |first, process| earlier(first, process.next_edge(t)))
+    }
+}
+
+impl<M: Model> Held<M> {
+    /// No process yet.
+    pub fn new(model: M) -> Self {
+        Wrapped::by_rule(model, HeldDrives::default())
+    }
+
+    fn fill(
+        self,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+        streams: &[u64],
+    ) -> Result<Self, ParameterError> {
+        self.map_rule(|model, rule| rule.fill(model.drives(), slots, gains, process, streams))
+    }
+
+    /// One stream for all slots: every mesh gets the same value.
+    ///
+    /// # Errors
+    /// A slot that the model does not have; a gain beyond ±1e50.
+    pub fn shared(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+        self.fill(slots, &vec![gain; slots.len()], process, &vec![0; slots.len()])
+    }
+
+    /// A stream of its own for every slot.
+    ///
+    /// # Errors
+    /// A slot that the model does not have; a gain beyond ±1e50.
+    pub fn per_slot(self, slots: &[usize], gain: f64, process: HeldProcess) -> Result<Self, ParameterError> {
+        let streams: Vec<u64> = (0..slots.len() as u64).collect();
+        self.fill(slots, &vec![gain; slots.len()], process, &streams)
+    }
+
+    /// A stream and a gain of its own for every slot: gains C_g make the process relative to the damping of each mesh.
+    ///
+    /// # Errors
+    /// Gains not as many as slots; a slot that the model does not have; a gain beyond ±1e50.
+    pub fn per_slot_with_gains(
+        self,
+        slots: &[usize],
+        gains: &[f64],
+        process: HeldProcess,
+    ) -> Result<Self, ParameterError> {
+        check::length("gains", gains.len(), slots.len())?;
+        let streams: Vec<u64> = (0..slots.len() as u64).collect();
+        self.fill(slots, gains, process, &streams)
+    }
+
+    /// A random half width b + gain value(t) of the meshes whose `(lower, upper)` slots are given, one stream per mesh.
+    ///
+    /// # Errors
+    /// A slot that the model does not have; a gain beyond ±1e50.
+    pub fn clearance(
+        self,
+        slots: &[[usize; 2]],
+        gain: f64,
+        process: HeldProcess,
+    ) -> Result<Self, ParameterError> {
+        let flat: Vec<usize> = slots.iter().flatten().copied().collect();
+        let gains: Vec<f64> = slots.iter().flat_map(|_| [-gain, gain]).collect();
+        let streams: Vec<u64> = (0..slots.len() as u64).flat_map(|s| [s, s]).collect();
+        self.fill(&flat, &gains, process, &streams)
+    }
+}

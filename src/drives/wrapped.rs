@@ -1,0 +1,109 @@
+//! A model whose drives are changed by a rule: the base of all wrappers.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Channel, Jacobian, Model};
+
+/// What a wrapper does to the drives of a model; all else stays as it is.
+pub trait DriveRule<M: ?Sized> {
+    /// All drives at `t`, seen from one side.
+    fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
+    /// The first instant after `t` at which a drive jumps or kinks.
+    fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
+}
+
+/// A model with its drives changed by a rule: [`Held`](crate::drives::Held) adds random processes, [`Driven`](crate::drives::Driven) functions of time,
+/// [`VaryingSpeed`](crate::drives::VaryingSpeed) lets its angle follow a law.
+///
+/// It has no period, whatever the model has.
+///
+/// ```
+/// use gear_dynamics::{drives::{DriveRule, Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
+/// struct Doubled; // doubles the first drive
+/// impl<M: Model> DriveRule<M> for Doubled {
+///     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) { model.drive(t, side, u); u[0] *= 2.0; }
+///     fn next_edge(&self, model: &M, t: f64) -> Option<f64> { model.next_edge(t) }
+/// }
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let (mut u, mut w) = (vec![0.0; pair.drives()], vec![0.0; pair.drives()]);
+/// pair.drive(1.0, Side::After, &mut u);
+/// Wrapped::by_rule(pair, Doubled).drive(1.0, Side::After, &mut w);
+/// assert_eq!(w[0], 2.0 * u[0]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Wrapped<M, R> {
+    model: M,
+    rule: R,
+}
+
+impl<M, R> Wrapped<M, R> {
+    /// A model and a rule for its drives.
+    pub fn by_rule(model: M, rule: R) -> Self
+    where
+        R: DriveRule<M>,
+    {
+        Wrapped { model, rule }
+    }
+    /// The model without the rule.
+    pub fn bare(&self) -> &M {
+        &self.model
+    }
+    /// The rule.
+    pub fn rule(&self) -> &R {
+        &self.rule
+    }
+    pub(crate) fn map_rule<E>(self, change: impl FnOnce(&M, R) -> Result<R, E>) -> Result<Self, E> {
+        let rule = change(&self.model, self.rule)?;
+        Ok(Wrapped { model: self.model, rule })
+    }
+}
+
+impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.rule.drive(&self.model, t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.rule.next_edge(&self.model, t)
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.model.accel_on_pieces(pieces, u, q, v, a)
+    }
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
+        self.model.jacobian(pieces, u, q, v, out)
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        self.model.channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.model.observe(u, q, v, contacts, out);
+    }
+}

@@ -1,0 +1,79 @@
+//! Jacobians by dual numbers.
+
+use crate::contact::choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::piece::Piece;
+use crate::dual::Dual;
+use crate::model::equations::Jacobian;
+use crate::model::shape::{Drives, Shape};
+
+/// The Jacobian of a shape by dual numbers, exact to rounding.
+pub(crate) fn dual_jacobian<G: Shape>(
+    shape: &G,
+    pieces: Option<&[Piece]>,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
+    match pieces {
+        None => slopes(shape, &ByDeflection, u, q, v, out),
+        Some(pieces) => slopes(shape, &FixedPieces(pieces), u, q, v, out),
+    }
+}
+
+/// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
+const SMALL: usize = 32;
+
+const LARGER: usize = 512;
+
+/// Columns that one evaluation gives.
+const COLUMNS: usize = 4;
+
+fn slopes<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
+    shape: &G,
+    law: &L,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
+    let needed = u.len() + 3 * shape.size().dof;
+    let zero = Dual::from(0.0);
+    if needed <= SMALL {
+        slopes_in(&mut [zero; SMALL][..needed], shape, law, u, q, v, out)
+    } else if needed <= LARGER {
+        slopes_in(&mut [zero; LARGER][..needed], shape, law, u, q, v, out)
+    } else {
+        slopes_in(&mut vec![zero; needed], shape, law, u, q, v, out)
+    }
+}
+
+#[inline(always)]
+fn slopes_in<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
+    numbers: &mut [Dual<COLUMNS>],
+    shape: &G,
+    law: &L,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut Jacobian,
+) {
+    let (n, waves) = (shape.size().dof, shape.size().waves);
+    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
+        *number = x.into();
+    }
+    let (u, rest) = numbers.split_at_mut(u.len());
+    let (y, a) = rest.split_at_mut(2 * n);
+    for first in (0..2 * n).step_by(COLUMNS) {
+        let columns = first..(first + COLUMNS).min(2 * n);
+        columns.clone().for_each(|j| y[j] = Dual::along(y[j].value, j - first));
+        shape.accel(law, Drives::new(waves, u), &y[..n], &y[n..], a);
+        for j in columns {
+            y[j] = y[j].value.into();
+            let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
+            for (i, a) in a.iter().enumerate() {
+                half[(i, column)] = a.slope[j - first];
+            }
+        }
+    }
+}

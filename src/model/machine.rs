@@ -1,0 +1,335 @@
+//! A shape with values of its constants: a model.
+
+use crate::contact::choice::{ByDeflection, FixedPieces};
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::dual::Dual;
+use crate::error::{ParameterError, check};
+use crate::excitation::side::Side;
+use crate::model::equations::{Channel, Jacobian, Model, Periodic};
+use crate::model::jacobian::dual_jacobian;
+use crate::model::shape::{Drives, Shape, Size};
+use std::f64::consts::TAU;
+use std::fmt;
+use std::sync::Arc;
+
+/// A model made of a [`Shape`], shared, and the values of its constants, its own. Copies are cheap.
+///
+/// It is a [`Model`] with pieces, contacts and an exact Jacobian, and [`Periodic`]: the angle of its waves turns with φ = φ' t. Two machines run in
+/// lanes of one table if and only if their shapes are equal.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let loaded = pair.with("load torque", 40.0)?;
+/// assert_eq!(loaded.constant("load torque")?, 40.0);
+/// assert!(pair.shares_lanes_with(&loaded));
+/// let error = pair.with("lod torque", 40.0).unwrap_err().to_string();
+/// assert!(error.starts_with("no constant \"lod torque\"; there are: speed, load torque"), "{error}");
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+pub struct Machine<G> {
+    fixed: Arc<Fixed<G>>,
+    /// By name.
+    constants: Vec<f64>,
+    /// What the algebra reads; the first one is φ'.
+    prepared: Vec<f64>,
+}
+
+/// What all machines of a family share.
+struct Fixed<G> {
+    shape: G,
+    names: Vec<Channel>,
+}
+
+/// Constants by name.
+impl<G> fmt::Debug for Machine<G> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = self.fixed.names.iter().map(|channel| &channel.name).zip(&self.constants);
+        f.write_str("Machine ")?;
+        f.debug_map().entries(named).finish()
+    }
+}
+
+impl<G> Clone for Machine<G> {
+    fn clone(&self) -> Self {
+        Machine {
+            fixed: self.fixed.clone(),
+            constants: self.constants.clone(),
+            prepared: self.prepared.clone(),
+        }
+    }
+}
+
+/// Equal shapes and equal constants.
+impl<G: Shape> PartialEq for Machine<G> {
+    fn eq(&self, other: &Self) -> bool {
+        self.constants == other.constants && self.shares_lanes_with(other)
+    }
+}
+
+/// How far beside an edge the next one is sought, as a share of the angle.
+const BESIDE: f64 = 1e-12;
+
+impl<G: Shape> Machine<G> {
+    pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
+        let names = shape.constants();
+        if let Some(twice) =
+            (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name))
+        {
+            return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
+        }
+        let mut constants = vec![f64::NAN; names.len()];
+        let fixed = Arc::new(Fixed { shape, names });
+        for &(name, value) in given {
+            let place = fixed.place(name)?;
+            if !constants[place].is_nan() {
+                return Err(ParameterError::ConstantTwice { name: name.into() });
+            }
+            constants[place] = check::quantity(name, value)?;
+        }
+        if let Some(place) = constants.iter().position(|value| value.is_nan()) {
+            return Err(ParameterError::MissingConstant { name: fixed.names[place].name.clone() });
+        }
+        let machine = Machine { fixed, constants, prepared: Vec::new() }.prepared()?;
+        machine.check_shape()?;
+        machine.check_at_rest()?;
+        Ok(machine)
+    }
+
+    /// The same machine with another value of a constant.
+    ///
+    /// # Errors
+    /// No such name; a value out of range.
+    pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
+        let mut constants = self.constants.clone();
+        constants[self.fixed.place(name)?] = check::quantity(name, value)?;
+        let machine = Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()?;
+        machine.check_at_rest()?;
+        Ok(machine)
+    }
+
+    /// The same constants, prepared as they are, on another shape.
+    pub(crate) fn reshaped(self, shape: G) -> Self {
+        let names = shape.constants();
+        Machine { fixed: Arc::new(Fixed { shape, names }), ..self }
+    }
+
+    /// The constants checked and prepared.
+    fn prepared(self) -> Result<Self, ParameterError> {
+        let shape = &self.fixed.shape;
+        shape.check(&self.constants)?;
+        let prepared = shape.prepare(&self.constants);
+        let expected = shape.size().constants;
+        if prepared.len() != expected {
+            return Err(ParameterError::Length {
+                name: "constants from Shape::prepare, which size().constants counts,".into(),
+                expected,
+                found: prepared.len(),
+            });
+        }
+        let Some(&speed) = prepared.first() else {
+            return Err(ParameterError::Empty { name: "constants of a shape".into(), least: 1 });
+        };
+        check::scale("speed of the angle", speed)?;
+        check::all_finite("prepared constants", &prepared)?;
+        Ok(Machine { prepared, ..self })
+    }
+
+    pub(crate) fn repeats(&self) -> Result<u32, ParameterError> {
+        match self.shape().repeats() {
+            0 => Err(ParameterError::TooFew {
+                name: "repeats of the waves in a turn".into(),
+                value: 0,
+                least: 1,
+            }),
+            repeats => Ok(repeats),
+        }
+    }
+
+    /// The value of a constant.
+    ///
+    /// # Errors
+    /// No such name.
+    pub fn constant(&self, name: &str) -> Result<f64, ParameterError> {
+        Ok(self.constants[self.fixed.place(name)?])
+    }
+    /// Names and units of the constants.
+    pub fn names(&self) -> &[Channel] {
+        &self.fixed.names
+    }
+    /// Their values.
+    pub fn constants(&self) -> &[f64] {
+        &self.constants
+    }
+    /// What the algebra reads; the first one is φ'.
+    pub fn prepared_constants(&self) -> &[f64] {
+        &self.prepared
+    }
+    /// What all lanes share.
+    #[inline(always)]
+    pub fn shape(&self) -> &G {
+        &self.fixed.shape
+    }
+    /// Coordinates, waves, contacts, constants.
+    #[inline(always)]
+    pub fn size(&self) -> Size {
+        self.fixed.shape.size()
+    }
+    /// φ': the speed of the angle over the model's time.
+    #[inline(always)]
+    pub fn speed(&self) -> f64 {
+        self.prepared[0]
+    }
+    /// Whether both may run in lanes of one table: their shapes are equal.
+    pub fn shares_lanes_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.fixed, &other.fixed) || self.fixed.shape == other.fixed.shape
+    }
+
+    /// The drive in which a constant stands, for [`Held`](crate::drives::Held) and [`Driven`](crate::drives::Driven).
+    ///
+    /// # Errors
+    /// No such name; a constant that the algebra reads in another form; the speed of the angle, which [`VaryingSpeed`](crate::drives::VaryingSpeed) changes.
+    pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
+        let place = self.fixed.place(name)?;
+        let changed = |by: &Dual| by.slope[0] != 0.0;
+        let prepared = self.shape().prepare(&self.along(place));
+        let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
+        match reached[..] {
+            // Another speed would not move the angle of the waves.
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => {
+                Ok(self.slot_of(i))
+            }
+            _ => Err(ParameterError::NotADrive { name: name.into() }),
+        }
+    }
+    /// The drive of a prepared constant.
+    fn slot_of(&self, prepared: usize) -> usize {
+        self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
+    }
+
+    /// The constants with slope 1 in one of them.
+    fn along(&self, place: usize) -> Vec<Dual> {
+        let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
+        self.constants.iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
+    }
+
+    /// ∂a/∂c for a constant c by its name, at a given angle: exact, by dual numbers through [`Shape::prepare`].
+    ///
+    /// # Errors
+    /// No such name; drives or coordinates of another number.
+    pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
+        let (place, Size { dof, waves, .. }) = (self.fixed.place(name)?, self.size());
+        check::length("drives", u.len(), self.drives())?;
+        check::length("coordinates", q.len(), dof)?;
+        check::length("velocities", v.len(), dof)?;
+        let lift = |x: &[f64]| -> Vec<Dual> { x.iter().map(|x| Dual::from(*x)).collect() };
+        let (mut lifted, mut a) = (lift(u), lift(q));
+        for (i, x) in self.shape().prepare(&self.along(place)).into_iter().enumerate() {
+            lifted[self.slot_of(i)].slope = x.slope;
+        }
+        self.shape().accel(&ByDeflection, Drives::new(waves, &lifted), &lift(q), &lift(v), &mut a);
+        Ok(a.iter().map(|a| a.slope[0]).collect())
+    }
+
+    /// The drives at an angle, the angle turning with this speed and acceleration.
+    #[inline]
+    pub(crate) fn drive_at(&self, angle: f64, side: Side, speed: f64, acceleration: f64, u: &mut [f64]) {
+        let (waves, rest) = u.split_at_mut(self.size().waves);
+        self.shape().waves(angle, side, waves);
+        (rest[0], rest[1]) = (speed, acceleration);
+        rest[2..].copy_from_slice(&self.prepared[1..]);
+    }
+    /// The drives that are not waves.
+    pub(crate) fn own_drives(&self) -> Vec<f64> {
+        let speed_and_acceleration = [self.prepared[0], 0.0];
+        speed_and_acceleration.into_iter().chain(self.prepared[1..].iter().copied()).collect()
+    }
+}
+
+impl<G> Fixed<G> {
+    fn place(&self, name: &str) -> Result<usize, ParameterError> {
+        let found = self.names.iter().position(|channel| channel.name == name);
+        found.ok_or_else(|| {
+            let known: Vec<&str> = self.names.iter().map(|channel| channel.name.as_str()).collect();
+            ParameterError::NoSuchConstant { name: name.into(), known: known.join(", ") }
+        })
+    }
+}
+
+impl<G: Shape> Model for Machine<G> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        self.size().dof
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.shape().accel(&ByDeflection, Drives::new(self.size().waves, u), q, v, a);
+    }
+    #[inline(always)]
+    fn drives(&self) -> usize {
+        self.size().drives()
+    }
+    #[inline]
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let speed = self.speed();
+        self.drive_at(speed * t, side, speed, 0.0, u);
+    }
+    #[inline]
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let Size { waves, .. } = self.size();
+        self.shape().waves_again(self.speed() * t, side, &mut u[..waves]);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        let speed = self.speed();
+        let edge = self.shape().next_edge(speed * t)? / speed;
+        if edge > t {
+            return Some(edge);
+        }
+        // The very edge at t, which rounding has put ahead of it.
+        self.shape().next_edge(speed * t + BESIDE * (speed * t).abs().max(1.0)).map(|edge| edge / speed)
+    }
+    #[inline(always)]
+    fn contacts(&self) -> usize {
+        self.size().contacts
+    }
+    #[inline]
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let u = Drives::new(self.size().waves, u);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.shape().contact(&ByDeflection, i, u, q, v);
+        }
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.shape().accel(&FixedPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
+        true
+    }
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
+        dual_jacobian(self.shape(), pieces, u, q, v, out);
+        true
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        self.shape().channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.shape().observe(Drives::new(self.size().waves, u), q, v, contacts, out);
+    }
+}
+
+impl<G: Shape> Periodic for Machine<G> {
+    /// The shortest time in which all waves repeat, in the model's unit.
+    fn period(&self) -> f64 {
+        TAU / (f64::from(self.shape().repeats()) * self.speed())
+    }
+}

@@ -1,0 +1,16 @@
+//! Models: the equations of motion, written once.
+
+pub(crate) mod equations;
+pub(crate) mod jacobian;
+pub(crate) mod machine;
+pub(crate) mod rigid;
+pub(crate) mod rigid_stops;
+pub(crate) mod shape;
+pub(crate) mod shape_checks;
+pub(crate) mod slopes;
+
+pub use crate::dual::Dual;
+pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
+pub use crate::model::machine::Machine;
+pub use crate::model::shape::{Drives, Shape, Size};
+pub use crate::scalar::{Scalar, keep_rolled};

@@ -1,0 +1,230 @@
+//! Rigid modes: directions in which a model turns freely.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Jacobian, Model};
+use crate::model::rigid_stops::rigid_edges;
+use crate::model::slopes::{Slopes, accelerate};
+use nalgebra::DMatrix;
+
+/// Free motions of a model.
+pub(crate) struct Rigid {
+    /// Directions, orthonormal.
+    pub(crate) modes: Vec<Vec<f64>>,
+    /// A stiffness, as a share of the largest, that differences cannot tell from none; `None` if there is no such.
+    pub(crate) doubtful: Option<f64>,
+}
+
+/// The free motions; doubtful ones are taken for held.
+pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
+    rigid_motions(model, span).modes
+}
+
+/// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
+/// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at. A rigid stop holds whatever moves its contact.
+pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
+    let n = model.dof();
+    let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
+    let mut u = vec![0.0; model.drives()];
+    let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
+    // All Jacobians below one another, each in units of its largest entry.
+    let mut seen = DMatrix::<f64>::zeros(0, n);
+    let (mut exact, mut a) = (true, vec![0.0; n]);
+    for (look, size) in SIZES.iter().enumerate() {
+        model.drive(span * golden(look + 1), Side::After, &mut u);
+        let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
+        let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
+        let rest = vec![0.0; n];
+        seen = compressed(seen, &held_by_stops(model, &u, &q));
+        slopes.scale.fill(*size);
+        for flank in &flanks {
+            exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
+            // Springs hide dampers from differences: these are looked at by themselves.
+            for velocity in [false, true] {
+                let (q, v) = match (exact, velocity) {
+                    (true, _) => (&q, &v),
+                    (_, false) => (&q, &rest),
+                    (_, true) => (&rest, &v),
+                };
+                slopes.at(Some(flank), &u, q, v);
+                let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
+                let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+                accelerate(model, Some(flank), &u, q, v, &mut a);
+                let rounding = f64::EPSILON * crate::roots::norms::dot(&a, &a).sqrt() / (STEP * size);
+                if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
+                    let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
+                    seen = compressed(seen, &scaled);
+                }
+            }
+        }
+    }
+    nullspace(&seen, n, if exact { EXACT } else { DIFFERENCES })
+}
+
+/// Sizes of the states looked at: one of them lies well past any rounding of a law, whatever its unit.
+const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
+
+/// Singular values in shares of the largest: zero below the first, certainly not zero above the second. Differences are good to about 1e-10.
+const EXACT: [f64; 2] = [1e-12, 1e-12];
+
+const DIFFERENCES: [f64; 2] = [1e-8, 1e-6];
+
+/// Differences over this share of a size, whose rounding is worse than that share of the largest slope, are not looked at.
+const STEP: f64 = 5e-6;
+
+const ROUNDING: f64 = 2e-10;
+
+/// Multiples of the golden section: evenly spread over (0, 1), without a pattern.
+fn golden(i: usize) -> f64 {
+    (i as f64 * 0.618_033_988_749_894_9).fract()
+}
+
+/// ∂d/∂q of every contact with a rigid stop, from rates, each in units of its largest entry.
+fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
+    let (n, rigid) = (q.len(), rigid_edges(model));
+    let mut contacts = vec![Contact::default(); rigid.len()];
+    let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {
+        if !contacts.is_empty() {
+            model.contact(u, q, v, &mut contacts);
+        }
+        let met = |(c, r): (&Contact, &[bool; 2])| {
+            (c.rate, (r[0] && c.lower.is_finite()) || (r[1] && c.upper.is_finite()))
+        };
+        contacts.iter().zip(&rigid).map(met).collect()
+    };
+    let (mut v, mut slopes) = (vec![0.0; n], DMatrix::zeros(rigid.len(), n));
+    for j in 0..n {
+        v[j] = 1.0;
+        let above = rates(&v);
+        v[j] = -1.0;
+        for (i, (above, below)) in above.iter().zip(rates(&v)).enumerate().filter(|(_, (above, _))| above.1) {
+            slopes[(i, j)] = 0.5 * (above.0 - below.0);
+        }
+        v[j] = 0.0;
+    }
+    for mut row in slopes.row_iter_mut() {
+        let largest = row.amax();
+        if largest > 0.0 {
+            row /= largest;
+        }
+    }
+    slopes
+}
+
+/// Rows below one another, as no more than n of the same nullspace.
+fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, rows) = (below.ncols(), above.nrows());
+    let mut both = above.insert_rows(rows, below.nrows(), 0.0);
+    both.view_mut((rows, 0), (below.nrows(), n)).copy_from(below);
+    if both.nrows() <= n { both } else { both.qr().r() }
+}
+
+fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
+    let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+    let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
+    if seen.nrows() < n {
+        rigid.modes.extend((0..n).map(unit));
+        return rigid;
+    }
+    // Coordinates in units of their columns, so that angles and lengths may stand side by side.
+    let size: Vec<f64> = seen.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+    let svd = DMatrix::from_fn(seen.nrows(), n, |i, j| seen[(i, j)] / size[j]).svd(false, true);
+    let largest = svd.singular_values.max();
+    if let Some(right) = svd.v_t {
+        for (row, value) in right.row_iter().zip(svd.singular_values.iter().map(|value| value / largest)) {
+            if value > zero {
+                rigid.doubtful = if value < clear { Some(value) } else { rigid.doubtful };
+            } else {
+                let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
+                rigid
+                    .modes
+                    .iter()
+                    .for_each(|other| crate::periodic::flow::motion_size::remove(other, &mut r));
+                let length = crate::roots::norms::dot(&r, &r).sqrt();
+                r.iter_mut().for_each(|x| *x /= length);
+                rigid.modes.push(r);
+            }
+        }
+    }
+    rigid
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::rigid::{rigid_modes, rigid_motions};
+    use crate::models::nfg::{NfgPair, NfgParams};
+    use crate::models::ring::{Frame, Ring, RingSet};
+    use crate::{Model, ParameterError, Periodic};
+
+    #[test]
+    fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {
+        for frame in [Frame::Rigid, Frame::Inertial] {
+            for set in [RingSet::a(3, 1000.0), RingSet { mesh_damping: 0.0, ..RingSet::a(16, 5000.0) }] {
+                let mut params = set.params()?;
+                params.gears[1].base_radius *= 1.5;
+                let ring = Ring::as_printed(&params)?.in_frame(frame);
+                let modes = rigid_modes(&ring, ring.period());
+                assert_eq!(modes.len(), 1);
+                for (x, r) in modes[0].iter().zip(ring.rigid_motion()) {
+                    assert!((x / modes[0][0] - r).abs() < 1e-9, "{x} {r}");
+                }
+            }
+        }
+        let pair = NfgPair::new(&NfgParams { damping_ratio: 0.0, ..NfgParams::table1() })?;
+        assert!(rigid_modes(&pair, pair.period()).is_empty());
+        Ok(())
+    }
+
+    /// x'' = -k g(x - y), y'' = g(x - y) + shaft to z, and so on: without damping, Jacobian, pieces or contacts.
+    struct Plain {
+        law: fn(f64) -> f64,
+    }
+    impl Model for Plain {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            let w = (self.law)(q[0] - 2.0 * q[1]);
+            (a[0], a[1]) = (-w, 2.0 * w);
+        }
+    }
+
+    #[test]
+    fn plain_models() {
+        let laws: [fn(f64) -> f64; 4] = [
+            |x| x,
+            |x| x * x * x,
+            |x| (x - 1e-5).max(0.0) - (-x - 1e-5).max(0.0),
+            |x| (x - 30.0).max(0.0) - (-x - 30.0).max(0.0),
+        ];
+        for law in laws {
+            let modes = rigid_modes(&Plain { law }, 1.0);
+            assert_eq!(modes.len(), 1);
+            assert!((modes[0][0] / modes[0][1] - 2.0).abs() < 1e-6);
+            assert_eq!(rigid_motions(&Plain { law }, 1.0).doubtful, None);
+        }
+        assert_eq!(rigid_modes(&Plain { law: |_| 0.0 }, 1.0).len(), 2);
+    }
+    /// Two masses, the second held by a spring of a given share of the one between them.
+    struct Held(f64);
+    impl Model for Held {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            (a[0], a[1]) = (q[1] - q[0], q[0] - q[1] - self.0 * q[1]);
+        }
+    }
+
+    #[test]
+    fn differences_say_when_they_cannot_tell() {
+        let found = |share| {
+            let rigid = rigid_motions(&Held(share), 1.0);
+            (rigid.modes.len(), rigid.doubtful.is_some())
+        };
+        assert_eq!(found(0.0), (1, false));
+        assert_eq!(found(1e-3), (0, false));
+        assert_eq!(found(1e-7), (0, true));
+    }
+}

@@ -1,0 +1,126 @@
+//! What is wrong with a shape, seen when it becomes a model.
+
+use crate::contact::choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::piece::Piece;
+use crate::error::ParameterError;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape, Size};
+use std::cell::RefCell;
+use std::f64::consts::TAU;
+
+/// The contact laws as they are, noting which contacts are asked for and with which edges.
+#[derive(Default)]
+struct Witness {
+    asked: RefCell<Vec<(usize, [f64; 2])>>,
+}
+
+impl PieceChoice<f64> for Witness {
+    fn force<N: Nonlinearity>(
+        &self,
+        i: usize,
+        nonlinearity: &N,
+        x: f64,
+        rate: f64,
+        lower: f64,
+        upper: f64,
+    ) -> f64 {
+        self.asked.borrow_mut().push((i, [lower, upper]));
+        ByDeflection.force(i, nonlinearity, x, rate, lower, upper)
+    }
+    fn touch(&self, i: usize, x: f64, lower: f64, upper: f64) -> f64 {
+        self.asked.borrow_mut().push((i, [lower, upper]));
+        ByDeflection.touch(i, x, lower, upper)
+    }
+}
+
+impl<G: Shape> Machine<G> {
+    /// Whether waves, accelerations and contacts are what the size says, and waves repeat.
+    pub(crate) fn check_shape(&self) -> Result<(), ParameterError> {
+        let Size { dof, waves, .. } = self.size();
+        if dof == 0 {
+            return Err(ParameterError::TooFew {
+                name: "degrees of freedom of the shape".into(),
+                value: 0,
+                least: 1,
+            });
+        }
+        let turn = TAU / f64::from(self.repeats()?);
+        // Angles without a ratio to any order, each seen twice.
+        let angles = [0.377, 0.377 + turn, 2.090, 2.090 + turn, 3.803, 3.803 + turn];
+        let mut seen = [(); 6].map(|()| vec![f64::NAN; waves]);
+        for (angle, u) in angles.into_iter().zip(&mut seen) {
+            self.shape().waves(angle, Side::After, u);
+        }
+        for wave in 0..waves {
+            let values = seen.each_ref().map(|u| u[wave]);
+            if let Some(value) = values.into_iter().find(|value| value.is_nan()) {
+                return Err(ParameterError::NotFinite { name: format!("wave {wave} of the shape"), value });
+            }
+            let size = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            if values.chunks(2).any(|two| two[0] != two[1] && (two[0] - two[1]).abs() > 1e-6 * size) {
+                return Err(ParameterError::NotPeriodic {
+                    name: format!("wave {wave} of the shape"),
+                    period: turn,
+                });
+            }
+        }
+        self.check_contacts()
+    }
+
+    /// Whether the algebra asks the law for contacts that there are, with edges where they have edges.
+    fn check_contacts(&self) -> Result<(), ParameterError> {
+        let Size { dof, waves, contacts, .. } = self.size();
+        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![0.0; dof]);
+        self.drive(0.0, Side::After, &mut u);
+        let (u, witness) = (Drives::new(waves, &u), Witness::default());
+        self.shape().accel(&witness, u, &rest, &rest, &mut a);
+        for (i, edges) in witness.asked.into_inner() {
+            if i >= contacts {
+                return Err(ParameterError::NoSuchContact { contact: i, contacts });
+            }
+            let contact = self.shape().contact(&ByDeflection, i, u, &rest, &rest);
+            if edges.iter().any(|x| x.is_finite())
+                && contact.lower.is_infinite()
+                && contact.upper.is_infinite()
+            {
+                return Err(ParameterError::NoEdges { contact: i });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether accelerations at rest are numbers: on the laws as they are, and with every contact held on each flank that it has.
+    pub(crate) fn check_at_rest(&self) -> Result<(), ParameterError> {
+        let Size { dof, waves, contacts, .. } = self.size();
+        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);
+        self.drive(0.0, Side::After, &mut u);
+        let u = Drives::new(waves, &u);
+        let number = |a: &[f64], how: &str| match a.iter().position(|a| !a.is_finite()) {
+            Some(i) => Err(ParameterError::NotFinite {
+                name: format!("acceleration {i} of the shape at rest{how}"),
+                value: a[i],
+            }),
+            None => Ok(()),
+        };
+        self.shape().accel(&ByDeflection, u, &rest, &rest, &mut a);
+        number(&a, "")?;
+        for (flank, how) in [
+            (Piece::Lower, ", contacts on their lower flanks"),
+            (Piece::Upper, ", contacts on their upper flanks"),
+        ] {
+            let piece = |i: usize| {
+                let contact = self.shape().contact(&ByDeflection, i, u, &rest, &rest);
+                let edge = if flank == Piece::Lower { contact.lower } else { contact.upper };
+                if edge.is_finite() { flank } else { Piece::Gap }
+            };
+            let pieces: Vec<Piece> = (0..contacts).map(piece).collect();
+            a.fill(f64::NAN);
+            self.shape().accel(&FixedPieces(&pieces), u, &rest, &rest, &mut a);
+            number(&a, how)?;
+        }
+        Ok(())
+    }
+}

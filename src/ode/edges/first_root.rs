@@ -1,0 +1,178 @@
+//! The first crossing of an edge inside a step.
+
+use crate::model::equations::Model;
+use crate::ode::edges::exit::Exit;
+use crate::ode::edges::hermite::{Distance, Hermite};
+use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::vector::Vector;
+
+/// A distance may miss its cubic by this many times what it was seen to miss it by.
+pub(crate) const DOUBT: f64 = 4.0;
+
+/// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
+const RESOLVED: f64 = 0.05;
+
+/// Halvings of a step in search of a first root, and the stretch that is left.
+const HALVINGS: usize = 10;
+
+const SHORTEST: f64 = 1.0 / 1024.0;
+
+/// Where a stretch is divided: a multiple of the golden ratio modulo 1, so that no wave has a whole number of periods on both sides.
+const MIDDLE: f64 = 0.472_135_954_999_579;
+
+/// Refinements of one root; bisection alone would need about 50.
+const MOST: usize = 60;
+
+/// The first θ in (0, limit] at which the distance changes sign, on the dense output. 0.0: it was past its edge from the start.
+pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    exit: Exit,
+    [d0, d1]: [Distance; 2],
+    hermite: &Hermite,
+    limit: f64,
+    [slack, close]: [f64; 2],
+) -> Option<f64> {
+    e.prepare_dense::<T>();
+    let from = e.pieces[exit.contact];
+    let h = e.h();
+    let mut look = |theta: f64| {
+        e.contacts_inside::<T>(theta);
+        exit.distance(from, &e.contacts[exit.contact], h)
+    };
+    let (mut a, mut da) = (0.0, d0);
+    // Just past the edge, or on it: it may have come in from there, or be on its way out.
+    let on_edge = d0.value <= slack;
+    if on_edge
+        && d0.rate <= 0.0
+        && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack)
+    {
+        return Some(0.0);
+    }
+    // If locating left the contact outside its edge by δ, δ is tolerated for this step.
+    let slack = if on_edge { slack.max(-d0.value) } else { slack };
+    // Divide the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
+    let right = if limit == 1.0 { d1 } else { look(limit) };
+    let mut ends = [(limit, right); HALVINGS + 1];
+    let mut open = 1;
+    while open > 0 {
+        let (b, db) = ends[open - 1];
+        let cubic = Hermite::over(b - a, da, db);
+        let m = a + MIDDLE * (b - a);
+        let dm = look(m);
+        // A slope that is off tells of a wave that the middle meets by chance.
+        let off =
+            (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
+        let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
+        let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
+        if dm.value < -slack && db.value >= -slack && m > a {
+            ends[open - 1] = (m, dm); // the first root lies before
+            continue;
+        }
+        let resolved = off <= slack.max(RESOLVED * (most - least));
+        if !clear && !resolved && b - a > SHORTEST && open < ends.len() {
+            ends[open] = (m, dm);
+            open += 1;
+            continue;
+        }
+        let stretch = Stretch { cubic, entered: (a == 0.0 && on_edge).then_some(d0.value), resolved };
+        if !clear && let Some(theta) = walk(&mut look, (a, da), (b, db), &stretch, slack, close) {
+            return Some(theta);
+        }
+        (a, da) = (b, db);
+        open -= 1;
+    }
+    None
+}
+
+/// A part of a step to search.
+struct Stretch {
+    /// The cubic through its ends.
+    cubic: Hermite,
+    /// The distance at the start, when the contact came in over this edge there.
+    entered: Option<f64>,
+    /// Whether it follows its cubic. If not, an edge moves faster than can be looked at, and dips between two looks are not searched for.
+    resolved: bool,
+}
+
+/// The first root on a stretch: walks over the extrema that its cubic suggests.
+fn walk(
+    look: &mut impl FnMut(f64) -> Distance,
+    (mut a, mut da): (f64, Distance),
+    (end, d_end): (f64, Distance),
+    &Stretch { ref cubic, entered, resolved }: &Stretch,
+    slack: f64,
+    close: f64,
+) -> Option<f64> {
+    let (start, width) = (a, end - a);
+    let [first, second] = cubic.extrema().map(|sigma| sigma.map(|sigma| start + sigma * width));
+    for b in [first, second, Some(end)].into_iter().flatten() {
+        if b <= a {
+            continue;
+        }
+        let db = if b == end { d_end } else { look(b) };
+        if let Some(d0) = entered.filter(|_| a == start && db.value < -slack) {
+            // Came in over this edge: divide its root at zero out.
+            let f = |theta: f64, d: Distance| (d.value - d0) / theta;
+            let (mut lo, mut hi) = (0.0, b);
+            for _ in 0..MOST {
+                let mid = 0.5 * (lo + hi);
+                if f(mid, look(mid)) > 0.0 {
+                    lo = mid
+                } else {
+                    hi = mid
+                }
+                if hi - lo < 1e-14 {
+                    break;
+                }
+            }
+            return Some(if lo == 0.0 { 0.0 } else { hi });
+        }
+        if db.value < -slack {
+            return Some(root(look, (a, da), (b, db), close));
+        }
+        // A dip between two safe ends: find its bottom.
+        if resolved && da.rate < 0.0 && db.rate > 0.0 {
+            let (mut lo, mut hi) = ((a, da), (b, db));
+            for _ in 0..MOST {
+                let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
+                let dm = look(m);
+                if dm.value < -slack {
+                    return Some(root(look, (a, da), (m, dm), close));
+                }
+                if dm.rate < 0.0 {
+                    lo = (m, dm)
+                } else {
+                    hi = (m, dm)
+                }
+                if (hi.0 - lo.0) * (dm.rate.abs()) < slack {
+                    break;
+                }
+            }
+        }
+        (a, da) = (b, db);
+    }
+    None
+}
+
+/// A sign change between `a` (inside) and `b` (outside): Newton, kept inside its bracket.
+fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
+    let (mut lo, mut hi) = (a, b);
+    let mut theta = lo.0 + (hi.0 - lo.0) * lo.1.value / (lo.1.value - hi.1.value);
+    for _ in 0..MOST {
+        let d = look(theta);
+        if d.value.abs() <= close {
+            break;
+        }
+        if d.value > 0.0 {
+            lo = (theta, d)
+        } else {
+            hi = (theta, d)
+        }
+        if hi.0 - lo.0 <= 1e-15 {
+            break;
+        }
+        let newton = theta - d.value / d.rate;
+        theta = if newton > lo.0 && newton < hi.0 { newton } else { 0.5 * (lo.0 + hi.0) };
+    }
+    theta
+}

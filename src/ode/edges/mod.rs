@@ -1,0 +1,8 @@
+//! Where contacts meet their edges inside a step.
+
+pub(crate) mod exit;
+pub(crate) mod first_root;
+pub(crate) mod gaps;
+pub(crate) mod hermite;
+pub(crate) mod locate;
+pub(crate) mod stops;

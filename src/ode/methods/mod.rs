@@ -1,0 +1,6 @@
+//! The methods.
+
+pub(crate) mod adaptive;
+pub(crate) mod dop853;
+pub(crate) mod rk4;
+pub(crate) mod rk45;

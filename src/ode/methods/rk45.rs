@@ -1,0 +1,78 @@
+//! The Dormand-Prince pair of orders 5 and 4.
+
+use crate::model::equations::Model;
+use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::vector::Vector;
+
+/// Dormand-Prince 5(4), adaptive, with dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table II.5.2.
+///
+/// ```
+/// use gear_dynamics::{Integrator, Model, Rk45, State};
+/// struct Spring;
+/// impl Model for Spring {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+/// }
+/// let end = Rk45::new().rtol(1e-9).atol(1e-12).end(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// assert!((end.q[0] - 1f64.cos()).abs() < 1e-8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub type Rk45 = Adaptive<DormandPrince5>;
+
+/// The tableau of [`Rk45`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DormandPrince5;
+
+#[rustfmt::skip]
+mod table {
+    use crate::ode::stepping::row::Row;
+    pub const A2: Row<1> = [(0, 1.0/5.0)];
+    pub const A3: Row<2> = [(0, 3.0/40.0), (1, 9.0/40.0)];
+    pub const A4: Row<3> = [(0, 44.0/45.0), (1, -56.0/15.0), (2, 32.0/9.0)];
+    pub const A5: Row<4> = [(0, 19372.0/6561.0), (1, -25360.0/2187.0), (2, 64448.0/6561.0), (3, -212.0/729.0)];
+    pub const A6: Row<5> = [(0, 9017.0/3168.0), (1, -355.0/33.0), (2, 46732.0/5247.0), (3, 49.0/176.0), (4, -5103.0/18656.0)];
+    pub const B: Row<5> = [(0, 35.0/384.0), (2, 500.0/1113.0), (3, 125.0/192.0), (4, -2187.0/6784.0), (5, 11.0/84.0)];
+    pub const E: Row<6> = [(0, 71.0/57600.0), (2, -71.0/16695.0), (3, 71.0/1920.0), (4, -17253.0/339200.0), (5, 22.0/525.0), (6, -1.0/40.0)];
+    /// Dense output of Shampine (1986).
+    pub const D: Row<6> = [
+        (0, -12715105075.0/11282082432.0), (2, 87487479700.0/32700410799.0), (3, -10690763975.0/1880347072.0),
+        (4, 701980252875.0/199316789632.0), (5, -1453857185.0/822651844.0), (6, 69997945.0/29380423.0),
+    ];
+}
+
+impl Tableau for DormandPrince5 {
+    const ADAPTIVE: bool = true;
+    const SLOTS: usize = 7;
+    const EVALUATIONS: u64 = 5;
+    const END: usize = 6;
+    const DENSE: usize = 4;
+    const DENSE_EVALUATIONS: u64 = 0;
+    const EXPONENT: f64 = 1.0 / 5.0;
+    const FACTORS: [f64; 2] = [0.2, 10.0];
+    const BETA: f64 = 0.04;
+    const PROBE: f64 = 3.0 / 10.0;
+
+    #[inline(always)]
+    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+        e.drive(1.0 / 5.0);
+        e.stage::<HELD, _>(1, &table::A2);
+        e.drive_probe::<DormandPrince5>();
+        e.stage::<HELD, _>(2, &table::A3);
+        e.drive(4.0 / 5.0);
+        e.stage::<HELD, _>(3, &table::A4);
+        e.drive(8.0 / 9.0);
+        e.stage::<HELD, _>(4, &table::A5);
+        e.drive_end();
+        e.stage_end::<HELD, _>(5, &table::A6);
+        e.advance(&table::B);
+        e.derivative_at_end_of::<DormandPrince5>();
+    }
+    #[inline(always)]
+    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
+        e.norms([&table::E])[0]
+    }
+    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+        e.dense_row(3, &table::D);
+    }
+}

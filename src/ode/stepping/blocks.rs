@@ -1,0 +1,210 @@
+//! Coordinates and velocities of models with more than two degrees of freedom, in blocks of sixteen, and the sums over them on the widest
+//! instructions of the processor. Nothing here depends on the model: it is compiled once.
+
+use crate::ode::stepping::row::SLOTS;
+use pulp::Arch;
+use pulp::Simd;
+use pulp::WithSimd;
+
+/// Four registers of AVX2: one for each of the sums that a block is.
+const WIDTH: usize = 16;
+
+type Block = [f64; WIDTH];
+
+/// A vector in whole blocks; numbers past its length have no meaning.
+///
+/// The layout of a derivative is [q | v | a]: the stage (q, v) at which it is taken stands in front of its accelerations. The derivative
+/// (v, a) begins where the velocities of the stage begin, so that velocities are not copied.
+#[derive(Clone)]
+pub struct Blocks {
+    blocks: Vec<Block>,
+    /// The block with which it begins.
+    first: usize,
+    len: usize,
+    arch: Arch,
+}
+
+impl Blocks {
+    fn new(first: usize, len: usize) -> Self {
+        Blocks { blocks: vec![[0.0; WIDTH]; first + len.div_ceil(WIDTH)], first, len, arch: Arch::new() }
+    }
+    pub(crate) fn zeros(len: usize) -> Self {
+        Blocks::new(0, len)
+    }
+    /// For a derivative.
+    pub(crate) fn slot(len: usize) -> Self {
+        Blocks::new((len / 2).div_ceil(WIDTH), len)
+    }
+    #[inline(always)]
+    pub(crate) fn slice(&self) -> &[f64] {
+        &self.blocks.as_flattened()[WIDTH * self.first..][..self.len]
+    }
+    #[inline(always)]
+    pub(crate) fn slice_mut(&mut self) -> &mut [f64] {
+        &mut self.blocks.as_flattened_mut()[WIDTH * self.first..][..self.len]
+    }
+    /// The first half becomes the second half of another.
+    #[inline(always)]
+    pub(crate) fn take_velocities(&mut self, from: &Self) {
+        let n = self.len / 2;
+        self.slice_mut()[..n].copy_from_slice(&from.slice()[n..]);
+    }
+
+    /// y + Σ (h a_l) k_l in front of this derivative: its coordinates, its velocities, and where its accelerations go.
+    #[inline(always)]
+    pub(crate) fn stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) -> [&mut [f64]; 3] {
+        let (n, first) = (self.len / 2, self.first);
+        let stage = &mut self.blocks.as_flattened_mut()[WIDTH * first - n..];
+        self.arch.dispatch(Combine { out: &mut *stage, y, k, h, row });
+        let (q, rest) = stage.split_at_mut(n);
+        let (v, a) = rest.split_at_mut(n);
+        [q, v, &mut a[..n]]
+    }
+
+    /// out = y + Σ (h a_l) k_l.
+    #[inline(always)]
+    pub(crate) fn combine(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &[(usize, f64)]) {
+        out.arch.dispatch(Combine { out: out.blocks.as_flattened_mut(), y, k, h, row });
+    }
+
+    /// out = h Σ d_l k_l.
+    #[inline(always)]
+    pub(crate) fn weigh(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &[(usize, f64)]) {
+        weigh(out, k, h, row);
+    }
+
+    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), in the order of the components.
+    #[inline(always)]
+    pub(crate) fn squares(
+        ends: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        row: &[(usize, f64)],
+    ) -> f64 {
+        squares(ends, k, atol, rtol, row)
+    }
+
+    /// Σ |y|, lane by lane.
+    #[inline(always)]
+    pub(crate) fn size(&self) -> f64 {
+        let mut sum = [0.0; 4];
+        let (fours, rest) = self.slice().as_chunks::<4>();
+        for four in fours {
+            for i in 0..4 {
+                sum[i] += four[i].abs();
+            }
+        }
+        let rest: f64 = rest.iter().map(|y| y.abs()).sum();
+        (sum[0] + sum[1]) + (sum[2] + sum[3]) + rest
+    }
+}
+
+#[inline(never)]
+fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
+    out.arch.dispatch(Weigh { out: &mut out.blocks, k, h, row });
+}
+
+#[inline(never)]
+fn squares(
+    [y, y1]: [&Blocks; 2],
+    k: &[Blocks; SLOTS],
+    atol: &Blocks,
+    rtol: f64,
+    row: &[(usize, f64)],
+) -> f64 {
+    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
+}
+
+/// Σ a_l k_l in block b, counted from the first, the coefficients taken `times`.
+#[inline(always)]
+fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Block {
+    let mut sum = [0.0; WIDTH];
+    let Some((&(slot, a), rest)) = row.split_first() else { return sum };
+    let (block, a) = (&k[slot].blocks[b], times * a);
+    for i in 0..WIDTH {
+        sum[i] = a * block[i];
+    }
+    for &(slot, a) in rest {
+        let (block, a) = (&k[slot].blocks[b], times * a);
+        for i in 0..WIDTH {
+            sum[i] += a * block[i];
+        }
+    }
+    sum
+}
+
+struct Combine<'a> {
+    out: &'a mut [f64],
+    y: &'a Blocks,
+    k: &'a [Blocks],
+    h: f64,
+    row: &'a [(usize, f64)],
+}
+
+impl WithSimd for Combine<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let first = self.k[0].first;
+        for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
+            let (mut sum, y): (Block, Block) = (sum(self.k, first + b, self.h, self.row), *y);
+            for i in 0..WIDTH {
+                sum[i] += y[i];
+            }
+            *out = sum;
+        }
+    }
+}
+
+struct Weigh<'a> {
+    out: &'a mut [Block],
+    k: &'a [Blocks; SLOTS],
+    h: f64,
+    row: &'a [(usize, f64)],
+}
+
+impl WithSimd for Weigh<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (b, out) in self.out.iter_mut().enumerate() {
+            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
+            for s in &mut sum {
+                *s *= self.h;
+            }
+            *out = sum;
+        }
+    }
+}
+
+struct Squares<'a> {
+    y: &'a [Block],
+    y1: &'a [Block],
+    k: &'a [Blocks; SLOTS],
+    atol: &'a [Block],
+    rtol: f64,
+    row: &'a [(usize, f64)],
+    len: usize,
+}
+
+impl WithSimd for Squares<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let (mut total, mut left) = (0.0, self.len);
+        for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
+            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
+            for i in 0..WIDTH {
+                let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
+                sum[i] = e * e;
+            }
+            // Past the length stands 0/0.
+            for s in &sum[..left.min(WIDTH)] {
+                total += s;
+            }
+            left = left.saturating_sub(WIDTH);
+        }
+        total
+    }
+}

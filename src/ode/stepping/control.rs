@@ -1,0 +1,219 @@
+//! Step sizes: what the caller asked for, the PI controller, the starting step.
+
+use crate::model::equations::Model;
+use crate::ode::error::IntegrateError;
+use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::vector::Vector;
+
+/// What every solver has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) locate: bool,
+    pub(crate) max_steps: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { locate: true, max_steps: 100_000_000 }
+    }
+}
+
+/// What the adaptive ones have besides.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tolerances {
+    pub(crate) rtol: f64,
+    pub(crate) atol: Vec<f64>,
+    pub(crate) first: Option<f64>,
+    pub(crate) max: f64,
+    pub(crate) beta: f64,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) enum StepRule<'a> {
+    Fixed(f64),
+    Adaptive(&'a Tolerances),
+}
+
+impl StepRule<'_> {
+    /// The absolute tolerances in full length, or why they cannot be used.
+    pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, IntegrateError> {
+        let positive = |name: &'static str, value: f64| {
+            if value > 0.0 && (value.is_finite() || name == "max_step") {
+                Ok(())
+            } else {
+                Err(IntegrateError::Setting { name, value, allowed: "positive and finite" })
+            }
+        };
+        match self {
+            StepRule::Fixed(step) => {
+                positive("step", *step)?;
+                Ok(Vec::new())
+            }
+            StepRule::Adaptive(tolerances) => {
+                positive("rtol", tolerances.rtol)?;
+                positive("max_step", tolerances.max)?;
+                tolerances.first.map_or(Ok(()), |step| positive("first_step", step))?;
+                tolerances.atol.iter().try_for_each(|&atol| positive("atol", atol))?;
+                if !(0.0..0.2).contains(&tolerances.beta) {
+                    return Err(IntegrateError::Setting {
+                        name: "pi_beta",
+                        value: tolerances.beta,
+                        allowed: "[0, 0.2)",
+                    });
+                }
+                match tolerances.atol[..] {
+                    [one] => Ok(vec![one; components]),
+                    _ if tolerances.atol.len() == components => Ok(tolerances.atol.clone()),
+                    _ => Err(IntegrateError::ToleranceLength {
+                        expected: components,
+                        found: tolerances.atol.len(),
+                    }),
+                }
+            }
+        }
+    }
+}
+
+/// Steps below this share of the time itself are lost in rounding.
+pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+
+/// Where the next step ends: on the grid start + count h with a fixed step, `h` further on with an adaptive one.
+pub(crate) struct Pace {
+    pub(crate) h: f64,
+    /// The next point of the grid; for an adaptive step, what the controller proposes for the step after.
+    pub(crate) next: f64,
+    /// The point after that, known a step ahead: no drive waits for it.
+    after: f64,
+    /// Where the grid begins, and the number of `after` on it.
+    start: f64,
+    count: f64,
+    max: f64,
+    pub(crate) controller: Controller,
+}
+
+impl Pace {
+    pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
+        let next = if T::ADAPTIVE { h } else { start + h };
+        let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
+        Pace {
+            h,
+            next,
+            after: start + 2.0 * h,
+            start,
+            count: 2.0,
+            max,
+            controller: Controller::new::<T>(beta),
+        }
+    }
+
+    /// The end of the step from `t`, at `stop` at the latest.
+    #[inline(always)]
+    pub(crate) fn aim<T: Tableau>(&self, t: f64, stop: f64) -> f64 {
+        let h = if T::ADAPTIVE { self.h.min(self.max) } else { self.h };
+        let aim = if T::ADAPTIVE { t + h } else { self.next };
+        if aim + 1e-10 * h >= stop {
+            seldom();
+            stop
+        } else if T::ADAPTIVE && aim + 0.5 * h > stop {
+            t + 0.5 * (stop - t) // two even steps rather than one and a crumb
+        } else {
+            aim
+        }
+    }
+
+    /// The step stands, and ended where it was to.
+    #[inline(always)]
+    pub(crate) fn arrive<T: Tableau>(&mut self) {
+        if T::ADAPTIVE {
+            self.h = self.next;
+        } else {
+            self.next = self.after;
+            self.count += 1.0;
+            self.after = self.start + self.count * self.h;
+        }
+    }
+
+    /// The step stands, and was cut short at `t`: its grid point may still be ahead.
+    pub(crate) fn pass<T: Tableau>(&mut self, t: f64) {
+        if T::ADAPTIVE || self.next <= t + 1e-10 * self.h {
+            self.arrive::<T>();
+        }
+    }
+}
+
+/// h_new = h safe err^(-α) err_old^β, within bounds, not growing after a rejection.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13),
+/// and II, Sect. IV.2.
+pub(crate) struct Controller {
+    exponent: f64,
+    beta: f64,
+    factors: [f64; 2],
+    old_error: f64,
+    rejected: bool,
+}
+
+impl Controller {
+    const SAFETY: f64 = 0.9;
+
+    pub(crate) fn new<T: Tableau>(beta: f64) -> Self {
+        Controller {
+            exponent: T::EXPONENT - 0.75 * beta,
+            beta,
+            factors: T::FACTORS,
+            old_error: 1e-4,
+            rejected: false,
+        }
+    }
+
+    /// The next step after an error estimate, and whether the one just made stands.
+    #[inline]
+    pub(crate) fn next(&mut self, h: f64, error: f64) -> (f64, bool) {
+        let [least, most] = self.factors;
+        let raw = error.powf(self.exponent) / Self::SAFETY;
+        if error <= 1.0 {
+            let shrink = if self.beta > 0.0 { raw / self.old_error.powf(self.beta) } else { raw };
+            let limit = if self.rejected { 1.0 } else { most };
+            self.old_error = error.max(1e-4);
+            self.rejected = false;
+            (h / shrink.clamp(1.0 / limit, 1.0 / least), true)
+        } else {
+            self.rejected = true;
+            (h / raw.min(1.0 / least), false)
+        }
+    }
+
+    /// A step that gave no numbers is tried again ten times shorter.
+    pub(crate) fn retreat(&mut self, h: f64) -> f64 {
+        self.rejected = true;
+        0.1 * h
+    }
+}
+
+/// A first step from the size of the solution, its slope and its curvature.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    longest: f64,
+) -> f64 {
+    let rms = |v: &mut dyn Iterator<Item = f64>| {
+        let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
+        f64::sqrt(sum / f64::max(count, 1.0))
+    };
+    let size: Vec<f64> =
+        e.y.slice().iter().zip(e.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+    let slope: Vec<f64> = e.k[0].slice().to_vec();
+    let d0 = rms(&mut e.y.slice().iter().zip(&size).map(|(y, s)| y / s));
+    let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));
+    let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
+    let h0 = h0.min(longest);
+    e.aim(e.t + h0);
+    e.euler();
+    let d2 = rms(&mut e.k[1].slice().iter().zip(&slope).zip(&size).map(|((f1, f0), s)| (f1 - f0) / s)) / h0;
+    let d = d1.max(d2);
+    let h1 = if d <= 1e-15 { (h0 * 1e-3).max(1e-6) } else { (0.01 / d).powf(T::EXPONENT) };
+    let h = (100.0 * h0).min(h1).min(longest);
+    if h.is_finite() && h > 0.0 { h } else { h0 }
+}
+
+/// Marks a branch as seldom taken: the processor then runs ahead on the other one, where a select would have it wait for both.
+#[cold]
+#[inline]
+fn seldom() {}

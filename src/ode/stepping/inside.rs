@@ -1,0 +1,73 @@
+//! The contacts at the ends of a step and inside it.
+
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::ode::stepping::engine::{Engine, Tableau, halves, interpolate};
+use crate::ode::stepping::vector::Vector;
+
+impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
+    /// The contacts at θ of the step, into `self.contacts`.
+    pub(crate) fn contacts_inside<T: Tableau>(&mut self, theta: f64) {
+        interpolate::<T, V>(&self.dense, theta, self.look.slice_mut());
+        self.drive(theta);
+        let (q, v) = halves(&self.look);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// The contacts at θ of the step with coordinates on the cubic through its ends and their velocities: no evaluation of the
+    /// acceleration, and exact in whatever moves with the drives alone. At node `PROBE` the drives are at hand.
+    #[inline]
+    pub(crate) fn contacts_on_cubic<T: Tableau>(&mut self, theta: f64) {
+        if theta != T::PROBE {
+            self.drive(theta);
+        }
+        let (h, n) = (self.h, self.model.dof());
+        let (rest, wave) = (1.0 - theta, 6.0 * theta * (1.0 - theta) / h);
+        let [a, b, c] =
+            [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
+        let [d, e] = [rest * (1.0 - 3.0 * theta), theta * (3.0 * theta - 2.0)];
+        let (y0, y1, out) = (self.y.slice(), &self.y1.slice()[..2 * n], &mut self.look.slice_mut()[..2 * n]);
+        for j in 0..n {
+            let (rise, v0, v1) = (y1[j] - y0[j], y0[n + j], y1[n + j]);
+            out[j] = y0[j] + a * rise + b * v0 - c * v1;
+            out[n + j] = wave * rise + d * v0 + e * v1;
+        }
+        let (q, v) = halves(&self.look);
+        let u = if theta == T::PROBE { &self.u_probe } else { &self.u_stage };
+        self.model.contact(u, q, v, &mut self.contacts);
+    }
+
+    /// By how much rounding of the coordinates and velocities moves each deflection: the largest change seen when every one of them moves
+    /// by its last bit, up or down.
+    pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
+        noise.fill(0.0);
+        self.contacts_at_start();
+        // The bits of the places: any two components move in opposite directions at least once.
+        let patterns = usize::BITS - self.y.slice().len().leading_zeros();
+        for pattern in 0..patterns {
+            for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
+                let up = (j >> pattern) & 1 == 0;
+                *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
+            }
+            let (q, v) = halves(&self.look);
+            self.model.contact(&self.u_stage, q, v, &mut self.shaken);
+            for (noise, (a, b)) in noise.iter_mut().zip(self.contacts.iter().zip(&self.shaken)) {
+                *noise = noise.max((a.deflection - b.deflection).abs());
+            }
+        }
+    }
+
+    /// The contacts at the end of the step.
+    #[inline(always)]
+    pub(crate) fn contacts_at_end(&mut self) {
+        let (q, v) = halves(&self.y1);
+        self.model.contact(&self.u1, q, v, &mut self.contacts);
+    }
+
+    /// The contacts at its start.
+    pub(crate) fn contacts_at_start(&mut self) {
+        self.model.redrive(self.t, Side::After, &mut self.u_stage);
+        let (q, v) = halves(&self.y);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+}

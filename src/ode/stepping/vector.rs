@@ -1,0 +1,191 @@
+//! Where a run keeps coordinates and velocities, and the sums over derivatives that its steps are made of.
+
+use crate::ode::stepping::blocks::Blocks;
+use crate::ode::stepping::row::{Row, SLOTS};
+
+/// Storage for coordinates and velocities: an array where the model is small, so that a step lives in registers, [`Blocks`] where it is not.
+pub trait Vector: Clone {
+    /// All zero.
+    fn zeros(len: usize) -> Self;
+    /// A derivative, all zero.
+    fn slot(len: usize) -> Self {
+        Self::zeros(len)
+    }
+    /// Its components.
+    fn slice(&self) -> &[f64];
+    /// Its components, to be written.
+    fn slice_mut(&mut self) -> &mut [f64];
+    /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
+    fn hand_over(from: &mut Self, to: &mut Self);
+
+    /// Velocities and accelerations at `y` into `out`; `f` writes the accelerations at given coordinates and velocities.
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
+    /// The same into k_s, at y + Σ (h a_l) k_l of earlier slots.
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    );
+    /// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
+    /// out = h Σ d_l k_l.
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
+    /// Σ (e/size)² with e = Σ e_l k_l and size = atol + rtol max(|y|, |y1|), for each of the rows.
+    fn squares<const L: usize, const R: usize>(
+        ends: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        rows: [&Row<L>; R],
+    ) -> [f64; R];
+    /// Σ |y|, in any order.
+    fn size(&self) -> f64;
+}
+
+impl<const M: usize> Vector for [f64; M] {
+    fn zeros(_: usize) -> Self {
+        [0.0; M]
+    }
+    #[inline(always)]
+    fn slice(&self) -> &[f64] {
+        self
+    }
+    #[inline(always)]
+    fn slice_mut(&mut self) -> &mut [f64] {
+        self
+    }
+    #[inline(always)]
+    fn hand_over(from: &mut Self, to: &mut Self) {
+        *to = *from;
+    }
+    #[inline(always)]
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+        let (q, v) = y.split_at(M / 2);
+        let mut k = [0.0; M];
+        k[..M / 2].copy_from_slice(v);
+        f(q, v, &mut k[M / 2..]);
+        *out = k;
+    }
+    #[inline(always)]
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
+        let mut stage = [0.0; M];
+        Self::combine(&mut stage, y, k, h, row);
+        Self::derivative(&mut k[s], &stage, f);
+    }
+
+    #[inline(always)]
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+        let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
+        for j in 0..M {
+            let mut sum = a[0] * k[row[0].0][j];
+            for l in 1..L {
+                sum += a[l] * k[row[l].0][j];
+            }
+            out[j] = y[j] + sum;
+        }
+    }
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+        for j in 0..M {
+            out[j] = h * row.iter().map(|&(i, d)| d * k[i][j]).sum::<f64>();
+        }
+    }
+    #[inline(always)]
+    fn squares<const L: usize, const R: usize>(
+        [y, y1]: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        rows: [&Row<L>; R],
+    ) -> [f64; R] {
+        let mut sums = [0.0; R];
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            for j in 0..M {
+                let mut e = row[0].1 * k[row[0].0][j];
+                for l in 1..L {
+                    e += row[l].1 * k[row[l].0][j];
+                }
+                let size = atol[j] + rtol * y[j].abs().max(y1[j].abs());
+                *sum += (e / size) * (e / size);
+            }
+        }
+        sums
+    }
+    #[inline(always)]
+    fn size(&self) -> f64 {
+        self.iter().map(|y| y.abs()).sum()
+    }
+}
+
+impl Vector for Blocks {
+    fn zeros(len: usize) -> Self {
+        Blocks::zeros(len)
+    }
+    fn slot(len: usize) -> Self {
+        Blocks::slot(len)
+    }
+    #[inline(always)]
+    fn slice(&self) -> &[f64] {
+        self.slice()
+    }
+    #[inline(always)]
+    fn slice_mut(&mut self) -> &mut [f64] {
+        self.slice_mut()
+    }
+    #[inline(always)]
+    fn hand_over(from: &mut Self, to: &mut Self) {
+        std::mem::swap(from, to);
+    }
+    #[inline(always)]
+    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+        let n = y.slice().len() / 2;
+        out.take_velocities(y);
+        let (q, v) = y.slice().split_at(n);
+        f(q, v, &mut out.slice_mut()[n..]);
+    }
+    #[inline(always)]
+    fn stage<const L: usize>(
+        k: &mut [Self; SLOTS],
+        s: usize,
+        y: &Self,
+        h: f64,
+        row: &Row<L>,
+        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+    ) {
+        let (earlier, later) = k.split_at_mut(s);
+        let [q, v, a] = later[0].stage(y, earlier, h, row);
+        f(q, v, a);
+    }
+
+    #[inline(always)]
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+        Blocks::combine(out, y, k, h, row);
+    }
+    #[inline(always)]
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+        Blocks::weigh(out, k, h, row);
+    }
+    #[inline(always)]
+    fn squares<const L: usize, const R: usize>(
+        ends: [&Self; 2],
+        k: &[Self; SLOTS],
+        atol: &Self,
+        rtol: f64,
+        rows: [&Row<L>; R],
+    ) -> [f64; R] {
+        rows.map(|row| Blocks::squares(ends, k, atol, rtol, row))
+    }
+    #[inline(always)]
+    fn size(&self) -> f64 {
+        self.size()
+    }
+}

@@ -1,0 +1,209 @@
+//! The Jacobian of a balance: Toeplitz plus Hankel in the coefficients of the slopes.
+
+use crate::periodic::balance::series::couplings::{Coupling, Couplings, Slope};
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::spectra::Spectra;
+use crate::roots::matrix::Matrix;
+
+/// Where the unknowns of a balance stand, and how to fill its Jacobian.
+///
+/// Unknowns: coefficients of every coordinate over its scale, then the mean accelerations of the rigid motions.
+pub(crate) struct Layout {
+    pub(crate) harmonics: Harmonics,
+    pub(crate) dof: usize,
+    pub(crate) omega: f64,
+    /// q_j = scale_j x_j, and equation i over scale_i.
+    pub(crate) scales: Vec<f64>,
+    /// Free motions of the whole, one entry per coordinate.
+    pub(crate) rigid: Vec<Vec<f64>>,
+    /// Unknown α over its scale.
+    pub(crate) rigid_scale: f64,
+    /// For each rigid motion the coordinate whose mean is held at zero.
+    pub(crate) fixed: Vec<usize>,
+    sparse: bool,
+}
+
+impl Layout {
+    pub(crate) fn new(
+        harmonics: &Harmonics,
+        omega: f64,
+        scales: Vec<f64>,
+        rigid: Vec<Vec<f64>>,
+        couplings: &Couplings,
+    ) -> Self {
+        let dof = scales.len();
+        let varying = couplings.list.iter().filter(|c| is_varying(c.q) || is_varying(c.v)).count();
+        let rigid = if harmonics.has_mean() { rigid } else { Vec::new() };
+        let fixed = fixed_coordinates(&rigid, dof);
+        Layout {
+            harmonics: harmonics.clone(),
+            dof,
+            omega,
+            sparse: dof >= 4 && 3 * varying < dof * dof && (rigid.is_empty() || fixed == [dof - 1]),
+            rigid,
+            fixed,
+            rigid_scale: scales[0] * couplings.stiffest.max(omega * omega),
+            scales,
+        }
+    }
+
+    pub(crate) fn make_dense(&mut self) {
+        self.sparse = false;
+    }
+
+    pub(crate) fn size(&self) -> usize {
+        self.dof * self.harmonics.unknowns() + self.rigid.len()
+    }
+
+    /// Entries that its Jacobian stores, at most.
+    pub(crate) fn entries(&self, couplings: &Couplings) -> usize {
+        let height = self.harmonics.unknowns() + self.rigid.len();
+        let blocks = if self.sparse { couplings.list.len() + self.dof } else { self.dof * self.dof };
+        blocks.saturating_mul(height.saturating_mul(height))
+    }
+
+    /// An empty Jacobian, its blocks in the order of the couplings; a dense one where most of them are full.
+    pub(crate) fn matrix(&self, couplings: &Couplings) -> Matrix {
+        if !self.sparse {
+            return Matrix::dense(self.size());
+        }
+        let mut heights = vec![self.harmonics.unknowns(); self.dof];
+        // The mean accelerations stand with the coordinate whose mean is fixed.
+        heights[self.dof - 1] += self.rigid.len();
+        let mut matrix = Matrix::of_heights(&heights);
+        matrix.eliminate_last(self.dof - 1);
+        let mut last_column = vec![false; self.dof];
+        for c in &couplings.list {
+            let at_border = !self.rigid.is_empty() && (c.i == self.dof - 1 || c.j == self.dof - 1);
+            matrix.add_part(c.i, c.j, !(at_border || is_varying(c.q) || is_varying(c.v)));
+            last_column[c.i] |= c.j == self.dof - 1;
+        }
+        if !self.rigid.is_empty() {
+            (0..self.dof).filter(|&i| !last_column[i]).for_each(|i| matrix.add_part(i, self.dof - 1, false));
+        }
+        matrix
+    }
+
+    /// ∂R/∂x of R = q'' - a, all over the scales.
+    pub(crate) fn fill(&self, couplings: &Couplings, spectra: &Spectra, out: &mut Matrix) {
+        let (width, size) = (self.harmonics.unknowns(), self.size());
+        let heights: Vec<usize> = (0..out.block_rows()).map(|i| out.height(i)).collect();
+        for part in out.parts_mut() {
+            part.values.fill(0.0);
+        }
+        for (number, c) in couplings.list.iter().enumerate() {
+            let (part, view) = if self.sparse {
+                let part = &mut out.parts_mut()[number];
+                let view =
+                    View { first: 0, stride: if part.pairs { 2 } else { heights[c.i] }, pairs: part.pairs };
+                (part, view)
+            } else {
+                (
+                    &mut out.parts_mut()[0],
+                    View { first: c.j * width * size + c.i * width, stride: size, pairs: false },
+                )
+            };
+            self.fill_block(c, spectra, &view, &mut part.values);
+        }
+        self.fill_border(out);
+    }
+
+    fn fill_block(&self, c: &Coupling, spectra: &Spectra, view: &View, values: &mut [f64]) {
+        let (width, tables) = (self.harmonics.unknowns(), &spectra.slopes);
+        let scale = -self.scales[c.j] / self.scales[c.i];
+        for (index, &order) in self.harmonics.orders().iter().enumerate() {
+            let (at, rate) = (self.harmonics.place(index), order as f64 * self.omega);
+            for parity in 0..if order == 0 { 1 } else { 2 } {
+                let start = view.first + (at + parity) * view.stride;
+                let (length, diagonal) = if view.pairs { (2, 0) } else { (width, at) };
+                let block = &mut values[start..start + length];
+                // The velocity of c cos is -kω c sin, of s sin it is +kω s cos.
+                let turned = scale * if parity == 0 { -rate } else { rate };
+                match c.q {
+                    Slope::Constant(a) => block[diagonal + parity] += scale * a,
+                    Slope::VaryingSpeed(number) => {
+                        tables[number].add(block, &self.harmonics, order, parity == 1, scale)
+                    }
+                }
+                match c.v {
+                    _ if order == 0 => {}
+                    Slope::Constant(b) => block[diagonal + 1 - parity] += turned * b,
+                    Slope::VaryingSpeed(number) => {
+                        tables[number].add(block, &self.harmonics, order, parity == 0, turned)
+                    }
+                }
+                if c.i == c.j {
+                    block[diagonal + parity] -= rate * rate;
+                }
+                for jump in spectra
+                    .jumps
+                    .iter()
+                    .filter(|jump| !view.pairs && jump.row[c.j] != 0.0 && jump.size[c.i] != 0.0)
+                {
+                    let (sin, cos) = libm::sincos(jump.phase * order as f64);
+                    let moved = jump.row[c.j] * if parity == 0 { cos } else { sin };
+                    jump.add(block, &self.harmonics, scale * moved * jump.size[c.i]);
+                }
+            }
+        }
+    }
+
+    /// Mean accelerations as unknowns, and the means that they replace.
+    fn fill_border(&self, out: &mut Matrix) {
+        let (width, size, n) = (self.harmonics.unknowns(), self.size(), self.dof);
+        let (last, sparse) = (n - 1, self.sparse);
+        let height = width + self.rigid.len();
+        for (r, rigid) in self.rigid.iter().enumerate() {
+            let fixed = self.fixed[r];
+            for part in out.parts_mut() {
+                if !sparse {
+                    part.values[fixed * width * size + n * width + r] = 1.0;
+                    for (i, share) in rigid.iter().enumerate() {
+                        part.values[(n * width + r) * size + i * width] =
+                            self.rigid_scale / self.scales[i] * share;
+                    }
+                } else if part.j == last {
+                    let stride = if part.i == last { height } else { width };
+                    part.values[(width + r) * stride] =
+                        self.rigid_scale / self.scales[part.i] * rigid[part.i];
+                    if part.i == last {
+                        part.values[width + r] = 1.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Which coordinate an unknown belongs to.
+    pub(crate) fn coordinate(&self, unknown: usize) -> usize {
+        (unknown / self.harmonics.unknowns()).min(self.dof - 1)
+    }
+}
+
+/// Where a block stands in its values.
+struct View {
+    first: usize,
+    stride: usize,
+    pairs: bool,
+}
+
+/// For each motion a coordinate that moves along with it and with none of the motions before, the last possible one.
+fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
+    let mut reduced = rigid.to_vec();
+    let mut fixed = Vec::new();
+    for r in 0..reduced.len() {
+        let largest = reduced[r].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let pivot = (0..dof).rev().find(|&j| reduced[r][j].abs() > 0.01 * largest).unwrap_or(dof - 1);
+        let (done, rest) = reduced.split_at_mut(r + 1);
+        for other in rest {
+            let share = other[pivot] / done[r][pivot];
+            other.iter_mut().zip(&done[r]).for_each(|(x, y)| *x -= share * y);
+        }
+        fixed.push(pivot);
+    }
+    fixed
+}
+
+pub(crate) fn is_varying(slope: Slope) -> bool {
+    matches!(slope, Slope::VaryingSpeed(_))
+}

@@ -1,0 +1,5 @@
+//! The equations of a balance and their Jacobian.
+
+pub(crate) mod assembly;
+pub(crate) mod metered;
+pub(crate) mod residual;

@@ -1,0 +1,437 @@
+//! A periodic orbit as Fourier coefficients.
+
+use crate::error::{ParameterError, check};
+use crate::model::equations::{Periodic, State};
+use crate::ode::budget::{Budget, Meter};
+use crate::ode::integrator::Integrator;
+use crate::ode::trajectory::{Failed, Trajectory};
+use crate::periodic::balance::error::BalanceNote;
+use crate::periodic::balance::quadrature::resolution::samples_along;
+use crate::periodic::balance::series::amplitudes::AT_REST;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::transform::{Transform, read, samples_for, spread, unpack, write};
+use crate::periodic::balance::switching::contacts::ContactHistory;
+use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::switching::stencil::Stencil;
+use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::orbit::ShootingOrbit;
+use crate::roots::norms::largest;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// A periodic orbit q_j(t) = Σ_k c_jk cos(k ω t) + s_jk sin(k ω t), with what is known of how good it is.
+///
+/// ```
+/// use gear_dynamics::{Harmonics, periodic::FourierOrbit};
+/// let orbit = FourierOrbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
+/// assert_eq!(orbit.amplitude(0, 1), 5.0);
+/// assert_eq!(orbit.state(0.0).q, [3.5]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, PartialEq)]
+pub struct FourierOrbit {
+    harmonics: Harmonics,
+    span: f64,
+    coefficients: Vec<f64>,
+    pub(crate) mean_acceleration: Vec<f64>,
+    pub(crate) notes: Vec<BalanceNote>,
+    pub(crate) iterations: usize,
+    pub(crate) evaluations: usize,
+    pub(crate) residual: f64,
+}
+
+/// Without its coefficients, which may be thousands.
+impl std::fmt::Debug for FourierOrbit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FourierOrbit")
+            .field("dof", &self.dof())
+            .field("orders", &self.harmonics.orders().len())
+            .field("highest", &self.harmonics.highest())
+            .field("span", &self.span)
+            .field("iterations", &self.iterations)
+            .field("residual", &self.residual)
+            .field("notes", &self.notes)
+            .finish_non_exhaustive()
+    }
+}
+
+impl FourierOrbit {
+    /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
+    ///
+    /// # Errors
+    /// A span that is not positive, lists of the wrong length, numbers beyond ±1e50; orders that are too high.
+    pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
+        harmonics.check()?;
+        check::scale("span", span)?;
+        for (j, list) in coefficients.iter().enumerate() {
+            check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
+            check::quantities(&format!("coefficients of coordinate {j}"), list)?;
+        }
+        Ok(FourierOrbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
+    }
+
+    pub(crate) fn of(harmonics: &Harmonics, span: f64, coefficients: Vec<f64>, dof: usize) -> Self {
+        FourierOrbit {
+            harmonics: harmonics.clone(),
+            span,
+            coefficients,
+            mean_acceleration: vec![0.0; dof],
+            notes: Vec::new(),
+            iterations: 0,
+            evaluations: 0,
+            residual: f64::NAN,
+        }
+    }
+
+    /// Projects a run onto harmonics: one span is integrated from `start`, which has to lie on a settled orbit, and transformed.
+    ///
+    /// # Errors
+    /// [`Failed`] if the integration fails, or `start` does not fit the model.
+    pub fn project<I: Integrator, M: Periodic + ?Sized>(
+        integrator: &I,
+        model: &M,
+        start: &State,
+        harmonics: &Harmonics,
+    ) -> Result<Self, Failed> {
+        let span = model.period() * harmonics.periods() as f64;
+        let (m, n) = (samples_for(harmonics.highest()), start.q.len());
+        if let Err(error) =
+            harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS))
+        {
+            return Err(Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(n, start.t)) });
+        }
+        let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
+        let run = integrator.sample(model, start, &times)?;
+        let mut transform = Transform::new(m);
+        let mut coefficients = vec![0.0; n * harmonics.unknowns()];
+        for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
+            let mut buffer: Vec<Complex64> = (0..m).map(|s| run.q(s)[j].into()).collect();
+            transform.analyse(&mut buffer);
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                // The run starts at some phase of the drives.
+                let turn = Complex64::cis(-TAU * (order as f64 * (start.t / span)).fract());
+                write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
+            }
+        }
+        Ok(FourierOrbit::of(harmonics, span, coefficients, n))
+    }
+
+    /// The same orbit on other harmonics of the same base frequency: missing orders are zero, others are dropped.
+    pub fn on(&self, harmonics: &Harmonics) -> Self {
+        let n = self.dof();
+        let mut coefficients = vec![0.0; n * harmonics.unknowns()];
+        // Orders count 1/p of the model's frequency, and p may differ.
+        let (mine, theirs) = (self.harmonics.periods(), harmonics.periods());
+        for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                if order * mine % theirs == 0 {
+                    write(&mut part[harmonics.place(i)..], order, self.complex(j, order * mine / theirs));
+                }
+            }
+        }
+        FourierOrbit {
+            mean_acceleration: self.mean_acceleration.clone(),
+            ..FourierOrbit::of(harmonics, self.span / mine as f64 * theirs as f64, coefficients, n)
+        }
+    }
+
+    /// The same orbit without the orders above `highest`, if some are left.
+    pub(crate) fn below(&self, highest: usize) -> Option<Self> {
+        let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
+        Harmonics::list(&orders)
+            .and_then(|h| h.over_periods(self.harmonics.periods()))
+            .ok()
+            .map(|harmonics| self.on(&harmonics))
+    }
+
+    /// The harmonics.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    /// Number of coordinates.
+    pub fn dof(&self) -> usize {
+        self.mean_acceleration.len()
+    }
+    /// After what time it repeats: p periods of the model.
+    pub fn span(&self) -> f64 {
+        self.span
+    }
+    /// ω = 2π/span.
+    pub fn frequency(&self) -> f64 {
+        TAU / self.span
+    }
+    /// Coefficients of coordinate j: [mean, c, s, ...].
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn coefficients(&self, j: usize) -> &[f64] {
+        let width = self.harmonics.unknowns();
+        &self.coefficients[j * width..(j + 1) * width]
+    }
+    pub(crate) fn all_coefficients(&self) -> &[f64] {
+        &self.coefficients
+    }
+
+    /// Q_k of Σ_k Q_k e^{i k ω t}: the mean, or (c - i s)/2.
+    fn complex(&self, j: usize, order: usize) -> Complex64 {
+        read(self.coefficients(j), &self.harmonics, order)
+    }
+
+    /// The mean of coordinate j, zero if order 0 is not kept.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn mean(&self, j: usize) -> f64 {
+        self.complex(j, 0).re
+    }
+    /// A in A cos(k ω t + φ); for order 0 the size of the mean.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn amplitude(&self, j: usize, order: usize) -> f64 {
+        if order == 0 { self.mean(j).abs() } else { 2.0 * self.complex(j, order).norm() }
+    }
+    /// φ in A cos(k ω t + φ) `[rad]`.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn phase(&self, j: usize, order: usize) -> f64 {
+        self.complex(j, order).arg()
+    }
+
+    /// The state at any instant, to hand to an integrator. A free rigid motion starts from rest at t = 0.
+    pub fn state(&self, t: f64) -> State {
+        let mut state = State { t, ..State::at_rest(self.dof()) };
+        self.motion(t, &mut state.q, &mut state.v);
+        state
+    }
+
+    /// Coordinates and velocities at t.
+    pub(crate) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
+        self.motions([t], turned([t / self.span]), q.as_chunks_mut().0, v.as_chunks_mut().0);
+    }
+
+    /// Coordinates and velocities at several instants, side by side, from sin ωt and cos ωt there.
+    pub(crate) fn motions<const K: usize>(
+        &self,
+        t: [f64; K],
+        turn: [[f64; K]; 2],
+        q: &mut [[f64; K]],
+        v: &mut [[f64; K]],
+    ) {
+        let (omega, means) = (self.frequency(), usize::from(self.harmonics.has_mean()));
+        let orders = &self.harmonics.orders()[means..];
+        let first = orders.first().copied().unwrap_or(0);
+        let at_first = match first {
+            0 | 1 => turn,
+            _ => turned(t.map(|t| first as f64 * (t / self.span).fract())),
+        };
+        for (j, rigid) in self.mean_acceleration.iter().enumerate() {
+            let (mean, pairs) = self.coefficients(j).split_at(means);
+            let (mut sum, mut rate) = ([mean.iter().sum::<f64>(); K], [0.0; K]);
+            let ([mut sin, mut cos], mut here) = (at_first, first);
+            for (&order, pair) in orders.iter().zip(pairs.as_chunks::<2>().0) {
+                if order - here > FAR {
+                    [sin, cos] = turned(t.map(|t| order as f64 * (t / self.span).fract()));
+                    here = order;
+                }
+                while here < order {
+                    here += 1;
+                    for k in 0..K {
+                        (sin[k], cos[k]) = (
+                            sin[k] * turn[1][k] + cos[k] * turn[0][k],
+                            cos[k] * turn[1][k] - sin[k] * turn[0][k],
+                        );
+                    }
+                }
+                for k in 0..K {
+                    sum[k] += pair[0] * cos[k] + pair[1] * sin[k];
+                    rate[k] += order as f64 * (pair[1] * cos[k] - pair[0] * sin[k]);
+                }
+            }
+            for k in 0..K {
+                (q[j][k], v[j][k]) = (sum[k] + 0.5 * rigid * t[k] * t[k], omega * rate[k] + rigid * t[k]);
+            }
+        }
+    }
+
+    /// States at uniform instants over one span, as [`Shooting`] takes them.
+    ///
+    /// # Errors
+    /// More than 2²⁶ numbers.
+    pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
+        check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
+        Ok((0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect())
+    }
+
+    /// The orbit of the equation itself near this series, by multiple shooting: to 1e-12 of its range, with its monodromy. Its first
+    /// correction tells how far off the series was; above 0.1 there was no orbit near.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<ShootingOrbit, ShootingError> {
+        self.polish_within(model, &Budget::new())
+    }
+
+    /// The same within a budget of steps and time, all flows together.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn polish_within<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        budget: &Budget,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        self.polish_metered(&model, &budget.begin())
+    }
+
+    pub(crate) fn polish_metered(
+        &self,
+        model: &dyn Periodic,
+        meter: &Meter<'_>,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
+        Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
+    }
+
+    /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
+    ///
+    /// # Errors
+    /// More than 2²⁶ numbers.
+    pub fn history(&self, samples: usize) -> Result<Trajectory, ParameterError> {
+        let n = self.dof();
+        check::count("numbers of the history", &[samples, 2 * n], check::NUMBERS)?;
+        if samples == 0 {
+            return Ok(Trajectory::empty(n, 0.0));
+        }
+        let fine = samples.max(2 * self.harmonics.highest() + 1).div_ceil(samples.max(1)) * samples;
+        let mut z = vec![vec![Complex64::ZERO; fine]; n];
+        let mut transform = Transform::new(fine);
+        for (j, z) in z.iter_mut().enumerate() {
+            spread(self.coefficients(j), &self.harmonics, self.frequency(), z);
+            transform.synthesise(z);
+        }
+        let mut trajectory = Trajectory::empty(n, 0.0);
+        let mut y = vec![0.0; 2 * n];
+        for s in 0..samples {
+            let (at, t) = (s * (fine / samples), self.span * s as f64 / samples as f64);
+            for j in 0..n {
+                let rigid = self.mean_acceleration[j];
+                (y[j], y[n + j]) = (z[j][at].re + 0.5 * rigid * t * t, z[j][at].im + rigid * t);
+            }
+            trajectory.push(t, &y);
+        }
+        Ok(trajectory)
+    }
+
+    /// Highest less lowest value of coordinate j, extremes found between samples too.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn peak_to_peak(&self, j: usize) -> f64 {
+        let mut z = vec![Complex64::ZERO; samples_for(self.harmonics.highest())];
+        spread(self.coefficients(j), &self.harmonics, self.frequency(), &mut z);
+        Transform::new(z.len()).synthesise(&mut z);
+        let h = self.span / z.len() as f64;
+        let range = (0..z.len()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| {
+            let (a, b) = (z[s], z[(s + 1) % z.len()]);
+            let inner = if a.im * b.im < 0.0 { hermite_extreme(a, b, h) } else { a.re };
+            [low.min(a.re).min(inner), high.max(a.re).max(inner)]
+        });
+        range[1] - range[0]
+    }
+
+    /// What each contact does over one span: intervals on its pieces, with exact ends.
+    ///
+    /// # Errors
+    /// A model with another number of coordinates.
+    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Result<Vec<ContactHistory>, ParameterError> {
+        check::length("coordinates of the orbit", self.dof(), model.dof())?;
+        let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
+        grid.set(&self.coefficients);
+        let mut switching = Switching::new(model.contacts(), grid.samples());
+        switching.locate(&mut grid, Stencil::get());
+        Ok((0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
+    }
+
+    /// Mean acceleration of every coordinate: zero unless a rigid motion is free and the torques do not balance.
+    pub fn mean_acceleration(&self) -> &[f64] {
+        &self.mean_acceleration
+    }
+    /// What has to be known before this orbit is believed.
+    pub fn notes(&self) -> &[BalanceNote] {
+        &self.notes
+    }
+    /// Iterations of the root finder.
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+    /// Residuals that it evaluated.
+    pub fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+    /// Largest residual of the balance, coefficients of q'' - a over the size of their coordinate `[1/time²]`: small against the square of the
+    /// highest kept frequency where it converged. NaN for an orbit that no solver has seen.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+    /// Whether one of the notes warns.
+    pub fn is_doubtful(&self) -> bool {
+        self.notes.iter().any(BalanceNote::is_warning)
+    }
+
+    /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
+    /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
+    /// Rigid motions count. Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
+    pub fn distance(&self, other: &FourierOrbit) -> f64 {
+        let n = self.dof();
+        if other.dof() != n {
+            return f64::INFINITY;
+        }
+        let ranges: Vec<f64> = (0..n).map(|j| self.peak_to_peak(j)).collect();
+        let moving = largest(&ranges);
+        let most =
+            if moving > 0.0 { moving } else { (0..n).fold(0.0, |m: f64, j| m.max(self.mean(j).abs())) };
+        let m = samples_for(self.harmonics.highest().max(other.harmonics.highest()));
+        let mut transform = Transform::new(m);
+        let (mut a, mut b) = (vec![Complex64::ZERO; m], vec![Complex64::ZERO; m]);
+        let mut worst = 0.0f64;
+        for (j, range) in ranges.iter().enumerate() {
+            spread(self.coefficients(j), &self.harmonics, 0.0, &mut a);
+            spread(other.coefficients(j), &other.harmonics, 0.0, &mut b);
+            a.iter_mut().zip(&b).for_each(|(a, b)| *a -= b);
+            transform.synthesise(&mut a);
+            let apart = a
+                .iter()
+                .fold(0.0, |m: f64, a| if a.re.is_finite() { m.max(a.re.abs()) } else { f64::INFINITY });
+            if apart.is_infinite() {
+                return f64::INFINITY;
+            }
+            if apart > 0.0 {
+                worst = worst.max(apart / if *range > AT_REST * most { *range } else { most });
+            }
+        }
+        worst
+    }
+}
+
+/// Orders further apart are not reached by turning from one to the next.
+const FAR: usize = 1000;
+
+/// sin 2πx and cos 2πx at several x.
+pub(crate) fn turned<const K: usize>(x: [f64; K]) -> [[f64; K]; 2] {
+    let turned = x.map(|x| libm::sincos(TAU * x.fract()));
+    [turned.map(|(sin, _)| sin), turned.map(|(_, cos)| cos)]
+}
+
+/// Extreme of the cubic through two samples q + i v.
+fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
+    let theta = a.im / (a.im - b.im);
+    let (p, q) = (theta, 1.0 - theta);
+    let value = |p: f64, q: f64| {
+        a.re * q * q * (1.0 + 2.0 * p) + b.re * p * p * (1.0 + 2.0 * q) + h * p * q * (a.im * q - b.im * p)
+    };
+    value(p, q)
+}

@@ -1,0 +1,192 @@
+//! A model at rest with contacts held: the short series that closed integrals are made of.
+
+use crate::contact::piece::Piece;
+use crate::excitation::side::Side;
+use crate::model::equations::Periodic;
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::series::couplings::{Couplings, even};
+use crate::periodic::balance::series::transform::{Transform, unpack};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Coefficients of a real periodic function, k = 0, 1, ... in the model's period.
+pub(crate) type Series = Vec<Complex64>;
+
+/// What one piece adds: forces at rest per coordinate, and periodic slopes by number. Empty series are zero.
+pub(crate) struct Part {
+    pub(crate) force: Vec<Series>,
+    pub(crate) slopes: Vec<Series>,
+}
+
+/// Coefficients below this share of the largest are rounding.
+const ROUNDING: f64 = 4e-16;
+
+/// The highest quarter of the samples' orders must fall below this share.
+const SETTLED: f64 = 1e-13;
+
+/// Looks at a model at rest, with contacts held.
+pub(crate) struct Look<'a, 'm, M: ?Sized> {
+    model: &'m M,
+    couplings: &'a Couplings,
+    slopes: &'a mut Slopes<'m, M>,
+    drives: Vec<Vec<f64>>,
+}
+
+/// Accelerations and periodic slopes at rest, sampled over a period.
+pub(crate) struct Seen {
+    pub(crate) force: Vec<Vec<f64>>,
+    pub(crate) slopes: Vec<Vec<f64>>,
+}
+
+impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
+    pub(crate) fn new(
+        model: &'m M,
+        couplings: &'a Couplings,
+        slopes: &'a mut Slopes<'m, M>,
+        samples: usize,
+    ) -> Self {
+        let mut drives = vec![vec![0.0; model.drives()]; samples];
+        for (s, u) in drives.iter_mut().enumerate() {
+            model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
+        }
+        Look { model, couplings, slopes, drives }
+    }
+
+    /// At one instant, given as a share of the period, all contacts on one piece.
+    pub(crate) fn between(&mut self, piece: Piece, share: f64) -> Seen {
+        let mut u = vec![0.0; self.model.drives()];
+        self.model.drive(self.model.period() * share, Side::After, &mut u);
+        let samples = std::mem::replace(&mut self.drives, vec![u]);
+        let seen = self.at(&vec![piece; self.model.contacts()], 1);
+        self.drives = samples;
+        seen
+    }
+
+    /// The first samples.
+    pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> Seen {
+        let n = self.model.dof();
+        let (rest, mut a) = (vec![0.0; n], vec![0.0; n]);
+        let mut seen = Seen {
+            force: vec![vec![0.0; samples]; n],
+            slopes: vec![vec![0.0; samples]; self.couplings.varying.len()],
+        };
+        for (s, u) in self.drives[..samples].iter().enumerate() {
+            self.model.accel_on_pieces(pieces, u, &rest, &rest, &mut a);
+            seen.force.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
+            self.slopes.at(Some(pieces), u, &rest, &rest);
+            for (values, &(i, j, velocity)) in seen.slopes.iter_mut().zip(&self.couplings.varying) {
+                values[s] =
+                    if velocity { self.slopes.jacobian.v[(i, j)] } else { self.slopes.jacobian.q[(i, j)] };
+            }
+        }
+        seen
+    }
+}
+
+impl Seen {
+    /// What differs from another look at any of these samples: forces, then slopes.
+    pub(crate) fn touched(&self, other: &Seen) -> Vec<bool> {
+        let both = self.force.iter().chain(&self.slopes).zip(other.force.iter().chain(&other.slopes));
+        both.map(|(x, y)| x.iter().zip(y).any(|(x, y)| x != y)).collect()
+    }
+
+    /// The series of what is more than in another look, of the parts that are asked for; `None` if they are too long for the samples.
+    pub(crate) fn series(&self, less: Option<&Seen>, only: Option<&[bool]>) -> Option<Part> {
+        let wanted = |k: usize| only.is_none_or(|only| only[k]);
+        let samples = self.force.first().or(self.slopes.first()).map_or(0, Vec::len);
+        let mut transform = Transform::new(samples);
+        let mut list = |values: &[Vec<f64>], less: Option<&[Vec<f64>]>, from: usize| -> Option<Vec<Series>> {
+            let one = |i: usize| {
+                if !wanted(from + i) {
+                    return Some(Vec::new());
+                }
+                let mut buffer: Vec<Complex64> = match less {
+                    None => values[i].iter().map(|&x| x.into()).collect(),
+                    Some(less) => values[i].iter().zip(&less[i]).map(|(x, y)| (x - y).into()).collect(),
+                };
+                series(&mut transform, &mut buffer)
+            };
+            (0..values.len()).map(one).collect()
+        };
+        let force = list(&self.force, less.map(|l| &l.force[..]), 0)?;
+        Some(Part { force, slopes: list(&self.slopes, less.map(|l| &l.slopes[..]), self.force.len())? })
+    }
+}
+
+/// The coefficients of samples, trailing zeros left out; `None` if they do not end.
+pub(crate) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Option<Series> {
+    let samples = buffer.len();
+    transform.analyse(buffer);
+    let mut series: Series = (0..samples / 2).map(|k| unpack(buffer, k).0).collect();
+    let largest = series.iter().fold(0.0, |m: f64, c| m.max(c.norm_sqr()));
+    if series[3 * samples / 8..].iter().any(|c| c.norm_sqr() > SETTLED * SETTLED * largest) {
+        return None;
+    }
+    let length =
+        series.iter().rposition(|c| c.norm_sqr() > ROUNDING * ROUNDING * largest).map_or(0, |last| last + 1);
+    series.truncate(length);
+    Some(series)
+}
+
+/// A series at a share of the period.
+pub(crate) fn value_at(series: &[Complex64], share: f64) -> f64 {
+    let term = |(k, c): (usize, &Complex64)| {
+        let (sin, cos) = libm::sincos(TAU * (k as f64 * share).fract());
+        (if k == 0 { 1.0 } else { 2.0 }) * (c.re * cos - c.im * sin)
+    };
+    series.iter().enumerate().map(term).sum()
+}
+
+/// Whether held accelerations are linear in the state, and contacts add up.
+pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
+    let (n, contacts) = (model.dof(), model.contacts());
+    let rest = vec![0.0; n];
+    let mut u = vec![0.0; model.drives()];
+    let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    for look in 0..8 {
+        let random = |direction: usize| even(look, direction);
+        model.drive(model.period() * random(0), Side::After, &mut u);
+        let pieces: Vec<Piece> = (0..contacts)
+            .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])
+            .collect();
+        let state = |half: usize| -> Vec<f64> {
+            slopes.scale[half * n..][..n]
+                .iter()
+                .enumerate()
+                .map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0))
+                .collect()
+        };
+        let (q, v) = (state(0), state(1));
+        if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {
+            return false;
+        }
+        model.accel_on_pieces(&pieces, &u, &rest, &rest, &mut a[1]);
+        slopes.at(Some(&pieces), &u, &rest, &rest);
+        let (by_q, by_v) = (&slopes.jacobian.q, &slopes.jacobian.v);
+        let at_rest = a[1].clone();
+        let size = |i: usize| {
+            (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>()
+                + at_rest[i].abs()
+        };
+        let linear =
+            |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
+        let parts = |apart: f64, size: f64| apart.is_nan() || apart.abs() > 1e-9 * size;
+        if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
+            return false;
+        }
+        // The same contact by contact.
+        let mut held = vec![Piece::Gap; contacts];
+        model.accel_on_pieces(&held, &u, &q, &v, &mut a[1]);
+        let (gap, mut sum) = (a[1].clone(), a[1].clone());
+        for c in 0..contacts {
+            held[c] = pieces[c];
+            model.accel_on_pieces(&held, &u, &q, &v, &mut a[2]);
+            held[c] = Piece::Gap;
+            sum.iter_mut().zip(a[2].iter().zip(&gap)).for_each(|(sum, (on, gap))| *sum += on - gap);
+        }
+        if (0..n).any(|i| parts(sum[i] - a[0][i], size(i))) {
+            return false;
+        }
+    }
+    true
+}

@@ -1,0 +1,169 @@
+//! Pulses of the drives that lie between the nodes of a quadrature.
+
+use crate::contact::piece::Piece;
+use crate::model::equations::Periodic;
+use crate::periodic::balance::orbit::FourierOrbit;
+use crate::periodic::balance::quadrature::gauss::{drive_edges, nodes, panels};
+use crate::periodic::balance::quadrature::resolution::Drives;
+use crate::periodic::balance::series::amplitudes::sizes;
+use crate::periodic::balance::series::couplings::holds_pieces;
+use crate::periodic::balance::series::harmonics::Harmonics;
+
+/// Instants of a period that are looked at: what is wider than 1/130 000 of it is met.
+const LOOKS: usize = 1 << 17;
+
+/// What departs from the interpolation of the panels by more than this share of the largest value at their nodes is a pulse: with a width of
+/// 1e-5 less of it weighs less than 1e-8.
+const DEPARTS: f64 = 1e-3;
+
+/// Halves that change the integrals by less than this share need no further halving.
+const AGREE: f64 = 1e-12;
+
+/// Halvings of a pulse: down to the rounding of time.
+const DEEPEST: usize = 40;
+
+/// Ends of panels that one pulse may have, and all of them together.
+const MOST: usize = 1 << 12;
+
+const MOST_OF_ALL: usize = 1 << 16;
+
+/// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
+pub(crate) fn pulses<M: Periodic + ?Sized>(
+    model: &M,
+    near: &FourierOrbit,
+    harmonics: &Harmonics,
+) -> Vec<f64> {
+    let (size, period) = (sizes(near), model.period());
+    let rates: Vec<f64> =
+        size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
+    let held = (model.contacts() > 0 && holds_pieces(model)).then(|| vec![Piece::Upper; model.contacts()]);
+    let mut drives = Drives::new(model, [&size, &rates], vec![held]);
+    let mut breaks = drive_edges(model, period);
+    breaks.extend([0.0, period]);
+    breaks.sort_by(f64::total_cmp);
+    let order = drives.panel_order(&breaks, period, harmonics.highest().div_ceil(harmonics.periods()).max(8));
+    let within = Looks { drives, period }.ends(&breaks, order);
+    (0..harmonics.periods()).flat_map(|k| within.iter().map(move |end| k as f64 * period + end)).collect()
+}
+
+struct Looks<'m, M: ?Sized> {
+    drives: Drives<'m, M>,
+    period: f64,
+}
+
+impl<M: Periodic + ?Sized> Looks<'_, M> {
+    fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
+        let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
+        let signals = self.drives.signals();
+        let (basis, nodes) = (lagrange(), nodes());
+        // The polynomial of every signal on every panel, as the coefficients of x^m.
+        let (mut foreseen, mut largest) =
+            (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
+        let mut now = vec![0.0; signals];
+        for (foreseen, &(middle, half)) in foreseen.iter_mut().zip(&panels) {
+            for ((node, _), basis) in nodes.iter().zip(&basis) {
+                self.drives.read(middle + half * node, None, &mut now);
+                for ((foreseen, largest), x) in foreseen.iter_mut().zip(&mut largest).zip(&now) {
+                    *largest = largest.max(x.abs());
+                    foreseen.iter_mut().zip(basis).for_each(|(p, b)| *p += x * b);
+                }
+            }
+        }
+        let apart = self.period / LOOKS as f64;
+        let mut ends = Vec::new();
+        // The last pulse as it grows.
+        let mut pulse: Option<(f64, f64)> = None;
+        let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
+            if let Some((start, end)) = pulse {
+                ends.extend([start, end]);
+                let most = (ends.len() + MOST).min(MOST_OF_ALL);
+                looks.halve((start, end), &largest, 0, most, &mut ends);
+            }
+        };
+        for (foreseen, &(middle, half)) in foreseen.iter().zip(&panels) {
+            let first = ((middle - half) / apart - 0.5).ceil().max(0.0) as usize;
+            for look in first.. {
+                let t = (look as f64 + 0.5) * apart;
+                if t >= middle + half {
+                    break;
+                }
+                self.drives.read(t, None, &mut now);
+                let x = (t - middle) / half;
+                let departs = now.iter().zip(foreseen).zip(&largest).any(|((now, p), largest)| {
+                    (now - p.iter().rev().fold(0.0, |sum, p| sum * x + p)).abs() > DEPARTS * largest
+                });
+                if !departs {
+                    continue;
+                }
+                let (start, end) = ((t - apart).max(middle - half), (t + apart).min(middle + half));
+                pulse = match pulse {
+                    Some((begun, until)) if start <= until => Some((begun, end)),
+                    before => {
+                        done(before, self);
+                        Some((start, end))
+                    }
+                };
+            }
+        }
+        done(pulse, self);
+        ends
+    }
+
+    /// Halves a stretch until its integrals settle.
+    fn halve(
+        &mut self,
+        (start, end): (f64, f64),
+        largest: &[f64],
+        depth: usize,
+        most: usize,
+        ends: &mut Vec<f64>,
+    ) {
+        let middle = 0.5 * (start + end);
+        if depth >= DEEPEST || ends.len() >= most || middle <= start || middle >= end {
+            return;
+        }
+        let ([whole, _], [first, size], [second, more]) =
+            (self.integrals(start, end), self.integrals(start, middle), self.integrals(middle, end));
+        let settled = |s: usize| {
+            let all = (largest[s] * self.period).max(size[s] + more[s]);
+            (whole[s] - first[s] - second[s]).abs() <= AGREE * all
+        };
+        if depth > 2 && (0..largest.len()).all(settled) {
+            return;
+        }
+        ends.push(middle);
+        self.halve((start, middle), largest, depth + 1, most, ends);
+        self.halve((middle, end), largest, depth + 1, most, ends);
+    }
+
+    /// ∫ f and ∫ |f| of every signal by one panel.
+    fn integrals(&mut self, start: f64, end: f64) -> [Vec<f64>; 2] {
+        let signals = self.drives.signals();
+        let (mut sums, mut now) = ([vec![0.0; signals], vec![0.0; signals]], vec![0.0; signals]);
+        let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
+        for (node, weight) in nodes() {
+            self.drives.read(middle + half * node, None, &mut now);
+            for (s, x) in now.iter().enumerate() {
+                sums[0][s] += weight * half * x;
+                sums[1][s] += weight * half * x.abs();
+            }
+        }
+        sums
+    }
+}
+
+/// Coefficients of x^m in the Lagrange polynomial that is 1 at node i.
+fn lagrange() -> [[f64; 10]; 10] {
+    let nodes = nodes().map(|(node, _)| node);
+    std::array::from_fn(|i| {
+        let mut p = [0.0; 10];
+        p[0] = 1.0;
+        for (degree, j) in (0..10).filter(|&j| j != i).enumerate() {
+            let scale = 1.0 / (nodes[i] - nodes[j]);
+            for m in (0..=degree + 1).rev() {
+                p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - nodes[j] * p[m]);
+            }
+        }
+        p
+    })
+}

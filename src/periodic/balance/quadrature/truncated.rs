@@ -1,0 +1,268 @@
+//! The contact force truncated to the kept orders before it meets the stiffness, as Liu 2021 does.
+
+use crate::contact::choice::{ByDeflection, PieceChoice};
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::dual::Dual;
+use crate::model::equations::{Model, Periodic};
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape};
+use crate::periodic::balance::equations::assembly::Layout;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::slope_series::Table;
+use crate::periodic::balance::series::spectra::pack;
+use crate::periodic::balance::series::transform::{spread, unpack, write};
+use crate::roots::matrix::Matrix;
+use crate::scalar::Scalar;
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+use std::cell::Cell;
+
+/// What a balance with truncated forces asks of a machine; a trait so that other models need not be one.
+pub(crate) trait Truncated<M: ?Sized> {
+    /// Samples of the acceleration with truncated forces.
+    fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]);
+    /// The slopes on the same motion, for a Jacobian to come.
+    fn slopes(&mut self, grid: &mut Grid<'_, M>);
+    /// Adds the slopes to a dense Jacobian.
+    fn add_jacobian(&self, layout: &Layout, out: &mut Matrix);
+}
+
+/// Directions that one evaluation gives: coordinates, velocities and forces.
+const DIRECTIONS: usize = 4;
+
+type Slopes = Dual<DIRECTIONS>;
+
+/// f_c, and what depends on what, of every contact.
+pub(crate) struct Forces {
+    /// Truncated forces per contact x M.
+    forces: Vec<Vec<f64>>,
+    /// ∂a_i/∂q_j and ∂a_i/∂v_j at given forces: i, j, half.
+    direct: Vec<Table>,
+    /// ∂a_i/∂f_c.
+    levers: Vec<Table>,
+    /// ∂f_c/∂q_j and ∂f_c/∂v_j: c, j, half.
+    slopes: Vec<Table>,
+    contacts: usize,
+    dof: usize,
+    /// One list of samples for each table, in the order direct, levers, slopes.
+    samples: Vec<Vec<f64>>,
+    buffer: Vec<Complex64>,
+    /// Coefficients of one force.
+    part: Vec<f64>,
+    /// q, v, a and given forces.
+    values: Vec<f64>,
+    seen: Vec<Cell<f64>>,
+    /// Drives, q, v, given forces and a.
+    duals: Vec<Slopes>,
+    seen_duals: Vec<Cell<Slopes>>,
+}
+
+impl Forces {
+    pub(crate) fn new(
+        dof: usize,
+        drives: usize,
+        contacts: usize,
+        harmonics: &Harmonics,
+        samples: usize,
+    ) -> Self {
+        let tables = |count: usize| (0..count).map(|_| Table::new(harmonics.highest())).collect::<Vec<_>>();
+        let zero = Slopes::from(0.0);
+        Forces {
+            forces: vec![vec![0.0; samples]; contacts],
+            direct: tables(2 * dof * dof),
+            levers: tables(dof * contacts),
+            slopes: tables(2 * contacts * dof),
+            contacts,
+            dof,
+            samples: vec![vec![0.0; samples]; 2 * dof * dof + dof * contacts + 2 * contacts * dof],
+            buffer: vec![Complex64::ZERO; samples],
+            part: vec![0.0; harmonics.unknowns()],
+            values: vec![0.0; 3 * dof + contacts],
+            seen: vec![Cell::new(0.0); contacts],
+            duals: vec![zero; drives + 3 * dof + contacts],
+            seen_duals: vec![Cell::new(zero); contacts],
+        }
+    }
+
+    /// To the kept orders and back.
+    fn truncate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+        for force in &mut self.forces {
+            self.buffer.iter_mut().zip(&*force).for_each(|(z, f)| *z = (*f).into());
+            grid.transform.analyse(&mut self.buffer);
+            let harmonics = grid.harmonics();
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                write(&mut self.part[harmonics.place(i)..], order, unpack(&self.buffer, order).0);
+            }
+            spread(&self.part, harmonics, 0.0, &mut self.buffer);
+            grid.transform.synthesise(&mut self.buffer);
+            force.iter_mut().zip(&self.buffer).for_each(|(f, z)| *f = z.re);
+        }
+    }
+
+    fn transform<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+        let mut tables = self.direct.iter_mut().chain(&mut self.levers).chain(&mut self.slopes);
+        for pair in self.samples.chunks(2) {
+            pack(&mut self.buffer, &pair[0], pair.get(1).map(|y| &y[..]));
+            grid.transform.analyse(&mut self.buffer);
+            let (first, second) = (tables.next(), pair.get(1).and_then(|_| tables.next()));
+            for (table, which) in first.into_iter().map(|t| (t, 0)).chain(second.into_iter().map(|t| (t, 1)))
+            {
+                for k in 0..=table.reach() {
+                    let (x, y) = unpack(&self.buffer, k);
+                    table.set(k, if which == 0 { x } else { y });
+                }
+            }
+        }
+    }
+}
+
+impl<G: Shape> Truncated<Machine<G>> for Forces {
+    fn accelerations(&mut self, grid: &mut Grid<'_, Machine<G>>, out: &mut [Vec<f64>]) {
+        let (n, waves) = (self.dof, grid.model.size().waves);
+        for s in 0..grid.samples() {
+            let (q, v, a, _) = split(&mut self.values, n);
+            grid.state(s, q, v);
+            grid.model.shape().accel(&Recorded(&self.seen), Drives::new(waves, grid.drives(s)), q, v, a);
+            self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] = seen.get());
+        }
+        self.truncate(grid);
+        for s in 0..grid.samples() {
+            let (q, v, a, given) = split(&mut self.values, n);
+            grid.state(s, q, v);
+            given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
+            let u = Drives::new(waves, grid.drives(s));
+            grid.model.shape().accel(&Given { forces: given, seen: &self.seen }, u, q, v, a);
+            out.iter_mut().zip(a).for_each(|(out, a)| out[s] = *a);
+        }
+    }
+
+    fn slopes(&mut self, grid: &mut Grid<'_, Machine<G>>) {
+        let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
+        let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
+        for s in 0..grid.samples() {
+            let (q, v, _, forces) = split(&mut self.values, n);
+            grid.state(s, q, v);
+            forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
+            let (u, rest) = self.duals.split_at_mut(drives);
+            let (variables, a) = rest.split_at_mut(2 * n + c);
+            let set = |to: &mut [Slopes], from: &[f64]| {
+                to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
+            };
+            set(u, grid.drives(s));
+            set(&mut variables[..n], q);
+            set(&mut variables[n..2 * n], v);
+            set(&mut variables[2 * n..], forces);
+            for first in (0..2 * n + c).step_by(DIRECTIONS) {
+                let directions = first..(first + DIRECTIONS).min(2 * n + c);
+                directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
+                let (y, forces) = variables.split_at(2 * n);
+                let given = Given { forces, seen: &self.seen_duals };
+                grid.model.shape().accel(&given, Drives::new(waves, u), &y[..n], &y[n..], a);
+                for j in directions {
+                    variables[j] = variables[j].value.into();
+                    for (i, a) in a.iter().enumerate() {
+                        let list = if j < 2 * n { i * 2 * n + j } else { levers + i * c + j - 2 * n };
+                        self.samples[list][s] = a.slope[j - first];
+                    }
+                    if j < 2 * n {
+                        for (contact, seen) in self.seen_duals.iter().enumerate() {
+                            self.samples[slopes + contact * 2 * n + j][s] = seen.get().slope[j - first];
+                        }
+                    }
+                }
+            }
+        }
+        self.transform(grid);
+    }
+
+    fn add_jacobian(&self, layout: &Layout, out: &mut Matrix) {
+        let (n, harmonics) = (self.dof, &layout.harmonics);
+        let width = harmonics.unknowns();
+        let levers: Vec<DMatrix<f64>> = self.levers.iter().map(|table| operator(table, harmonics)).collect();
+        for j in 0..n {
+            for half in 0..2 {
+                let slopes: Vec<DMatrix<f64>> = (0..self.contacts)
+                    .map(|c| operator(&self.slopes[c * 2 * n + half * n + j], harmonics))
+                    .collect();
+                for i in 0..n {
+                    let mut block = operator(&self.direct[i * 2 * n + half * n + j], harmonics);
+                    for (c, slope) in slopes.iter().enumerate() {
+                        block += &levers[i * self.contacts + c] * slope;
+                    }
+                    let scale = -layout.scales[j] / layout.scales[i];
+                    for (index, &order) in harmonics.orders().iter().enumerate() {
+                        let (at, rate) = (harmonics.place(index), order as f64 * layout.omega);
+                        for parity in 0..if order == 0 { 1 } else { 2 } {
+                            // Of a velocity: c cos turns to -kω c sin, s sin to +kω s cos.
+                            let (column, share) = match (half, parity) {
+                                (0, _) => (at + parity, 1.0),
+                                _ if order == 0 => continue,
+                                (_, 0) => (at + 1, -rate),
+                                _ => (at, rate),
+                            };
+                            let target =
+                                &mut out.column_mut(j * width + at + parity)[i * width..(i + 1) * width];
+                            target
+                                .iter_mut()
+                                .zip(&block.column(column))
+                                .for_each(|(t, b)| *t += scale * share * b);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What a periodic factor does to kept harmonics.
+fn operator(table: &Table, harmonics: &Harmonics) -> DMatrix<f64> {
+    let width = harmonics.unknowns();
+    let mut matrix = DMatrix::zeros(width, width);
+    for (index, &order) in harmonics.orders().iter().enumerate() {
+        for parity in 0..if order == 0 { 1 } else { 2 } {
+            let mut column = matrix.column_mut(harmonics.place(index) + parity);
+            table.add(column.as_mut_slice(), harmonics, order, parity == 1, 1.0);
+        }
+    }
+    matrix
+}
+
+/// The laws as they are, their forces written down.
+struct Recorded<'a, S>(&'a [Cell<S>]);
+
+impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        let force = nonlinearity.force(x, rate, lower, upper);
+        self.0[i].set(force);
+        force
+    }
+    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
+        ByDeflection.touch(i, x, lower, upper)
+    }
+}
+
+/// Forces as given, those of the laws written down.
+struct Given<'a, S> {
+    forces: &'a [S],
+    seen: &'a [Cell<S>],
+}
+
+impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
+    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+        Recorded(self.seen).force(i, nonlinearity, x, rate, lower, upper);
+        self.forces[i]
+    }
+    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
+        ByDeflection.touch(i, x, lower, upper)
+    }
+}
+
+/// q, v, a and what comes after.
+#[inline(always)]
+fn split(values: &mut [f64], n: usize) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64]) {
+    let (q, rest) = values.split_at_mut(n);
+    let (v, rest) = rest.split_at_mut(n);
+    let (a, rest) = rest.split_at_mut(n);
+    (q, v, a, rest)
+}

@@ -1,0 +1,379 @@
+//! Floquet multipliers straight from a balance.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::Periodic;
+use crate::model::rigid::rigid_modes;
+use crate::model::rigid_stops::first_stop;
+use crate::model::slopes::Slopes;
+use crate::ode::budget::{Budget, Exhausted, Meter};
+use crate::periodic::balance::orbit::{FourierOrbit, turned};
+use crate::periodic::balance::quadrature::gauss::{MOST_EDGES, drive_edges};
+use crate::periodic::balance::quadrature::kinks::Kinks;
+use crate::periodic::balance::series::amplitudes::sizes;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::spectra::Spectra;
+use crate::periodic::balance::series::transform::samples_for;
+use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::switching::stencil::Stencil;
+use crate::periodic::multipliers::Multipliers;
+use crate::roots::factors::Factors;
+use crate::roots::matrix::Matrix;
+use nalgebra::DMatrix;
+use nalgebra::SMatrix;
+use std::f64::consts::TAU;
+
+/// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-8.
+const STEP: f64 = 1.2;
+
+impl FourierOrbit {
+    /// Floquet multipliers of the equation linearised along this series, Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span, by Gauss collocation of
+    /// order 12 on the smooth stretches between switches (Hairer & Wanner II, Sec. IV.5).
+    ///
+    /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
+    /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](FourierOrbit::polish) are the reference.
+    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, a rigid
+    /// stop, or more than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
+    pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
+        self.multipliers_within(model, &Budget::new()).ok().flatten()
+    }
+
+    /// The same within a budget of steps and time.
+    ///
+    /// # Errors
+    /// [`Exhausted`] says which limit was reached.
+    pub fn multipliers_within<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        budget: &Budget,
+    ) -> Result<Option<Multipliers>, Exhausted> {
+        let meter = budget.begin();
+        let multipliers = self.multipliers_any(&model, &meter);
+        meter.exhausted().map_or(Ok(multipliers), Err)
+    }
+
+    fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
+        let n = self.dof();
+        if model.dof() != n || first_stop(model).is_some() {
+            return None;
+        }
+        let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
+        let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
+            let (mode, half) = (&rigid[k / 2], k % 2);
+            if i / n == half { mode[i % n] } else { 0.0 }
+        });
+        let highest = self.harmonics().highest();
+        let fewer = self.below(highest - highest.div_ceil(4));
+        let (breaks, jumps) = self.breaks(model);
+        if breaks.len() > MOST_EDGES {
+            return None;
+        }
+        let mut flow = Flow::new(self, model, meter);
+        let multipliers = Multipliers::without(&flow.monodromy(self, &breaks, STEP)?, &basis, 0.0)?;
+        if jumps {
+            return Some(multipliers.with_error(f64::INFINITY));
+        }
+        let rough = fewer.and_then(|fewer| flow.monodromy(&fewer, &fewer.breaks(model).0, 2.0 * STEP));
+        let rough = rough.and_then(|m| Multipliers::without(&m, &basis, 0.0));
+        let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
+        Some(multipliers.with_error(error))
+    }
+
+    /// The ends of the smooth stretches of one span, and whether a force jumps at a switch: then the flow does too, and a series cannot
+    /// tell how.
+    fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
+        let mut breaks = drive_edges(model, self.span());
+        breaks.extend([0.0, self.span()]);
+        let mut jumps = false;
+        if model.contacts() > 0 {
+            let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
+            grid.set(self.all_coefficients());
+            let mut switching = Switching::new(model.contacts(), grid.samples());
+            switching.locate(&mut grid, Stencil::get());
+            breaks.extend(switching.events().iter().map(|e| e.time(grid.step())));
+            let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
+            Kinks::new(self.dof(), model.contacts()).jumps(&grid, Stencil::get(), &switching, &mut spectra);
+            jumps = !spectra.jumps.is_empty();
+        }
+        breaks.sort_by(f64::total_cmp);
+        (breaks, jumps)
+    }
+}
+
+/// Stages of the collocation.
+const STAGES: usize = 6;
+
+/// Nodes and weights on 0 .. 1: Gauss, six points.   Abramowitz & Stegun, Table 25.4.
+const NODES: [f64; STAGES] = [
+    0.033_765_242_898_423_99,
+    0.169_395_306_766_867_73,
+    0.380_690_406_958_401_56,
+    0.619_309_593_041_598_5,
+    0.830_604_693_233_132_2,
+    0.966_234_757_101_576,
+];
+
+const WEIGHTS: [f64; STAGES] = [
+    0.085_662_246_189_585_18,
+    0.180_380_786_524_069_3,
+    0.233_956_967_286_345_52,
+    0.233_956_967_286_345_52,
+    0.180_380_786_524_069_3,
+    0.085_662_246_189_585_18,
+];
+
+/// a_ij = ∫_0^{c_i} of the j-th Lagrange polynomial of the nodes.
+const A: [[f64; STAGES]; STAGES] = {
+    let mut a = [[0.0; STAGES]; STAGES];
+    let mut j = 0;
+    while j < STAGES {
+        // The polynomial by its coefficients, then its integral.
+        let mut p = [0.0; STAGES];
+        p[0] = 1.0;
+        let mut k = 0;
+        while k < STAGES {
+            if k != j {
+                let scale = 1.0 / (NODES[j] - NODES[k]);
+                let mut m = STAGES;
+                while m > 0 {
+                    m -= 1;
+                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - NODES[k] * p[m]);
+                }
+            }
+            k += 1;
+        }
+        let mut i = 0;
+        while i < STAGES {
+            let (mut m, mut sum) = (STAGES, 0.0);
+            while m > 0 {
+                sum = sum * NODES[i] + p[m - 1] / m as f64;
+                m -= 1;
+            }
+            a[i][j] = NODES[i] * sum;
+            i += 1;
+        }
+        j += 1;
+    }
+    a
+};
+
+/// a² and bᵀa.
+const SQUARE: [[f64; STAGES]; STAGES] = {
+    let mut square = [[0.0; STAGES]; STAGES];
+    let mut entry = 0;
+    while entry < STAGES * STAGES * STAGES {
+        let (i, j, k) = (entry / STAGES / STAGES, entry / STAGES % STAGES, entry % STAGES);
+        square[i][j] += A[i][k] * A[k][j];
+        entry += 1;
+    }
+    square
+};
+
+const TWICE: [f64; STAGES] = {
+    let mut twice = [0.0; STAGES];
+    let mut entry = 0;
+    while entry < STAGES * STAGES {
+        let (i, j) = (entry / STAGES, entry % STAGES);
+        twice[j] += WEIGHTS[i] * A[i][j];
+        entry += 1;
+    }
+    twice
+};
+
+/// Y carried along a series.
+struct Flow<'m, M: ?Sized> {
+    model: &'m M,
+    meter: &'m Meter<'m>,
+    slopes: Slopes<'m, M>,
+    /// 2n x 2n by columns.
+    y: Vec<f64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    /// The same at every stage.
+    stages: [Vec<[f64; STAGES]>; 2],
+    /// sin and cos of the phase from the start of a step of this length to every stage.
+    ahead: (f64, [[f64; STAGES]; 2]),
+    u: Vec<f64>,
+    contacts: Vec<Contact>,
+    pieces: Vec<Piece>,
+    /// Slopes of every stage, by columns.
+    of_q: Vec<f64>,
+    of_v: Vec<f64>,
+    system: Matrix,
+    /// Accelerations of every stage for every column of Y.
+    k: Vec<f64>,
+}
+
+impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
+    fn new(orbit: &FourierOrbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
+        let n = orbit.dof();
+        let size = sizes(orbit);
+        let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
+        let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
+        Flow {
+            slopes: Slopes::new(model, scale, 0.0),
+            q: vec![0.0; n],
+            v: vec![0.0; n],
+            stages: [vec![[0.0; STAGES]; n], vec![[0.0; STAGES]; n]],
+            ahead: (0.0, [[0.0; STAGES]; 2]),
+            u: vec![0.0; model.drives()],
+            contacts: vec![Contact::default(); model.contacts()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            of_q: vec![0.0; STAGES * n * n],
+            of_v: vec![0.0; STAGES * n * n],
+            system: Matrix::dense(if n == 1 { 0 } else { STAGES * n }),
+            k: vec![0.0; STAGES * n * 2 * n],
+            model,
+            meter,
+            y: vec![0.0; 4 * n * n],
+        }
+    }
+
+    /// ∂x(span)/∂x(0) along a series.
+    fn monodromy(&mut self, orbit: &FourierOrbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
+        let m = 2 * orbit.dof();
+        self.ahead.0 = 0.0;
+        self.y.fill(0.0);
+        (0..m).for_each(|i| self.y[i * (m + 1)] = 1.0);
+        for stretch in breaks.windows(2) {
+            self.advance(orbit, stretch[0], stretch[1], step)?;
+        }
+        Some(DMatrix::from_column_slice(m, m, &self.y))
+    }
+
+    /// Over a smooth stretch.
+    fn advance(&mut self, orbit: &FourierOrbit, start: f64, end: f64, step: f64) -> Option<()> {
+        let mut t = start;
+        if end <= start {
+            return Some(());
+        }
+        orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
+        self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
+        self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
+        self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
+        let mut fastest = self.read();
+        let mut h = f64::INFINITY;
+        while t < end {
+            if !fastest.is_finite() || self.meter.spend().is_err() {
+                return None;
+            }
+            // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
+            let longest = step / fastest.max(TAU / orbit.span());
+            if h > longest {
+                h = (end - t) / ((end - t) / longest).ceil().max(1.0);
+            }
+            fastest = fastest.max(self.step(orbit, t, h)?);
+            t = if (end - t) <= 1.5 * h { end } else { t + h };
+        }
+        fastest.is_finite().then_some(())
+    }
+
+    /// Slopes with these drives and this motion; √ of their largest row sum.
+    fn read(&mut self) -> f64 {
+        let held = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
+        self.slopes.at(held, &self.u, &self.q, &self.v);
+        let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
+        let n = self.q.len();
+        let sum = |i: usize, m: &DMatrix<f64>| (0..n).map(|j| m[(i, j)].abs()).sum::<f64>();
+        // A maximum passes over NaN.
+        let all = |m: f64, x: f64| if x.is_nan() { f64::INFINITY } else { m.max(x) };
+        (0..n).fold(0.0, |m: f64, i| all(all(m, sum(i, of_q).sqrt()), sum(i, of_v)))
+    }
+
+    /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).
+    fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
+        let n = self.q.len();
+        let mut fastest = 0.0f64;
+        let times = NODES.map(|c| t + c * h);
+        if self.ahead.0 != h {
+            self.ahead = (h, turned(NODES.map(|c| c * h / orbit.span())));
+        }
+        let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.span()]), &self.ahead.1);
+        let phases = [
+            std::array::from_fn(|stage| sin * ahead_cos[stage] + cos * ahead_sin[stage]),
+            std::array::from_fn(|stage| cos * ahead_cos[stage] - sin * ahead_sin[stage]),
+        ];
+        let [q, v] = &mut self.stages;
+        orbit.motions(times, phases, q, v);
+        for (stage, &t) in times.iter().enumerate() {
+            self.model.drive(t, Side::After, &mut self.u);
+            let [q, v] = &self.stages;
+            self.q
+                .iter_mut()
+                .zip(q)
+                .chain(self.v.iter_mut().zip(v))
+                .for_each(|(x, stages)| *x = stages[stage]);
+            fastest = fastest.max(self.read());
+            let read = &self.slopes.jacobian;
+            for (kept, read) in [(&mut self.of_q, &read.q), (&mut self.of_v, &read.v)] {
+                match read.as_slice() {
+                    [one] => kept[stage] = *one,
+                    all => kept[stage * n * n..][..n * n].copy_from_slice(all),
+                }
+            }
+        }
+        if n == 1 {
+            self.single(h)?
+        } else {
+            self.several(h)?
+        }
+        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.k.chunks_exact(STAGES * n)) {
+            for i in 0..n {
+                let sum = |weights: &[f64; STAGES]| {
+                    weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>()
+                };
+                y[i] += h * y[n + i] + h * h * sum(&TWICE);
+                y[n + i] += h * sum(&WEIGHTS);
+            }
+        }
+        Some(fastest)
+    }
+
+    /// k of one coordinate: sizes are fixed, and nothing is on the heap.
+    fn single(&mut self, h: f64) -> Option<()> {
+        let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
+        let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit - h * h * SQUARE[i][j] * of_q[i] - h * A[i][j] * of_v[i]
+        });
+        let mut k = SMatrix::<f64, STAGES, 2>::from_fn(|i, column| {
+            let (q, v) = (y[2 * column], y[2 * column + 1]);
+            of_q[i] * (q + NODES[i] * h * v) + of_v[i] * v
+        });
+        if !system.lu().solve_mut(&mut k) {
+            return None;
+        }
+        self.k.copy_from_slice(k.as_slice());
+        Some(())
+    }
+
+    /// k of any number of coordinates.
+    fn several(&mut self, h: f64) -> Option<()> {
+        let n = self.q.len();
+        let rows = STAGES * n;
+        for (stage, c) in NODES.iter().enumerate() {
+            let (of_q, of_v) = (&self.of_q[stage * n * n..][..n * n], &self.of_v[stage * n * n..][..n * n]);
+            for other in 0..STAGES {
+                let (by_q, by_v) = (-h * h * SQUARE[stage][other], -h * A[stage][other]);
+                for j in 0..n {
+                    let column = &mut self.system.column_mut(other * n + j)[stage * n..(stage + 1) * n];
+                    for (i, entry) in column.iter_mut().enumerate() {
+                        let unit = if stage == other && i == j { 1.0 } else { 0.0 };
+                        *entry = unit + by_q * of_q[j * n + i] + by_v * of_v[j * n + i];
+                    }
+                }
+            }
+            for (y, k) in self.y.chunks_exact(2 * n).zip(self.k.chunks_exact_mut(rows)) {
+                for i in 0..n {
+                    let along =
+                        |j: usize| of_q[j * n + i] * (y[j] + c * h * y[n + j]) + of_v[j * n + i] * y[n + j];
+                    k[stage * n + i] = (0..n).map(along).sum();
+                }
+            }
+        }
+        let factors = Factors::new(&self.system).ok()?;
+        self.k.chunks_exact_mut(rows).for_each(|k| factors.solve(k));
+        Some(())
+    }
+}

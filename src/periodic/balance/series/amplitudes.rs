@@ -1,0 +1,33 @@
+//! How large the coordinates of an orbit are: the scales of its unknowns.
+
+use crate::periodic::balance::orbit::FourierOrbit;
+use crate::roots::norms::largest;
+
+/// Coordinates smaller than this share of the largest rest.
+pub(crate) const AT_REST: f64 = 1e-6;
+
+/// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
+pub(crate) fn sizes(orbit: &FourierOrbit) -> Vec<f64> {
+    sizes_apart(orbit, &[])
+}
+
+/// The same without the mean position along rigid motions, which is as good as any other and may be far.
+pub(crate) fn sizes_apart(orbit: &FourierOrbit, rigid: &[Vec<f64>]) -> Vec<f64> {
+    let mut means: Vec<f64> = (0..orbit.dof()).map(|j| orbit.mean(j)).collect();
+    for r in rigid {
+        let share: f64 = r.iter().zip(&means).map(|(r, mean)| r * mean).sum();
+        means.iter_mut().zip(r).for_each(|(mean, r)| *mean -= share * r);
+    }
+    let swing = |j: usize| {
+        orbit
+            .coefficients(j)
+            .iter()
+            .skip(usize::from(orbit.harmonics().has_mean()))
+            .map(|c| c.abs())
+            .sum::<f64>()
+    };
+    let own: Vec<f64> = means.iter().enumerate().map(|(j, mean)| mean.abs() + swing(j)).collect();
+    let most = largest(&own);
+    let fallback = if most > 0.0 { most } else { 1.0 };
+    own.iter().map(|&s| if s > AT_REST * fallback { s } else { fallback }).collect()
+}

@@ -1,0 +1,106 @@
+//! Drives and motion at M instants of one span.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::Periodic;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::transform::{Transform, spread};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// A model sampled at t_s = s pT/M.
+pub(crate) struct Grid<'m, M: ?Sized> {
+    pub(crate) model: &'m M,
+    harmonics: Harmonics,
+    span: f64,
+    /// M x drives.
+    u: Vec<f64>,
+    drives: usize,
+    /// q + i v of every coordinate at every instant.
+    pub(crate) z: Vec<Vec<Complex64>>,
+    pub(crate) transform: Transform,
+}
+
+impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
+    pub(crate) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
+        let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
+        let mut u = vec![0.0; samples * drives];
+        // One period of drives serves all.
+        let distinct =
+            if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
+        for s in 0..distinct {
+            model.drive(span * s as f64 / samples as f64, Side::After, &mut u[s * drives..(s + 1) * drives]);
+        }
+        for s in distinct..samples {
+            u.copy_within((s - distinct) * drives..(s - distinct + 1) * drives, s * drives);
+        }
+        Grid {
+            model,
+            harmonics: harmonics.clone(),
+            span,
+            u,
+            drives,
+            z: vec![vec![Complex64::ZERO; samples]; model.dof()],
+            transform: Transform::new(samples),
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.z.first().map_or(0, Vec::len)
+    }
+    pub(crate) fn dof(&self) -> usize {
+        self.z.len()
+    }
+    pub(crate) fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    pub(crate) fn span(&self) -> f64 {
+        self.span
+    }
+    pub(crate) fn omega(&self) -> f64 {
+        TAU / self.span
+    }
+    /// Time between instants.
+    pub(crate) fn step(&self) -> f64 {
+        self.span / self.samples() as f64
+    }
+
+    /// The motion of these coefficients.
+    pub(crate) fn set(&mut self, coefficients: &[f64]) {
+        let (width, omega) = (self.harmonics.unknowns(), self.omega());
+        for (z, part) in self.z.iter_mut().zip(coefficients.chunks_exact(width)) {
+            spread(part, &self.harmonics, omega, z);
+            self.transform.synthesise(z);
+        }
+    }
+
+    /// Whether some contact is in its gap at every instant of a coarse look.
+    pub(crate) fn any_floats(&self) -> bool {
+        if self.model.contacts() == 0 {
+            return false;
+        }
+        let (n, stride) = (self.dof(), (self.samples() / 32).max(1));
+        let mut contacts = vec![Contact::default(); self.model.contacts()];
+        let mut touched = vec![false; contacts.len()];
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        for s in (0..self.samples()).step_by(stride) {
+            self.state(s, &mut q, &mut v);
+            self.model.contact(self.drives(s), &q, &v, &mut contacts);
+            touched.iter_mut().zip(&contacts).for_each(|(t, c)| *t |= c.piece() != Piece::Gap);
+        }
+        touched.contains(&false)
+    }
+
+    #[inline]
+    pub(crate) fn drives(&self, s: usize) -> &[f64] {
+        &self.u[s * self.drives..(s + 1) * self.drives]
+    }
+
+    #[inline]
+    pub(crate) fn state(&self, s: usize, q: &mut [f64], v: &mut [f64]) {
+        for ((q, v), z) in q.iter_mut().zip(v).zip(&self.z) {
+            (*q, *v) = (z[s].re, z[s].im);
+        }
+    }
+}

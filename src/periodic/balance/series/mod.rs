@@ -1,0 +1,9 @@
+//! Series and samples: orders, transforms, couplings, amplitudes.
+
+pub(crate) mod amplitudes;
+pub(crate) mod couplings;
+pub(crate) mod grid;
+pub(crate) mod harmonics;
+pub(crate) mod slope_series;
+pub(crate) mod spectra;
+pub(crate) mod transform;

@@ -1,0 +1,173 @@
+//! Fourier coefficients of accelerations and of their slopes, from samples.
+
+use crate::contact::piece::Piece;
+use crate::model::equations::Periodic;
+use crate::model::slopes::{Slopes, accelerate};
+use crate::periodic::balance::series::couplings::Couplings;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::slope_series::Table;
+use crate::periodic::balance::series::transform::{unpack, write};
+use num_complex::Complex64;
+
+/// What the integrals give.
+pub(crate) struct Spectra {
+    /// Coefficients of every acceleration, in the order of the harmonics.
+    pub(crate) force: Vec<Vec<f64>>,
+    /// D_k of every periodic slope, up to 2H.
+    pub(crate) slopes: Vec<Table>,
+    /// Jumps of the acceleration at switches.
+    pub(crate) jumps: Vec<Jump>,
+}
+
+/// A jump of the acceleration that moves with the orbit.
+pub(crate) struct Jump {
+    /// Phase ω t of the switch.
+    pub(crate) phase: f64,
+    /// -(a before - a after)/(2π) over d(deflection - edge)/d(ω t), per coordinate.
+    pub(crate) size: Vec<f64>,
+    /// ∂(deflection)/∂q_j.
+    pub(crate) row: Vec<f64>,
+}
+
+impl Jump {
+    /// Adds an impulse at the switch to the coefficients of a force, turned into those of the residual.
+    pub(crate) fn add(&self, block: &mut [f64], harmonics: &Harmonics, share: f64) {
+        for (index, &order) in harmonics.orders().iter().enumerate() {
+            let (at, (sin, cos)) = (harmonics.place(index), libm::sincos(self.phase * order as f64));
+            if order == 0 {
+                block[at] += share;
+            } else {
+                block[at] += 2.0 * cos * share;
+                block[at + 1] += 2.0 * sin * share;
+            }
+        }
+    }
+}
+
+impl Spectra {
+    pub(crate) fn new(dof: usize, varying: usize, harmonics: &Harmonics) -> Self {
+        Spectra {
+            force: vec![vec![0.0; harmonics.unknowns()]; dof],
+            slopes: (0..varying).map(|_| Table::new(harmonics.highest())).collect(),
+            jumps: Vec::new(),
+        }
+    }
+}
+
+/// Accelerations and slopes at every sample.
+pub(crate) struct Samples {
+    /// i x M.
+    pub(crate) force: Vec<Vec<f64>>,
+    /// Periodic slopes x M.
+    pub(crate) slopes: Vec<Vec<f64>>,
+    buffer: Vec<Complex64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Samples {
+    pub(crate) fn new(dof: usize, varying: usize, samples: usize) -> Self {
+        Samples {
+            force: vec![vec![0.0; samples]; dof],
+            slopes: vec![vec![0.0; samples]; varying],
+            buffer: vec![Complex64::ZERO; samples],
+            q: vec![0.0; dof],
+            v: vec![0.0; dof],
+            a: vec![0.0; dof],
+        }
+    }
+
+    /// The acceleration at every sample, all contacts held on one piece or as they are.
+    pub(crate) fn forces<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, held: Option<&[Piece]>) {
+        if let [force] = &mut self.force[..] {
+            // One coordinate is read and written where it stands: a fifth of the whole residual of a Duffing oscillator at 64 samples.
+            for (s, a) in force.chunks_exact_mut(1).enumerate() {
+                let z = grid.z[0][s];
+                accelerate(grid.model, held, grid.drives(s), &[z.re], &[z.im], a);
+            }
+            return;
+        }
+        for s in 0..grid.samples() {
+            grid.state(s, &mut self.q, &mut self.v);
+            accelerate(grid.model, held, grid.drives(s), &self.q, &self.v, &mut self.a);
+            for (force, a) in self.force.iter_mut().zip(&self.a) {
+                force[s] = *a;
+            }
+        }
+    }
+
+    /// The periodic slopes at every sample.
+    pub(crate) fn slopes<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &Grid<'_, M>,
+        held: Option<&[Piece]>,
+        slopes: &mut Slopes<'_, M>,
+        couplings: &Couplings,
+    ) {
+        for s in 0..grid.samples() {
+            grid.state(s, &mut self.q, &mut self.v);
+            slopes.at(held, grid.drives(s), &self.q, &self.v);
+            for (values, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
+                values[s] = if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+            }
+        }
+    }
+
+    /// Forces to coefficients at the kept orders.
+    pub(crate) fn transform_forces<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &mut Grid<'_, M>,
+        out: &mut Spectra,
+    ) {
+        let width = out.force.len();
+        for pair in (0..width).step_by(2) {
+            let second = if pair + 1 < width { Some(&self.force[pair + 1]) } else { None };
+            pack(&mut self.buffer, &self.force[pair], second.map(|s| &s[..]));
+            grid.transform.analyse(&mut self.buffer);
+            let harmonics = grid.harmonics();
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                let ((x, y), at) = (unpack(&self.buffer, order), harmonics.place(i));
+                write(&mut out.force[pair][at..], order, x);
+                if pair + 1 < width {
+                    write(&mut out.force[pair + 1][at..], order, y);
+                }
+            }
+        }
+    }
+
+    /// Slopes to coefficients 0 ..= 2H.
+    pub(crate) fn transform_slopes<M: Periodic + ?Sized>(
+        &mut self,
+        grid: &mut Grid<'_, M>,
+        out: &mut Spectra,
+    ) {
+        let width = out.slopes.len();
+        for pair in (0..width).step_by(2) {
+            let second = if pair + 1 < width { Some(&self.slopes[pair + 1]) } else { None };
+            pack(&mut self.buffer, &self.slopes[pair], second.map(|s| &s[..]));
+            grid.transform.analyse(&mut self.buffer);
+            // A slope that is zero must not look like rounding of its companion.
+            let largest = self.buffer.iter().fold(0.0, |m: f64, z| m.max(z.norm_sqr()))
+                / (self.buffer.len() as f64).powi(2);
+            let clean = |z: Complex64| if z.norm_sqr() <= 1e-30 * largest { Complex64::ZERO } else { z };
+            for k in 0..=out.slopes[pair].reach() {
+                let (x, y) = unpack(&self.buffer, k);
+                let (x, y) = (clean(x), clean(y));
+                out.slopes[pair].set(k, x);
+                if pair + 1 < width {
+                    out.slopes[pair + 1].set(k, y);
+                }
+            }
+        }
+    }
+}
+
+/// x + i y.
+pub(crate) fn pack(buffer: &mut [Complex64], x: &[f64], y: Option<&[f64]>) {
+    match y {
+        Some(y) => buffer.iter_mut().zip(x.iter().zip(y)).for_each(|(z, (x, y))| *z = Complex64::new(*x, *y)),
+        None => buffer.iter_mut().zip(x).for_each(|(z, x)| *z = Complex64::new(*x, 0.0)),
+    }
+}

@@ -1,0 +1,98 @@
+//! Between coefficients and samples: the discrete Fourier transform of pairs of real signals, and where the kept orders stand in it.
+
+use crate::periodic::balance::series::harmonics::Harmonics;
+use num_complex::Complex64;
+use rustfft::Fft;
+use rustfft::FftPlanner;
+use std::sync::Arc;
+use std::sync::LazyLock;
+use std::sync::Mutex;
+use std::sync::PoisonError;
+
+/// Plans once made serve every balance.
+static PLANNER: LazyLock<Mutex<FftPlanner<f64>>> = LazyLock::new(|| Mutex::new(FftPlanner::new()));
+
+/// Transforms of length M, with their working array.
+pub(crate) struct Transform {
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
+    scratch: Vec<Complex64>,
+}
+
+impl Transform {
+    pub(crate) fn new(samples: usize) -> Self {
+        let mut planner = PLANNER.lock().unwrap_or_else(PoisonError::into_inner);
+        let (forward, inverse) = (planner.plan_fft_forward(samples), planner.plan_fft_inverse(samples));
+        let scratch =
+            vec![Complex64::ZERO; forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())];
+        Transform { forward, inverse, scratch }
+    }
+
+    /// Spectra to samples: Σ_k Z_k e^{+i k ω t}.
+    pub(crate) fn synthesise(&mut self, buffer: &mut [Complex64]) {
+        self.inverse.process_with_scratch(buffer, &mut self.scratch);
+    }
+
+    /// Samples of x + i y to M Z_k.
+    pub(crate) fn analyse(&mut self, buffer: &mut [Complex64]) {
+        self.forward.process_with_scratch(buffer, &mut self.scratch);
+    }
+}
+
+/// Where orders k and -k stand among m: most are below m, and need no division.
+#[inline]
+fn places(k: usize, m: usize) -> (usize, usize) {
+    let here = if k < m { k } else { k % m };
+    (here, if here == 0 { 0 } else { m - here })
+}
+
+/// The complex coefficients X_k and Y_k of the two real signals x and y whose x + i y was analysed.
+#[inline]
+pub(crate) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
+    let (here, mirror) = places(k, buffer.len());
+    let (z, mirror) = (buffer[here], buffer[mirror].conj());
+    let per = 0.5 / buffer.len() as f64;
+    let y = (z - mirror) * per;
+    ((z + mirror) * per, Complex64::new(y.im, -y.re))
+}
+
+/// Samples that resolve the highest order 32 times: then local polynomials of degree 15 are exact to rounding.
+pub(crate) fn samples_for(highest: usize) -> usize {
+    (32 * highest).next_power_of_two().max(256)
+}
+
+/// Q_k of Σ_k Q_k e^{i k ω t} from the coefficients of one coordinate.
+pub(crate) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex64 {
+    match harmonics.place_of(order) {
+        None => Complex64::ZERO,
+        Some(at) if order == 0 => part[at].into(),
+        Some(at) => Complex64::new(0.5 * part[at], -0.5 * part[at + 1]),
+    }
+}
+
+/// Cosine and sine from X_k.
+#[inline]
+pub(crate) fn write(out: &mut [f64], order: usize, x: Complex64) {
+    if order == 0 {
+        out[0] = x.re;
+    } else {
+        (out[0], out[1]) = (2.0 * x.re, -2.0 * x.im);
+    }
+}
+
+/// The spectrum of q + i q' of one coordinate.
+pub(crate) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
+    z.fill(Complex64::ZERO);
+    for (i, &order) in harmonics.orders().iter().enumerate() {
+        let at = harmonics.place(i);
+        if order == 0 {
+            z[0] += part[at];
+        } else {
+            // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
+            let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
+            let (here, mirror) = places(order, z.len());
+            z[here] += q * (1.0 - rate);
+            z[mirror] += q.conj() * (1.0 + rate);
+        }
+    }
+}

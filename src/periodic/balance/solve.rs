@@ -1,0 +1,318 @@
+//! Harmonic balance: the settings and the solvers.
+
+use crate::contact::piece::Piece;
+use crate::model::equations::Periodic;
+use crate::model::machine::Machine;
+use crate::model::shape::Shape;
+use crate::ode::budget::{Budget, Meter};
+use crate::periodic::balance::equations::metered::Metered;
+use crate::periodic::balance::equations::residual::BalanceEquations;
+use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::orbit::FourierOrbit;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::roots::broyden::{Broyden, FirstJacobian};
+use crate::roots::newton::Newton;
+use crate::roots::residual::Residual;
+use crate::roots::root::{Root, RootError};
+
+/// Harmonic balance of a periodic model.
+///
+/// The coefficients z of q(t) = Σ_k c_k cos kωt + s_k sin kωt are sought for which q'' - a(u(t), q, q') has no component at the kept
+/// orders.   Source: Liu 2021, Eqs. (13)-(17), corrected; with exact switching it converges to the orbits of the equation itself.
+///
+/// A solve looks at the drives where its integrals do. A pulse narrower than that has to be announced by [`next_edge`](crate::Model::next_edge);
+/// [`Integrals::Panels`] and [`prove`](Balance::prove) seek pulses down to 1e-5 of the period by themselves.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
+/// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
+/// let balance = Balance::new(Harmonics::up_to(200));
+/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+/// assert!(orbit.residual() < 1e-9);
+/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
+/// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
+/// ```
+///
+/// A model without period is refused by the compiler:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{Balance, Harmonics, Model, periodic::FourierOrbit};
+/// struct Pendulum;
+/// impl Model for Pendulum {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
+/// }
+/// fn solve(guess: &FourierOrbit) {
+///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
+/// }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Balance {
+    harmonics: Harmonics,
+    pub(crate) integrals: Integrals,
+    roots: Roots,
+    pub(crate) budget: Budget,
+}
+
+#[derive(Clone, Debug)]
+enum Roots {
+    Newton(Newton),
+    Broyden(Broyden),
+}
+
+impl Balance {
+    /// Exact integrals, Newton's method, the default [`Budget`].
+    pub fn new(harmonics: Harmonics) -> Self {
+        Balance {
+            harmonics,
+            integrals: Integrals::Exact,
+            roots: Roots::Newton(Newton::new()),
+            budget: Budget::new(),
+        }
+    }
+    /// The most work of one call: every residual that the root finder evaluates is a step, and so is every step of the flows that
+    /// [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to) shoot with.
+    pub fn budget(self, budget: Budget) -> Self {
+        Balance { budget, ..self }
+    }
+    /// How the integrals are taken.
+    pub fn integrals(self, integrals: Integrals) -> Self {
+        Balance { integrals, ..self }
+    }
+    /// Solve by Newton's method with these settings.
+    pub fn newton(self, newton: Newton) -> Self {
+        Balance { roots: Roots::Newton(newton), ..self }
+    }
+    /// Solve by Broyden's method with these settings.
+    pub fn broyden(self, broyden: Broyden) -> Self {
+        Balance { roots: Roots::Broyden(broyden), ..self }
+    }
+    /// The harmonics.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+    /// The same balance on other harmonics. A given first Jacobian does not fit them: the equations' own takes its place.
+    pub fn on(&self, harmonics: Harmonics) -> Self {
+        let roots = match self.roots.clone() {
+            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
+            roots => roots,
+        };
+        Balance { harmonics, roots, integrals: self.integrals, budget: self.budget.clone() }
+    }
+
+    /// The equations, with unknowns scaled by the size of the coordinates of `near`.
+    ///
+    /// # Errors
+    /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
+    pub fn equations<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &FourierOrbit,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
+    }
+
+    /// The orbit with every contact held on one flank: where most searches start. A start is not judged, and carries no notes of doubt.
+    ///
+    /// # Errors
+    /// A linear system that is singular, as with contacts held in their gap.
+    pub fn linearised<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        flank: Piece,
+    ) -> Result<FourierOrbit, BalanceError> {
+        self.linearised_on(model, &vec![flank; model.contacts()])
+    }
+
+    /// The orbit with each contact held on a piece of its own.
+    ///
+    /// # Errors
+    /// A linear system that is singular.
+    pub fn linearised_on<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        pieces: &[Piece],
+    ) -> Result<FourierOrbit, BalanceError> {
+        self.linearised_any(&model, pieces)
+    }
+
+    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
+        crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        crate::periodic::balance::series::couplings::refuse_stops(model)?;
+        if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
+        let width = self.harmonics.unknowns();
+        let rest = FourierOrbit::of(
+            &self.harmonics,
+            model.period() * self.harmonics.periods() as f64,
+            vec![0.0; model.dof() * width],
+            model.dof(),
+        );
+        let mut equations = self.equations(model, &rest)?.held(pieces);
+        let x = equations.unknowns(&rest);
+        let meter = self.budget.begin();
+        let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
+        self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
+    }
+
+    /// Solves from a guess: a linearised or projected orbit, or that of a neighbouring model.
+    ///
+    /// # Errors
+    /// [`BalanceError`], with the last iterate where there is one.
+    pub fn solve<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        guess: &FourierOrbit,
+    ) -> Result<FourierOrbit, BalanceError> {
+        self.solve_within(&model, guess, &self.budget.begin())
+    }
+
+    /// The same within what is left of a budget.
+    pub(crate) fn solve_within(
+        &self,
+        model: &dyn Periodic,
+        guess: &FourierOrbit,
+        meter: &Meter<'_>,
+    ) -> Result<FourierOrbit, BalanceError> {
+        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| {
+            self.finer_equations(model, orbit)
+        })
+    }
+
+    /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in Liu 2021. The integrals
+    /// have to be sampled.
+    ///
+    /// # Errors
+    /// [`BalanceError`], with the last iterate where there is one.
+    pub fn solve_truncating_forces<G: Shape>(
+        &self,
+        model: &Machine<G>,
+        guess: &FourierOrbit,
+    ) -> Result<FourierOrbit, BalanceError> {
+        self.solve_truncating_within(model, guess, &self.budget.begin())
+    }
+
+    pub(crate) fn solve_truncating_within<G: Shape>(
+        &self,
+        model: &Machine<G>,
+        guess: &FourierOrbit,
+        meter: &Meter<'_>,
+    ) -> Result<FourierOrbit, BalanceError> {
+        if !matches!(self.integrals, Integrals::Sampled { .. }) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
+        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, meter, |orbit| {
+            Ok(self.finer_equations(model, orbit)?.truncating_forces())
+        })
+    }
+
+    /// The equations with integrals twice as fine.
+    pub(crate) fn finer_equations<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &FourierOrbit,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
+    }
+
+    fn solve_equations<'m, M: Periodic + ?Sized>(
+        &self,
+        mut equations: BalanceEquations<'m, M>,
+        guess: &FourierOrbit,
+        meter: &Meter<'_>,
+        finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    ) -> Result<FourierOrbit, BalanceError> {
+        let x = equations.unknowns(guess);
+        if let Some(contact) = equations.floating_contact(&x) {
+            return Err(BalanceError::StartInGap { contact });
+        }
+        let mut metered = Metered { equations: &mut equations, meter };
+        let root = match &self.roots {
+            Roots::Newton(newton) => newton.solve(&mut metered, &x),
+            Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
+        };
+        let mut orbit = self.finish(&equations, root, meter, None)?;
+        orbit.notes.extend(crate::periodic::balance::quality::proof::notes(&mut equations, &orbit, finer));
+        Ok(orbit)
+    }
+
+    /// The Jacobian with every contact held on one flank, for [`Broyden::first`]: taken at `near`, in the unknowns that are scaled by `near`. A
+    /// solve scales its unknowns by its own guess, so `near` has to be that guess.
+    ///
+    /// # Errors
+    /// As [`linearised`](Balance::linearised).
+    pub fn flank_jacobian<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        flank: Piece,
+        near: &FourierOrbit,
+    ) -> Result<FirstJacobian, BalanceError> {
+        self.flank_jacobian_any(&model, flank, near)
+    }
+
+    fn flank_jacobian_any(
+        &self,
+        model: &dyn Periodic,
+        flank: Piece,
+        near: &FourierOrbit,
+    ) -> Result<FirstJacobian, BalanceError> {
+        crate::periodic::balance::series::couplings::refuse_stops(model)?;
+        if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
+            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        }
+        let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
+        let mut matrix = equations.matrix();
+        let x = equations.unknowns(near);
+        equations.jacobian(&x, &mut matrix);
+        Ok(FirstJacobian::Given(matrix))
+    }
+
+    fn finish<M: Periodic + ?Sized>(
+        &self,
+        equations: &BalanceEquations<'_, M>,
+        root: Result<Root, RootError>,
+        meter: &Meter<'_>,
+        held_in_gap: Option<usize>,
+    ) -> Result<FourierOrbit, BalanceError> {
+        let orbit = |root: &Root| {
+            let mut orbit = equations.orbit(&root.x);
+            (orbit.iterations, orbit.evaluations, orbit.residual) =
+                (root.iterations, root.evaluations, root.residual);
+            orbit.notes = equations.notes();
+            orbit
+        };
+        root.map(|root| orbit(&root)).map_err(|error| match error {
+            RootError::Slope { equation, unknown, last, .. } => BalanceError::Slope {
+                acceleration: equations.layout.coordinate(equation),
+                coordinate: equations.layout.coordinate(unknown),
+                last: Box::new(orbit(&last)),
+                history: last.history,
+            },
+            // A residual that was not evaluated any more is not a number.
+            RootError::NotFinite { last, .. }
+            | RootError::NotConverged { last }
+            | RootError::Singular { last, .. }
+                if let Some(exhausted) = meter.exhausted() =>
+            {
+                BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
+            }
+            RootError::Singular { .. } if let Some(contact) = held_in_gap => {
+                BalanceError::StartInGap { contact }
+            }
+            RootError::Singular { unknown, last } => BalanceError::Floating {
+                coordinate: equations.layout.coordinate(unknown),
+                last: Box::new(orbit(&last)),
+                history: last.history,
+            },
+            RootError::NotConverged { last } => {
+                BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history }
+            }
+            RootError::NotFinite { last, .. } => {
+                BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history }
+            }
+            other => BalanceError::Root(other),
+        })
+    }
+}

@@ -1,0 +1,57 @@
+//! What contacts do along an orbit.
+
+use crate::analysis::rattle::ContactStatistics;
+use crate::contact::piece::Piece;
+use crate::periodic::balance::switching::instants::Switching;
+
+/// What one contact does over a span.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, RattleState, contact::Piece};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let orbit = Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Lower)?;
+/// let contact = &orbit.contacts(&pair)?[0];
+/// assert_eq!(contact.statistics.state(), RattleState::None);
+/// assert_eq!(contact.intervals.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactHistory {
+    /// From when to when on which piece, in order; the first begins at the first switch, and one may end past the span.
+    pub intervals: Vec<(f64, f64, Piece)>,
+    /// Times and impacts.
+    pub statistics: ContactStatistics,
+}
+
+impl ContactHistory {
+    pub(crate) fn new(switching: &Switching, contact: usize, span: f64) -> Self {
+        let events: Vec<(f64, Piece)> = switching
+            .events()
+            .iter()
+            .filter(|e| e.contact == contact)
+            .map(|e| (e.time(span / switching.samples() as f64), e.to))
+            .collect();
+        let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
+        if events.is_empty() {
+            history.intervals.push((0.0, span, switching.piece(contact, 0)));
+        }
+        for (i, &(start, piece)) in events.iter().enumerate() {
+            let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
+            // A gap without width takes no time, and is no interval.
+            if piece != Piece::Gap || end > start {
+                history.intervals.push((start, end, piece));
+            }
+            // An impact ends an interval in the gap.
+            let before = if i == 0 { events[events.len() - 1].0 - span } else { events[i - 1].0 };
+            match piece {
+                Piece::Lower if start > before => history.statistics.impacts[0] += 1,
+                Piece::Upper if start > before => history.statistics.impacts[1] += 1,
+                _ => {}
+            }
+        }
+        for &(start, end, piece) in &history.intervals {
+            history.statistics.time[piece as usize] += end - start;
+        }
+        history
+    }
+}

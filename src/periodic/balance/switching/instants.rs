@@ -1,0 +1,156 @@
+//! When contacts change their piece along a sampled orbit.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::model::equations::Periodic;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::switching::stencil::{Polynomial, Stencil};
+
+/// One change of piece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Event {
+    pub(crate) contact: usize,
+    pub(crate) from: Piece,
+    pub(crate) to: Piece,
+    /// Between samples `cell` and `cell + 1`.
+    pub(crate) cell: usize,
+    /// Place in the cell, -1/2 .. 1/2.
+    pub(crate) phi: f64,
+    /// d(deflection - edge)/dφ.
+    pub(crate) slope: f64,
+}
+
+impl Event {
+    /// Its time, for samples `step` apart.
+    pub(crate) fn time(&self, step: f64) -> f64 {
+        (self.cell as f64 + 0.5 + self.phi) * step
+    }
+}
+
+/// Deflections of every contact over its edges, and the switches between its pieces.
+pub(crate) struct Switching {
+    /// Per contact: d - lower, d - upper and their rates over one sampling step.
+    lower: Vec<Vec<[f64; 2]>>,
+    upper: Vec<Vec<[f64; 2]>>,
+    contacts: Vec<Contact>,
+    events: Vec<Event>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Switching {
+    pub(crate) fn new(contacts: usize, samples: usize) -> Self {
+        let margins = || (0..contacts).map(|_| vec![[0.0; 2]; samples]).collect();
+        Switching {
+            lower: margins(),
+            upper: margins(),
+            contacts: vec![Contact::default(); contacts],
+            events: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.lower.first().map_or(0, Vec::len)
+    }
+
+    /// In order of contact and time.
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    #[inline]
+    pub(crate) fn piece(&self, contact: usize, sample: usize) -> Piece {
+        if self.lower[contact][sample][0] < 0.0 {
+            Piece::Lower
+        } else if self.upper[contact][sample][0] > 0.0 {
+            Piece::Upper
+        } else {
+            Piece::Gap
+        }
+    }
+
+    /// Whether a contact stays in its gap for the whole span.
+    pub(crate) fn floats(&self, contact: usize) -> bool {
+        self.events.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
+    }
+
+    /// Looks at the motion on the grid.
+    pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, stencil: &Stencil) {
+        self.events.clear();
+        self.q.resize(grid.dof(), 0.0);
+        self.v.resize(grid.dof(), 0.0);
+        let (m, step) = (grid.samples(), grid.step());
+        for s in 0..m {
+            grid.state(s, &mut self.q, &mut self.v);
+            grid.model.contact(grid.drives(s), &self.q, &self.v, &mut self.contacts);
+            for (c, contact) in self.contacts.iter().enumerate() {
+                self.lower[c][s] =
+                    [contact.deflection - contact.lower, step * (contact.rate - contact.lower_rate)];
+                self.upper[c][s] =
+                    [contact.deflection - contact.upper, step * (contact.rate - contact.upper_rate)];
+            }
+        }
+        for c in 0..self.contacts.len() {
+            let mut here = self.piece(c, 0);
+            for s in 0..m {
+                let next = self.piece(c, (s + 1) % m);
+                if here != next {
+                    self.cross(c, s, here, next, stencil);
+                } else {
+                    self.graze(c, s, here, stencil);
+                }
+                here = next;
+            }
+        }
+    }
+
+    /// The edges between two pieces, in the order in which they are crossed.
+    fn cross(&mut self, contact: usize, cell: usize, from: Piece, to: Piece, stencil: &Stencil) {
+        let mut here = from;
+        while here != to {
+            // Up through the lower edge first, down through the upper one first.
+            let (next, edge) = match (here, to) {
+                (Piece::Lower, _) => (Piece::Gap, &self.lower[contact]),
+                (Piece::Upper, _) => (Piece::Gap, &self.upper[contact]),
+                (Piece::Gap, Piece::Lower) => (Piece::Lower, &self.lower[contact]),
+                (Piece::Gap, _) => (Piece::Upper, &self.upper[contact]),
+            };
+            let polynomial = stencil.polynomial(cell, edge.len(), |i| edge[i][0]);
+            let phi = polynomial.root(-0.5, 0.5);
+            self.events.push(Event { contact, from: here, to: next, cell, phi, slope: polynomial.at(phi).1 });
+            here = next;
+        }
+    }
+
+    /// An excursion that begins and ends between two samples.
+    fn graze(&mut self, contact: usize, cell: usize, piece: Piece, stencil: &Stencil) {
+        let m = self.samples();
+        // Distances to the edges that bound this piece, positive inside.
+        let edges: &[(f64, bool, Piece)] = match piece {
+            Piece::Lower => &[(-1.0, true, Piece::Gap)],
+            Piece::Gap => &[(1.0, true, Piece::Lower), (-1.0, false, Piece::Upper)],
+            Piece::Upper => &[(1.0, false, Piece::Gap)],
+        };
+        for &(sign, low, other) in edges {
+            let edge = if low { &self.lower[contact] } else { &self.upper[contact] };
+            let ([a, da], [b, db]) = (edge[cell], edge[(cell + 1) % m]);
+            let (a, da, b, db) = (sign * a, sign * da, sign * b, sign * db);
+            // Towards the edge at first, away at the end, and tangents that meet beyond it.
+            if !(da < 0.0 && db > 0.0) || (a + da > 0.0 && b - db > 0.0) {
+                continue;
+            }
+            let polynomial: Polynomial = stencil.polynomial(cell, m, |i| sign * edge[i][0]);
+            let Some(extreme) = polynomial.extreme().filter(|&y| polynomial.at(y).0 < 0.0) else {
+                continue;
+            };
+            for (from, to, phi) in [
+                (piece, other, polynomial.root(-0.5, extreme)),
+                (other, piece, polynomial.root(extreme, 0.5)),
+            ] {
+                self.events.push(Event { contact, from, to, cell, phi, slope: sign * polynomial.at(phi).1 });
+            }
+        }
+    }
+}

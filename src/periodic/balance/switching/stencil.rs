@@ -1,0 +1,179 @@
+//! Sixteen samples around a cell: local polynomials, and the quadrature that knows where inside the cell a kink lies.
+
+use num_complex::Complex64;
+use std::sync::LazyLock;
+
+/// Samples of a stencil: nodes y = -15/2, ..., 15/2 in units of the sampling step, the cell being -1/2 < y < 1/2.
+pub(crate) const NODES: usize = 16;
+
+/// ζ(-m, 1/2) = -B_{m+1}(1/2)/(m + 1) for odd m; zero for even m.   Bernoulli numbers: Abramowitz & Stegun, Table 23.2.
+const BERNOULLI: [f64; 8] = [
+    1.0 / 6.0,
+    -1.0 / 30.0,
+    1.0 / 42.0,
+    -1.0 / 30.0,
+    5.0 / 66.0,
+    -691.0 / 2730.0,
+    7.0 / 6.0,
+    -3617.0 / 510.0,
+];
+
+/// Lagrange polynomials on the nodes.
+pub(crate) struct Stencil {
+    /// `basis[i][m]`: coefficient of y^m in the polynomial that is 1 at node i.
+    basis: [[f64; NODES]; NODES],
+}
+
+impl Stencil {
+    /// The one there is.
+    pub(crate) fn get() -> &'static Self {
+        static STENCIL: LazyLock<Stencil> = LazyLock::new(Stencil::new);
+        &STENCIL
+    }
+
+    fn new() -> Self {
+        let node = |i: usize| i as f64 - 7.5;
+        let basis = std::array::from_fn(|i| {
+            let mut p = [0.0; NODES];
+            p[0] = 1.0;
+            for (degree, j) in (0..NODES).filter(|&j| j != i).enumerate() {
+                let (root, scale) = (node(j), 1.0 / (node(i) - node(j)));
+                for m in (0..=degree + 1).rev() {
+                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - root * p[m]);
+                }
+            }
+            p
+        });
+        Stencil { basis }
+    }
+
+    /// The sample at node i of the stencil of a cell; samples repeat with their number.
+    #[inline]
+    pub(crate) fn index(cell: usize, i: usize, samples: usize) -> usize {
+        (cell + i + samples - 7) % samples
+    }
+
+    /// The polynomial through the samples around a cell.
+    pub(crate) fn polynomial(&self, cell: usize, samples: usize, value: impl Fn(usize) -> f64) -> Polynomial {
+        let mut p = [0.0; NODES];
+        for (i, basis) in self.basis.iter().enumerate() {
+            let f = value(Self::index(cell, i, samples));
+            p.iter_mut().zip(basis).for_each(|(p, b)| *p += f * b);
+        }
+        Polynomial(p)
+    }
+
+    /// Weights w_i such that ∫_φ^∞ g dy = Σ_{y_i > 0} g(y_i) + Σ_i w_i g(y_i) for smooth g: the Euler-Maclaurin sum begun at φ.
+    pub(crate) fn weights(&self, phi: f64) -> [f64; NODES] {
+        // Of g = y^m: (B_{m+1}(1/2) - φ^{m+1})/(m + 1), with B_n(1/2) = (2^{1-n} - 1) B_n.
+        let mut moments = [0.0; NODES];
+        let mut power = 1.0;
+        for (m, moment) in moments.iter_mut().enumerate() {
+            power *= phi;
+            let half = if m % 2 == 1 { (0.5f64.powi(m as i32) - 1.0) * BERNOULLI[m / 2] } else { 0.0 };
+            *moment = (half - power) / (m as f64 + 1.0);
+        }
+        std::array::from_fn(|i| self.basis[i].iter().zip(&moments).map(|(b, e)| b * e).sum())
+    }
+}
+
+/// Σ p_m y^m.
+#[derive(Clone, Copy)]
+pub(crate) struct Polynomial([f64; NODES]);
+
+impl Polynomial {
+    /// Value and derivative.
+    pub(crate) fn at(&self, y: f64) -> (f64, f64) {
+        self.0.iter().rev().fold((0.0, 0.0), |(p, d), c| (p * y + c, d * y + p))
+    }
+
+    fn derivative(&self) -> Self {
+        let mut d = [0.0; NODES];
+        for m in 1..NODES {
+            d[m - 1] = m as f64 * self.0[m];
+        }
+        Polynomial(d)
+    }
+
+    /// A root between a and b, where the values differ in sign; the nearer end otherwise.
+    pub(crate) fn root(&self, mut a: f64, mut b: f64) -> f64 {
+        let (mut fa, fb) = (self.at(a).0, self.at(b).0);
+        if fa * fb > 0.0 {
+            return if fa.abs() < fb.abs() { a } else { b };
+        }
+        let mut y = a + (b - a) * if fa == fb { 0.5 } else { fa / (fa - fb) };
+        for _ in 0..60 {
+            let (f, d) = self.at(y);
+            if f == 0.0 {
+                return y;
+            }
+            if f * fa < 0.0 {
+                b = y;
+            } else {
+                (a, fa) = (y, f);
+            }
+            let newton = y - f / d;
+            let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+            if (next - y).abs() <= 1e-16 {
+                return next;
+            }
+            y = next;
+        }
+        y
+    }
+
+    /// Where the derivative vanishes inside the cell, if its ends differ in sign.
+    pub(crate) fn extreme(&self) -> Option<f64> {
+        let d = self.derivative();
+        (d.at(-0.5).0 * d.at(0.5).0 < 0.0).then(|| d.root(-0.5, 0.5))
+    }
+}
+
+/// e^{-i k x} for k = 0, 1, ... by multiplication, its error growing like k ε.
+pub(crate) struct Phasors {
+    z: Complex64,
+    turn: Complex64,
+}
+
+impl Phasors {
+    pub(crate) fn new(x: f64) -> Self {
+        let (sin, cos) = libm::sincos(x);
+        Phasors { z: Complex64::ONE, turn: Complex64::new(cos, -sin) }
+    }
+}
+
+impl Iterator for Phasors {
+    type Item = Complex64;
+    #[inline]
+    fn next(&mut self) -> Option<Complex64> {
+        let z = self.z;
+        self.z = z * self.turn;
+        Some(z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫_φ^∞ of a smooth decaying function against the corrected sum.
+    #[test]
+    fn sums_begin_between_nodes() {
+        let stencil = Stencil::new();
+        let g = |y: f64| (-(y * y) / 160.0).exp();
+        // ∫_0^∞ exp(-y²/160) dy = √(160π)/2; the rest by Simpson.
+        let tail = 0.5 * (160.0 * std::f64::consts::PI).sqrt();
+        for phi in [-0.5, -0.31, 0.0, 0.2, 0.5] {
+            let part: f64 = (0..1000)
+                .map(|i| {
+                    let (a, h) = (phi * i as f64 / 1000.0, phi / 1000.0);
+                    h / 6.0 * (g(a) + 4.0 * g(a + 0.5 * h) + g(a + h))
+                })
+                .sum();
+            let sum: f64 = (0..200).map(|i| g(i as f64 + 0.5)).sum();
+            let w = stencil.weights(phi);
+            let corrected = sum + (0..NODES).map(|i| w[i] * g(i as f64 - 7.5)).sum::<f64>();
+            assert!((corrected - (tail - part)).abs() < 1e-13, "{phi}: {corrected} against {}", tail - part);
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Contacts held on their pieces, for models that cannot hold them.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Jacobian, Model};
+use crate::model::rigid_stops::rigid_edges;
+use std::cell::RefCell;
+
+/// A model whose contacts can be held on pieces: by the model itself, and for a model without
+/// [`accel_on_pieces`](Model::accel_on_pieces) by its acceleration just inside the piece, continued linearly past the edge.
+///
+/// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y, y_i the state moved back inside along the gradient of the deflection. Linear
+/// laws are continued exactly.
+pub(crate) struct Continued<'m, M: ?Sized> {
+    model: &'m M,
+    /// Whether there is nothing to add.
+    own: bool,
+    /// Rigid stops, past which the acceleration goes on by itself.
+    rigid: Vec<[bool; 2]>,
+    /// Sizes of coordinates and velocities.
+    scale: &'m [f64],
+    room: RefCell<Room>,
+}
+
+struct Room {
+    contacts: Vec<Contact>,
+    /// Of the distance past the piece, one contact after the other.
+    gradients: Vec<f64>,
+    /// Contacts that left their piece, with how far inside they are put.
+    left: Vec<(usize, f64)>,
+    /// The state inside, and further inside.
+    inside: Vec<f64>,
+    further: Vec<f64>,
+    a: Vec<f64>,
+}
+
+/// A contact is put inside its piece by this share of its gap, far above the rounding of a deflection.
+const INSIDE: f64 = 1e-9;
+
+/// Differences of a deflection, in shares of size.
+const STEP: f64 = 1e-4;
+
+/// Projections onto all edges: one is enough unless contacts share coordinates.
+const SWEEPS: usize = 8;
+
+/// How far a contact is past the edge of a piece, negative inside.
+pub(crate) fn past(piece: Piece, c: &Contact) -> f64 {
+    match piece {
+        Piece::Lower => c.deflection - c.lower,
+        Piece::Gap => (c.deflection - c.upper).max(c.lower - c.deflection),
+        Piece::Upper => c.upper - c.deflection,
+    }
+}
+
+/// ∂h/∂q, then ∂h/∂v, by central differences.
+pub(crate) fn gradient(
+    h: &mut dyn FnMut(&[f64], &[f64]) -> f64,
+    y: &mut [f64],
+    scale: &[f64],
+    out: &mut [f64],
+) {
+    let n = y.len() / 2;
+    for j in 0..y.len() {
+        let here = y[j];
+        let step = STEP * scale[j].max(1e-3 * here.abs());
+        let mut side = |at: f64| {
+            y[j] = at;
+            h(&y[..n], &y[n..])
+        };
+        let (above, below) = (side(here + step), side(here - step));
+        out[j] = (above - below) / ((here + step) - (here - step));
+        y[j] = here;
+    }
+}
+
+impl<'m, M: Model + ?Sized> Continued<'m, M> {
+    pub(crate) fn new(model: &'m M, scale: &'m [f64]) -> Self {
+        let (n, contacts) = (model.dof(), model.contacts());
+        let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; n], vec![0.0; n]);
+        model.drive(0.0, Side::After, &mut u);
+        let own =
+            contacts == 0 || model.accel_on_pieces(&vec![Piece::Gap; contacts], &u, &rest, &rest, &mut a);
+        let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
+        let room = Room {
+            contacts: vec![Contact::default(); room],
+            gradients: vec![0.0; room * m],
+            left: Vec::with_capacity(room),
+            inside: vec![0.0; m],
+            further: vec![0.0; m],
+            a: vec![0.0; m / 2],
+        };
+        Continued { model, own, rigid: rigid_edges(model), scale, room: RefCell::new(room) }
+    }
+
+    /// Moves the state inside the pieces; how far past its edge it was further inside `further` is, as a share. `None`: it is there.
+    fn move_inside(&self, room: &mut Room, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64]) -> Option<f64> {
+        let (model, n) = (self.model, q.len());
+        let Room { contacts, gradients, left, inside, further, .. } = room;
+        model.contact(u, q, v, contacts);
+        left.clear();
+        let gap = |c: &Contact| Some(c.upper - c.lower).filter(|gap| gap.is_finite());
+        for (i, (c, &piece)) in contacts.iter().zip(pieces).enumerate() {
+            // Without a gap the size of the deflection has to do, which its gradient tells.
+            let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
+            let past = past(piece, c);
+            let near = usize::from(c.deflection - c.upper >= c.lower - c.deflection);
+            if piece == Piece::Gap && self.rigid.get(i).is_some_and(|rigid| rigid[near]) {
+                continue;
+            }
+            if past >= -margin && past.is_finite() {
+                left.push((i, margin));
+            }
+        }
+        let closed = |c: &Contact| c.upper <= c.lower;
+        if left.is_empty() {
+            return None;
+        }
+        inside[..n].copy_from_slice(q);
+        inside[n..].copy_from_slice(v);
+        let mut share = 1.0f64;
+        for (i, _) in &*left {
+            let (piece, c) = (pieces[*i], &contacts[*i]);
+            if let (Piece::Gap, Some(gap)) = (piece, gap(c)) {
+                share = share.min(0.25 * gap / past(piece, c).abs()).max(INSIDE);
+            }
+        }
+        for (i, margin) in &mut *left {
+            let slope = &mut gradients[*i * 2 * n..][..2 * n];
+            let mut h = |q: &[f64], v: &[f64]| {
+                model.contact(u, q, v, contacts);
+                past(pieces[*i], &contacts[*i])
+            };
+            gradient(&mut h, inside, self.scale, slope);
+            // Nothing lies inside a gap of width zero.
+            if *margin == 0.0 && !(pieces[*i] == Piece::Gap && closed(&contacts[*i])) {
+                *margin = INSIDE * slope.iter().zip(self.scale).map(|(g, s)| (g * s).abs()).sum::<f64>();
+            }
+        }
+        for _ in 0..SWEEPS {
+            let mut moved = false;
+            for (i, margin) in &*left {
+                let (q, v) = inside.split_at(n);
+                model.contact(u, q, v, contacts);
+                let miss = past(pieces[*i], &contacts[*i]) + margin;
+                let slope = &gradients[*i * 2 * n..][..2 * n];
+                let square: f64 = slope.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
+                if miss > 1e-3 * margin && square > 0.0 {
+                    moved = true;
+                    inside
+                        .iter_mut()
+                        .zip(slope.iter().zip(self.scale))
+                        .for_each(|(y, (g, s))| *y -= miss / square * g * s * s);
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        for (further, (inside, y)) in further.iter_mut().zip(inside.iter().zip(q.iter().chain(v))) {
+            *further = inside + share * (inside - y);
+        }
+        Some(share)
+    }
+}
+
+impl<M: Model + ?Sized> Model for Continued<'_, M> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.model.next_edge(t)
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, q, v)
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        if self.own {
+            return self.model.accel_on_pieces(pieces, u, q, v, a);
+        }
+        let room = &mut *self.room.borrow_mut();
+        let Some(share) = self.move_inside(room, pieces, u, q, v) else {
+            self.model.accel(u, q, v, a);
+            return true;
+        };
+        let n = q.len();
+        self.model.accel(u, &room.inside[..n], &room.inside[n..], a);
+        self.model.accel(u, &room.further[..n], &room.further[n..], &mut room.a);
+        a.iter_mut().zip(&room.a).for_each(|(a, further)| *a += (*a - further) / share);
+        true
+    }
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
+        let Some(held) = pieces.filter(|_| !self.own) else {
+            return self.model.jacobian(pieces, u, q, v, out);
+        };
+        let room = &mut *self.room.borrow_mut();
+        match self.move_inside(room, held, u, q, v) {
+            None => self.model.jacobian(pieces, u, q, v, out),
+            Some(_) => self.model.jacobian(pieces, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
+        }
+    }
+}

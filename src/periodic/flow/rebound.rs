@@ -1,0 +1,144 @@
+//! How small differences of a motion jump where a contact meets a rigid stop.
+
+use crate::contact::piece::Piece;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
+use crate::ode::edges::stops::Flight;
+use crate::periodic::flow::saltation::{Saltation, distance, edge_rate};
+use crate::roots::norms::dot;
+
+/// What the derivative of an impact is taken in.
+pub(crate) struct Impact {
+    u: Vec<f64>,
+    q: Vec<f64>,
+    /// Velocities behind the impact, of the motion and of neighbours.
+    behind: Vec<f64>,
+    v: Vec<f64>,
+    /// ∂V along the direction (-share, δq, δv).
+    slope: Vec<f64>,
+    direction: [Vec<f64>; 2],
+    flights: Vec<Flight>,
+}
+
+impl Impact {
+    pub(crate) fn new<M: Model + ?Sized>(model: &M) -> Self {
+        let zeros = || vec![0.0; model.dof()];
+        let flights = vec![Flight::NONE; model.contacts()];
+        Impact {
+            flights,
+            u: vec![0.0; model.drives()],
+            q: zeros(),
+            behind: zeros(),
+            v: zeros(),
+            slope: zeros(),
+            direction: [zeros(), zeros()],
+        }
+    }
+}
+
+/// Differences of the velocities behind an impact are taken over this share of the size of the motion.
+const STEP: f64 = 3e-4;
+
+/// Weights of a central difference of fourth order.
+const CENTRAL: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
+
+/// A start this close to a stop, in shares of the deflection, is on it.
+const ON_STOP: f64 = 1e-12;
+
+/// Quarterings of that share in search of a span without an edge of the drives.
+const QUARTERINGS: usize = 8;
+
+impl<M: Model + ?Sized> Saltation<'_, M> {
+    /// A start on a rigid stop that moves into it rebounds at once.
+    pub(crate) fn begin(&mut self, state: &mut State) {
+        for k in 0..2 * self.rigid.len() {
+            let (contact, lower) = (k / 2, k % 2 == 0);
+            if !self.rigid[contact][k % 2] {
+                continue;
+            }
+            self.q.copy_from_slice(&state.q);
+            self.v.copy_from_slice(&state.v);
+            let (c, way) = (self.look(contact, state.t), if lower { 1.0 } else { -1.0 });
+            self.pieces.iter_mut().zip(&self.contacts).for_each(|(piece, c)| *piece = c.piece());
+            self.pieces[contact] = Piece::Gap;
+            let [past, rate] = [distance(&c, lower), c.rate - edge_rate(&c, lower)].map(|d| way * d);
+            if past <= ON_STOP * c.deflection.abs() && rate < 0.0 {
+                self.rebound(contact, if lower { Piece::Lower } else { Piece::Upper }, state.t);
+                state.q.copy_from_slice(&self.q);
+                state.v.copy_from_slice(&self.v);
+            }
+        }
+    }
+
+    /// With q⁺ = q and v⁺ = V(t, q, v) at h(t, q) = 0, and σ = ∇h·δq/h' the time by which a neighbour comes sooner:
+    /// δq⁺ = δq - v σ + v⁺ σ, δv⁺ = ∂V (-σ, δq - v σ, δv - a σ) + a⁺ σ.
+    ///
+    /// The differences of V run along the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons Fractals 5, 1671 (1995). For
+    /// one coordinate and a stop at rest: [[-e, 0], [(a⁺ + e a)/v, -e]].
+    pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
+        let n = self.n;
+        let (c, lower) = (self.look(contact, t), on == Piece::Lower);
+        self.slope(contact, lower);
+        self.move_onto(distance(&c, lower));
+        let rate = c.rate - edge_rate(&c, lower);
+        let (q, v) = (&self.on_edge[..n], &self.v[..n]);
+        self.model.accel_on_pieces(&self.pieces, &self.u, q, v, &mut self.before);
+        self.impact.behind.copy_from_slice(v);
+        self.model.impact(contact, on, &self.u, q, &mut self.impact.behind);
+        self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.impact.behind, &mut self.jump);
+        for k in (n..self.q.len()).step_by(n) {
+            let sooner = dot(&self.gradient[..n], &self.q[k..k + n]) / rate;
+            for i in 0..n {
+                self.q[k + i] -= sooner * self.v[i];
+                self.v[k + i] -= sooner * self.before[i];
+                self.impact.direction[0][i] = self.q[k + i];
+                self.impact.direction[1][i] = self.v[k + i];
+            }
+            self.along(contact, on, t, -sooner);
+            for i in 0..n {
+                self.q[k + i] += sooner * self.impact.behind[i];
+                self.v[k + i] = self.impact.slope[i] + sooner * self.jump[i];
+            }
+        }
+        self.v[..n].copy_from_slice(&self.impact.behind);
+        let c = self.look(contact, t);
+        let speed = (c.rate - edge_rate(&c, lower)).abs();
+        if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {
+            self.rests = Some(contact);
+        }
+    }
+
+    /// The derivative of the velocities behind an impact along (dt, direction).
+    fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64) {
+        let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) =
+            (self.model, self.n, &mut self.impact);
+        let (of_q, of_v) = self.scale.split_at(n);
+        let largest =
+            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        // A time in which the motion moves by as much.
+        let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
+        let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time);
+        slope.fill(0.0);
+        if length == 0.0 {
+            return;
+        }
+        let mut step = STEP / length;
+        for _ in 0..QUARTERINGS {
+            let reach = 2.0 * step * dt.abs();
+            if model.next_edge(t - reach).is_none_or(|edge| edge > t + reach) {
+                break;
+            }
+            step *= 0.25;
+        }
+        for (place, weight) in CENTRAL {
+            model.drive(t + place * step * dt, Side::Before, u);
+            for i in 0..n {
+                q[i] = self.on_edge[i] + place * step * dq[i];
+                v[i] = self.on_edge[n + i] + place * step * dv[i];
+            }
+            model.impact(contact, on, u, q, v);
+            slope.iter_mut().zip(&*v).for_each(|(slope, v)| *slope += weight * v / step);
+        }
+    }
+}

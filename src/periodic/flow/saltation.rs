@@ -1,0 +1,224 @@
+//! How small differences of a motion jump at tooth edges.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::model::rigid_stops::rigid_edges;
+use crate::ode::step::Step;
+use crate::periodic::flow::continued::{Continued, gradient};
+use crate::periodic::flow::rebound::Impact;
+use crate::periodic::flow::tangent::Tangent;
+use crate::roots::norms::dot;
+
+/// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h', h the distance past the edge, h' = ∇h·f⁻ + ∂h/∂t its rate: the jump of the differences where the
+/// acceleration jumps by f⁺ - f⁻.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
+///
+/// ∇h is taken by the coordinates and, where a deflection depends on them, by the velocities. A force without a jump leaves the differences
+/// as they are.
+pub(crate) struct Saltation<'t, M: ?Sized> {
+    pub(crate) model: &'t M,
+    pub(crate) n: usize,
+    pub(crate) scale: &'t [f64],
+    pub(crate) u: Vec<f64>,
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) contacts: Vec<Contact>,
+    /// ∂h/∂q, then ∂h/∂v.
+    pub(crate) gradient: Vec<f64>,
+    /// The state moved onto the edge.
+    pub(crate) on_edge: Vec<f64>,
+    pub(crate) before: Vec<f64>,
+    pub(crate) jump: Vec<f64>,
+    moved: Vec<f64>,
+    /// Coordinates and velocities of the motion and its differences behind the edges.
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    /// Which edges are rigid stops; empty if none is.
+    pub(crate) rigid: Vec<[bool; 2]>,
+    /// A contact that comes to rest on its stop.
+    pub(crate) rests: Option<usize>,
+    /// What the differences of an impact are taken in.
+    pub(crate) impact: Impact,
+}
+
+/// A jump that changes the differences by less than this share is left out.
+const NEGLIGIBLE: f64 = 1e-10;
+
+/// Instants before an edge, in shares of the step, and weights of a one-sided difference of third order.
+const BACK: f64 = 1e-3;
+
+/// The same as a share of the time, at the least.
+const LEAST: f64 = 1e-8;
+
+const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
+
+/// The distance from one edge.
+pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
+    c.deflection - if lower { c.lower } else { c.upper }
+}
+
+/// How fast that edge moves.
+pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
+    if lower { c.lower_rate } else { c.upper_rate }
+}
+
+impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
+    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+        let (model, n) = (&tangent.model, tangent.n);
+        Saltation {
+            model,
+            n,
+            scale: tangent.scale,
+            u: vec![0.0; model.drives()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            contacts: vec![Contact::default(); model.contacts()],
+            gradient: vec![0.0; 2 * n],
+            on_edge: vec![0.0; 2 * n],
+            before: vec![0.0; n],
+            jump: vec![0.0; n],
+            moved: vec![0.0; 2 * n],
+            q: vec![0.0; n * (1 + tangent.columns)],
+            v: vec![0.0; n * (1 + tangent.columns)],
+            rigid: rigid_edges(model),
+            rests: None,
+            impact: Impact::new(model),
+        }
+    }
+}
+
+impl<M: Model + ?Sized> Saltation<'_, M> {
+    /// Coordinates of the motion and its differences behind the edges last met.
+    pub(crate) fn coordinates(&self) -> &[f64] {
+        &self.q
+    }
+    /// The velocities.
+    pub(crate) fn velocities(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Whether the differences jump at the end of a step.
+    pub(crate) fn changes(&mut self, step: &mut Step<'_>) -> bool {
+        let Some(pieces) = step.pieces().filter(|_| !step.crossings().is_empty()) else {
+            return false;
+        };
+        self.pieces.copy_from_slice(pieces);
+        self.q.copy_from_slice(step.q1());
+        self.v.copy_from_slice(step.v1());
+        let mut changed = false;
+        for crossing in step.crossings() {
+            if crossing.rebounds {
+                self.rebound(crossing.contact, crossing.to, step.t1());
+                changed = true;
+            } else {
+                changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()]);
+            }
+        }
+        changed
+    }
+
+    /// ∇h of a contact at an edge. h' is linear in the velocities with the very coefficients ∂h/∂q unless h depends on the velocities itself:
+    /// then differences are taken. Whether it does.
+    pub(crate) fn slope(&mut self, contact: usize, lower: bool) -> bool {
+        let n = self.n;
+        let (model, u, contacts, q) = (self.model, &self.u, &mut self.contacts, &self.q[..n]);
+        self.moved[..n].copy_from_slice(q);
+        self.moved[n..].copy_from_slice(&self.v[..n]);
+        let mut by_velocity = false;
+        for j in 0..n {
+            let here = self.moved[n + j];
+            let [above, below] = [1.0, -1.0].map(|side| {
+                self.moved[n + j] = here + side * self.scale[n + j];
+                model.contact(u, q, &self.moved[n..], contacts);
+                contacts[contact]
+            });
+            self.moved[n + j] = here;
+            let rate = (above.rate - below.rate) - (edge_rate(&above, lower) - edge_rate(&below, lower));
+            self.gradient[j] = rate / (2.0 * self.scale[n + j]);
+            self.gradient[n + j] = 0.0;
+            by_velocity |= distance(&above, lower) != distance(&below, lower);
+        }
+        if by_velocity {
+            let mut h = |q: &[f64], v: &[f64]| {
+                model.contact(u, q, v, contacts);
+                distance(&contacts[contact], lower)
+            };
+            gradient(&mut h, &mut self.moved, self.scale, &mut self.gradient);
+        }
+        by_velocity
+    }
+
+    /// The state moved by the little that the edge was missed by, so that a continuous force shows no jump.
+    pub(crate) fn move_onto(&mut self, missed: f64) {
+        let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
+        let part = if square > 0.0 { missed / square } else { 0.0 };
+        let here = self.q[..self.n].iter().chain(&self.v[..self.n]);
+        for ((on_edge, y), (g, s)) in
+            self.on_edge.iter_mut().zip(here).zip(self.gradient.iter().zip(self.scale))
+        {
+            *on_edge = y - part * g * s * s;
+        }
+    }
+
+    /// h' of a distance that depends on the velocities: ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'', the acceleration that before the edge.
+    fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
+        // Far from time zero a short step holds too few instants that can be told apart.
+        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
+        let mut by_time = 0.0;
+        for (k, weight) in ONE_SIDED.iter().enumerate() {
+            self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
+            self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
+            by_time += weight * distance(&self.contacts[contact], lower) / back;
+        }
+        self.model.drive(to, Side::Before, &mut self.u);
+        let (by_q, by_v) = self.gradient.split_at(n);
+        by_time + dot(by_q, &self.v[..n]) + dot(by_v, &self.before)
+    }
+
+    /// The contact at `t`, before anything jumps.
+    pub(crate) fn look(&mut self, contact: usize, t: f64) -> Contact {
+        let n = self.n;
+        self.model.drive(t, Side::Before, &mut self.u);
+        self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
+        self.contacts[contact]
+    }
+
+    /// One contact changes its piece. Whether the differences changed.
+    fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2]) -> bool {
+        let n = self.n;
+        let c = self.look(contact, times[1]);
+        // Without a gap the far flank is met at the same instant.
+        let to = match (self.pieces[contact], to) {
+            (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,
+            (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,
+            _ => to,
+        };
+        let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
+        let by_velocity = self.slope(contact, lower);
+        self.move_onto(distance(&c, lower));
+        let (on_edge, v) = self.on_edge.split_at(n);
+        let known = self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
+        self.pieces[contact] = to;
+        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
+        let rate = match by_velocity {
+            true => self.rate(contact, lower, times),
+            false => c.rate - edge_rate(&c, lower),
+        };
+        if !known || rate == 0.0 {
+            return false;
+        }
+        self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
+        let (dq, dv, mut changed) = (&self.q[n..], &mut self.v[n..], false);
+        let largest =
+            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
+        let (of_q, of_v) = self.scale.split_at(n);
+        let jump = largest(&self.jump, of_v);
+        let (by_q, by_v) = self.gradient.split_at(n);
+        for (dq, dv) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)) {
+            let along = dot(by_q, dq) + if by_velocity { dot(by_v, dv) } else { 0.0 };
+            let share = along / rate;
+            changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
+            dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);
+        }
+        changed
+    }
+}

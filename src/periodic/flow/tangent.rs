@@ -1,0 +1,306 @@
+//! A model together with small differences of its motion: the variational equations as a model of their own.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
+use crate::model::slopes::{Slopes, accelerate};
+use crate::ode::budget::Meter;
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::saltation::Saltation;
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+/// δq'' = ∂a/∂q δq + ∂a/∂v δv beside q'' = a(u, q, q'), for any number of differences; the contacts are those of the bare model, held on
+/// their pieces.
+///
+/// Coordinates (q, δq_1, δq_2, ...), velocities likewise. Jacobians are the model's own, of the pieces held; central differences where it
+/// has none.
+pub(crate) struct Tangent<'m, M: ?Sized> {
+    pub(crate) model: Continued<'m, M>,
+    pub(crate) n: usize,
+    pub(crate) columns: usize,
+    /// Sizes of coordinates and velocities.
+    pub(crate) scale: &'m [f64],
+    slopes: RefCell<Slopes<'m, M>>,
+}
+
+/// Differences are held to the tolerance of the motion times this, or to the noise of their slopes.
+const COLUMNS: f64 = 10.0;
+
+/// From a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
+type Choose<'c> = dyn FnMut(&State, f64) -> (Dop853, Vec<f64>) + 'c;
+
+/// Growth of a difference after which its tolerance is set anew.
+const GROWTH: f64 = 10.0;
+
+/// Restarts at jumps of the force before a run is given up.
+const RESTARTS: usize = 1_000_000;
+
+/// A relative tolerance that leaves the absolute ones alone.
+pub(crate) const NONE: f64 = 1e-300;
+
+/// An absolute tolerance, no finer than the rounding of the value itself.
+pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
+    tolerance.max(4.0 * f64::EPSILON * value.abs())
+}
+
+impl<'m, M: Model + ?Sized> Tangent<'m, M> {
+    pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64], tolerance: f64) -> Self {
+        let n = model.dof();
+        let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
+        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes }
+    }
+
+    /// The motion held to `tolerance` of its size, or to rounding; the differences ten times looser.
+    pub(crate) fn solver(&self, tolerance: f64, start: &State) -> Dop853 {
+        self.solver_for(tolerance, start, &vec![1.0; self.columns])
+    }
+
+    /// The same with differences held to a share of what they have grown to.
+    fn solver_for(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Dop853 {
+        // The norm is a mean over all components: differences must not hide an error of the motion.
+        let share = tolerance / (1.0 + self.columns as f64).sqrt();
+        // Nor can they be held finer than their slopes are known.
+        let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
+        let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
+            let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
+            motion
+                .chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s)))
+                .collect()
+        };
+        let (q, v) = self.scale.split_at(self.n);
+        Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
+    }
+
+    /// The largest component of difference k, in units of size.
+    fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
+        let (of_q, of_v) = self.scale.split_at(self.n);
+        let column = self.n * (1 + k);
+        let largest = |x: &[f64], scale: &[f64]| {
+            x[column..].iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()))
+        };
+        largest(q, of_q).max(largest(v, of_v))
+    }
+
+    /// A state with difference k equal to the size of component k, in that component alone.
+    pub(crate) fn start(&self, state: &State) -> State {
+        let (mut q, mut v) = (state.q.clone(), state.v.clone());
+        q.resize(self.n * (1 + self.columns), 0.0);
+        v.resize(self.n * (1 + self.columns), 0.0);
+        for k in 0..self.columns.min(2 * self.n) {
+            let column = self.n * (1 + k);
+            let half = if k < self.n { &mut q } else { &mut v };
+            half[column + k % self.n] = self.scale[k];
+        }
+        State { t: state.t, q, v }
+    }
+
+    /// Component i of difference k, in units of size.
+    pub(crate) fn scaled(&self, state: &State, i: usize, k: usize) -> f64 {
+        let half = if i < self.n { &state.q } else { &state.v };
+        half[self.n * (1 + k) + i % self.n] / self.scale[i]
+    }
+
+    /// The motion alone.
+    pub(crate) fn motion(&self, state: &State) -> State {
+        State::new(state.t, &state.q[..self.n], &state.v[..self.n])
+    }
+
+    /// The same, every step taken from a budget: once that is spent, the state reached.
+    pub(crate) fn run_metered(
+        &self,
+        solver: &Dop853,
+        start: State,
+        t_end: f64,
+        meter: Option<&Meter<'_>>,
+    ) -> Result<(State, u64), IntegrateError> {
+        self.follow(start, t_end, meter, &mut |_, _| (solver.clone(), Vec::new()))
+    }
+
+    /// Runs to `t_end` with tolerances that follow the differences as they grow: their rounding does, and a fixed tolerance falls below it.
+    pub(crate) fn flow(
+        &self,
+        tolerance: f64,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
+        let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state, step| {
+            let sizes: Vec<f64> =
+                (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
+            let solver = self.solver_for(tolerance, state, &sizes);
+            let solver = if step > 0.0 { solver.first_step(step) } else { solver };
+            (solver, sizes.iter().map(|size| GROWTH * size).collect())
+        })?;
+        match meter.exhausted() {
+            Some(exhausted) => Err(IntegrateError::Budget { t: state.t, exhausted }),
+            None => Ok((state, crossings)),
+        }
+    }
+
+    /// Runs to `t_end` with the solvers that are chosen on the way.
+    fn follow(
+        &self,
+        start: State,
+        t_end: f64,
+        meter: Option<&Meter<'_>>,
+        solver: &mut Choose<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
+        let (mut state, mut crossings, mut step) = (start, 0, 0.0);
+        let mut watch = Monitor {
+            tangent: self,
+            meter,
+            saltation: Saltation::new(self),
+            serves: Vec::new(),
+            stop: Stop::Jump,
+            step,
+        };
+        watch.saltation.begin(&mut state);
+        for _ in 0..RESTARTS {
+            let (solver, serves) = solver(&state, step);
+            watch.serves = serves;
+            let finish = solver.run(self, &state, t_end, &mut watch).map_err(|error| self.explain(error))?;
+            crossings += finish.stats.crossings;
+            state = finish.state;
+            match watch.stop {
+                Stop::Jump if finish.stopped => {
+                    state.q.copy_from_slice(watch.saltation.coordinates());
+                    state.v.copy_from_slice(watch.saltation.velocities());
+                }
+                Stop::Budget => return Ok((state, crossings)),
+                _ => {}
+            }
+            if let Some(contact) = watch.saltation.rests {
+                return Err(IntegrateError::RestsOnStop { t: state.t, contact });
+            }
+            if state.t >= t_end {
+                return Ok((state, crossings));
+            }
+            step = match watch.stop {
+                Stop::Growth => watch.step.min(t_end - state.t),
+                _ => 0.0,
+            };
+        }
+        Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
+    }
+
+    /// Differences that are not finite while the motion is come of slopes that are not.
+    fn explain(&self, error: IntegrateError) -> IntegrateError {
+        match (error, self.slopes.borrow().jacobian.not_finite()) {
+            (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
+                if component % (self.n * (1 + self.columns)) >= self.n =>
+            {
+                IntegrateError::Slope {
+                    t,
+                    acceleration,
+                    of: if velocity { "velocity" } else { "coordinate" },
+                    coordinate,
+                }
+            }
+            (error, _) => error,
+        }
+    }
+
+    fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let n = self.n;
+        let ((q, dq), (v, dv), (a, da)) = (q.split_at(n), v.split_at(n), a.split_at_mut(n));
+        if !accelerate(&self.model, pieces, u, q, v, a) {
+            return false;
+        }
+        let mut slopes = self.slopes.borrow_mut();
+        slopes.read(&self.model, pieces, u, q, v);
+        let (by_q, by_v) = (slopes.jacobian.q.as_slice(), slopes.jacobian.v.as_slice());
+        for ((dq, dv), da) in dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)) {
+            da.fill(0.0);
+            for j in 0..n {
+                let (column_q, column_v) = (&by_q[j * n..][..n], &by_v[j * n..][..n]);
+                for i in 0..n {
+                    da[i] += column_q[i] * dq[j] + column_v[i] * dv[j];
+                }
+            }
+        }
+        true
+    }
+}
+
+impl<M: Model + ?Sized> Model for Tangent<'_, M> {
+    fn dof(&self) -> usize {
+        self.n * (1 + self.columns)
+    }
+    #[inline]
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.evaluate(None, u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    #[inline]
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.model.next_edge(t)
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    #[inline]
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, &q[..self.n], &v[..self.n], out);
+    }
+    /// Of the motion alone; its differences are seen to by [`Saltation`].
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
+    }
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.evaluate(Some(pieces), u, q, v, a)
+    }
+}
+
+/// Why a run is interrupted.
+#[derive(Clone, Copy)]
+enum Stop {
+    /// The differences jump.
+    Jump,
+    /// One has outgrown its tolerance.
+    Growth,
+    /// The budget is spent.
+    Budget,
+}
+
+/// Watches the differences of one run.
+struct Monitor<'t, 'm, M: ?Sized> {
+    tangent: &'t Tangent<'m, M>,
+    meter: Option<&'t Meter<'t>>,
+    saltation: Saltation<'t, Continued<'m, M>>,
+    /// Sizes up to which the tolerances serve.
+    serves: Vec<f64>,
+    stop: Stop,
+    /// Length of the last step.
+    step: f64,
+}
+
+impl<M: Model + ?Sized> Observer for Monitor<'_, '_, M> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        if self.meter.is_some_and(|meter| meter.spend().is_err()) {
+            self.stop = Stop::Budget;
+            return ControlFlow::Break(());
+        }
+        if self.saltation.changes(step) {
+            self.stop = Stop::Jump;
+            return ControlFlow::Break(());
+        }
+        let grown = |(k, serves): (usize, &f64)| self.tangent.size(k, step.q1(), step.v1()) > *serves;
+        if self.serves.iter().enumerate().any(grown) {
+            (self.stop, self.step) = (Stop::Growth, step.t1() - step.t0());
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}

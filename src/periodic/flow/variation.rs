@@ -1,0 +1,161 @@
+//! The flow with its derivative.
+
+use crate::model::equations::{Model, State};
+use crate::ode::budget::{Budget, Meter};
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::motion_size::{Rounding, Sizes};
+use crate::periodic::flow::tangent::Tangent;
+use nalgebra::DMatrix;
+use std::ops::ControlFlow;
+
+/// Runs a model together with the derivative of its motion by the start, tooth edges handled: located, and with the jump of the
+/// derivative (saltation matrix) where a contact force jumps.
+///
+/// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' across them.
+///
+/// Both accelerations at an edge come from [`accel_on_pieces`](Model::accel_on_pieces); of a model without it, from the acceleration on
+/// either side of the edge.
+///
+/// ```
+/// use gear_dynamics::{Model, State, periodic::Variation};
+/// struct Spring;
+/// impl Model for Spring {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+/// }
+/// let turn = Variation::new().run(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// assert!((turn.matrix[(0, 1)] - 1f64.sin()).abs() < 1e-9); // ∂q(1)/∂v(0)
+/// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variation {
+    tolerance: f64,
+    budget: Budget,
+}
+
+impl Default for Variation {
+    fn default() -> Self {
+        Variation::new()
+    }
+}
+
+impl Variation {
+    /// To 1e-12 of the range of motion, within the default [`Budget`].
+    pub fn new() -> Self {
+        Variation { tolerance: 1e-12, budget: Budget::new() }
+    }
+    /// Local error of the motion, as a share of the range of each coordinate and velocity or the rounding of its terms, whichever is larger;
+    /// that of the derivative is ten times larger, as a share of what each of its columns has grown to.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Variation { tolerance, ..self }
+    }
+    /// The most steps and time of a run.
+    pub fn budget(self, budget: Budget) -> Self {
+        Variation { budget, ..self }
+    }
+
+    /// From `start` to `t_end`.
+    ///
+    /// # Errors
+    /// [`IntegrateError`].
+    pub fn run<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+    ) -> Result<Transition, IntegrateError> {
+        self.run_any(&model, start, t_end)
+    }
+
+    fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
+        if !(1e-16..1.0).contains(&self.tolerance) {
+            return Err(IntegrateError::Setting {
+                name: "tolerance",
+                value: self.tolerance,
+                allowed: "in [1e-16, 1)",
+            });
+        }
+        let meter = self.budget.begin();
+        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));
+        metered(&coarse(start), model, start, t_end, &mut (&mut sizes, &mut rounding), &meter)?;
+        sizes.see(start.t, &start.q, &start.v);
+        let scale = rounding.units(&sizes.ranges(), self.tolerance);
+        let (state, scaled, crossings) = transition(model, &scale, self.tolerance, start, t_end, &meter)?;
+        Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings })
+    }
+}
+
+/// A run over a span of time and its derivative by the start.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, periodic::Variation};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let through = Variation::new().run(&pair, &pair.static_start()?, 10.0)?;
+/// assert_eq!(through.crossings, 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transition {
+    /// Where it ends.
+    pub state: State,
+    /// ∂(q, v)(t1)/∂(q, v)(t0), in the units of the model.
+    pub matrix: DMatrix<f64>,
+    /// Tooth edges crossed.
+    pub crossings: u64,
+}
+
+/// A solver good enough to see how far things move.
+pub(crate) fn coarse(start: &State) -> Dop853 {
+    Dop853::new().rtol(1e-9).atol(1e-12 * largest(start))
+}
+
+/// The largest coordinate or velocity; 1 if there is none.
+fn largest(start: &State) -> f64 {
+    let largest = start.q.iter().chain(&start.v).fold(0.0, |m: f64, x| m.max(x.abs()));
+    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+}
+
+/// A run within a budget.
+pub(crate) fn metered<M: Model + ?Sized>(
+    solver: &Dop853,
+    model: &M,
+    start: &State,
+    t_end: f64,
+    observer: &mut dyn Observer,
+    meter: &Meter<'_>,
+) -> Result<State, IntegrateError> {
+    let crude = vec![largest(start); 2 * model.dof()];
+    let (model, mut spend) = (&Continued::new(model, &crude), meter);
+    let mut watch = |step: &mut Step<'_>| {
+        if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
+    };
+    let finish = solver.run(model, start, t_end, &mut watch)?;
+    match meter.exhausted() {
+        Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
+        None => Ok(finish.state),
+    }
+}
+
+/// The end of a run and its derivative, both differences and their change in units of size.
+pub(crate) fn transition<M: Model + ?Sized>(
+    model: &M,
+    scale: &[f64],
+    tolerance: f64,
+    start: &State,
+    t_end: f64,
+    meter: &Meter<'_>,
+) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
+    let tangent = Tangent::new(model, scale.len(), scale, tolerance);
+    let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter)?;
+    let matrix = DMatrix::from_fn(scale.len(), scale.len(), |i, k| tangent.scaled(&end, i, k));
+    Ok((tangent.motion(&end), matrix, crossings))
+}
+
+/// S X S⁻¹.
+pub(crate) fn unscaled(scaled: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| scaled[(i, j)] * scale[i] / scale[j])
+}

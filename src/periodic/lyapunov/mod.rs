@@ -1,0 +1,6 @@
+//! Lyapunov exponents.
+
+pub(crate) mod directions;
+pub(crate) mod exponents;
+pub(crate) mod growth;
+pub(crate) mod run;

@@ -1,0 +1,23 @@
+//! Periodic orbits: harmonic balance, shooting, stability, Lyapunov exponents.
+
+pub(crate) mod balance;
+pub(crate) mod flow;
+pub(crate) mod lyapunov;
+pub(crate) mod multipliers;
+pub(crate) mod shooting;
+
+pub use crate::periodic::balance::equations::residual::BalanceEquations;
+pub use crate::periodic::balance::error::{BalanceError, BalanceNote};
+pub use crate::periodic::balance::integrals::Integrals;
+pub use crate::periodic::balance::orbit::FourierOrbit;
+pub use crate::periodic::balance::quality::proof::Proof;
+pub use crate::periodic::balance::series::harmonics::Harmonics;
+pub use crate::periodic::balance::solve::Balance;
+pub use crate::periodic::balance::switching::contacts::ContactHistory;
+pub use crate::periodic::flow::variation::{Transition, Variation};
+pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
+pub use crate::periodic::lyapunov::run::Lyapunov;
+pub use crate::periodic::multipliers::{Multipliers, Stability};
+pub use crate::periodic::shooting::failure::{Iterate, ShootingError};
+pub use crate::periodic::shooting::multiple::Shooting;
+pub use crate::periodic::shooting::orbit::ShootingOrbit;

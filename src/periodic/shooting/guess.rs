@@ -1,0 +1,108 @@
+//! What shooting starts from: checked states at the nodes, the ranges of motion, the rigid modes.
+
+use crate::error::{ParameterError, check};
+use crate::model::equations::{Model, Periodic, State};
+use crate::model::rigid::rigid_modes;
+use crate::ode::budget::Meter;
+use crate::ode::error::IntegrateError;
+use crate::ode::step::Step;
+use crate::periodic::flow::motion_size::{Rounding, Sizes};
+use crate::periodic::flow::variation::{coarse, metered};
+use crate::periodic::shooting::failure::ShootingError;
+use std::ops::ControlFlow;
+
+/// What is wanted of the guess.
+pub(crate) struct Plan {
+    pub(crate) multiple: usize,
+    pub(crate) segments: Option<usize>,
+    pub(crate) flow_tolerance: f64,
+}
+
+pub(crate) struct Guess {
+    pub(crate) states: Vec<State>,
+    /// Units of coordinates and velocities, rigid motion left out, and their ranges.
+    pub(crate) scales: [Vec<f64>; 2],
+    pub(crate) rigid: Vec<Vec<f64>>,
+    pub(crate) end: f64,
+}
+
+/// Steps of a run per segment, when the number of segments is left open.
+const STEPS: usize = 32;
+
+const MOST: usize = 128;
+
+/// A last state this close to the end, in shares of the period, is the first one again.
+const SAME: f64 = 1e-9;
+
+impl Guess {
+    pub(crate) fn of(
+        model: &dyn Periodic,
+        plan: &Plan,
+        guess: &[State],
+        meter: &Meter<'_>,
+    ) -> Result<Guess, ShootingError> {
+        let Some(first) = guess.first() else {
+            return Err(ParameterError::Empty { name: "guess".into(), least: 1 }.into());
+        };
+        let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
+        let end = first.t + period;
+        let mut states = guess.to_vec();
+        if states.len() > 1 && states.last().is_some_and(|last| (last.t - end).abs() <= SAME * period) {
+            states.pop();
+        }
+        let mut after = f64::NEG_INFINITY;
+        for (index, state) in states.iter().enumerate() {
+            state.check(model.dof())?;
+            if !(state.t > after && state.t < end) {
+                return Err(ShootingError::GuessTime { index, time: state.t, from: first.t, to: end });
+            }
+            after = state.t;
+        }
+        if let Some(wanted) = plan.segments.filter(|wanted| *wanted < states.len()) {
+            states = (0..wanted).map(|i| states[i * states.len() / wanted].clone()).collect();
+        }
+        let model: &dyn Model = model;
+        let rigid = rigid_modes(model, period);
+        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &rigid), Rounding::new(model));
+        let solver = coarse(first);
+        let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Flow {
+            segment,
+            error,
+            last: crate::periodic::shooting::failure::Iterate {
+                states: states.to_vec(),
+                corrections: Vec::new(),
+            },
+        };
+        for (i, state) in states.iter().enumerate() {
+            sizes.see(state.t, &state.q, &state.v);
+            let until = states.get(i + 1).map_or(end, |next| next.t);
+            metered(&solver, model, state, until, &mut (&mut sizes, &mut rounding), meter)
+                .map_err(|error| fail(i, error, &states))?;
+        }
+        if states.len() == 1 {
+            let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MOST));
+            let times: Vec<f64> = (0..count).map(|i| first.t + period * (i as f64 / count as f64)).collect();
+            let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
+            let mut left = &times[1..];
+            let mut keep = |step: &mut Step<'_>| {
+                while let [t, rest @ ..] = left
+                    && *t <= step.t1()
+                {
+                    step.at(*t, &mut y);
+                    let (q, v) = y.split_at(model.dof());
+                    nodes.push(State::new(*t, q, v));
+                    left = rest;
+                }
+                ControlFlow::Continue(())
+            };
+            if let Some(&last) = times[1..].last() {
+                metered(&solver, model, first, last, &mut keep, meter)
+                    .map_err(|error| fail(0, error, &states))?;
+            }
+            states = nodes;
+        }
+        let ranges = sizes.ranges();
+        let units = rounding.units(&ranges, plan.flow_tolerance);
+        Ok(Guess { states, scales: [units, rounding.seen(ranges)], rigid, end })
+    }
+}

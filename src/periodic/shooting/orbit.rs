@@ -1,0 +1,227 @@
+//! A periodic orbit, known to the accuracy of the flow.
+
+use crate::model::equations::{Model, State};
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::outcome::Stats;
+use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::tangent::{NONE, finest};
+use crate::periodic::flow::variation::unscaled;
+use crate::periodic::multipliers::{Multipliers, Stability};
+use crate::periodic::shooting::failure::{Iterate, ShootingError};
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::segments::{Round, Segments};
+use nalgebra::DMatrix;
+
+/// A periodic orbit found by [`Shooting`](crate::Shooting): states at its nodes, monodromy, multipliers, and how it was found.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let cycle = Shooting::new().run(&pair, &[pair.static_start()?])?;
+/// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
+///
+/// let mut statistics = Statistics::new(&pair, &["q1"])?;
+/// cycle.observe(&pair, &mut statistics)?;
+/// let later = cycle.at(&pair, 3.25 * pair.period())?;
+/// assert!(statistics.summary("q1")?.min <= later.q[0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShootingOrbit {
+    states: Vec<State>,
+    end: f64,
+    multiple: usize,
+    least: usize,
+    /// Units of the flow.
+    scale: Vec<f64>,
+    range: Vec<f64>,
+    drift: [Vec<f64>; 2],
+    monodromy: DMatrix<f64>,
+    multipliers: Multipliers,
+    first: f64,
+    corrections: Vec<f64>,
+    crossings: u64,
+    flow: f64,
+}
+
+/// An orbit that repeats this closely after fewer periods, in shares of its range, is the shorter one.
+const REPEATS: f64 = 1e-8;
+
+impl ShootingOrbit {
+    pub(crate) fn new(
+        model: &dyn Model,
+        segments: &Segments<'_, dyn Model + '_>,
+        round: Round,
+        looser: Option<Round>,
+        shooting: &Shooting,
+        first: f64,
+        corrections: Vec<f64>,
+    ) -> Result<Self, ShootingError> {
+        let monodromy = segments.monodromy(&round);
+        let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
+        let multipliers =
+            Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| {
+                ShootingError::NotConverged {
+                    component: 0,
+                    range: segments.range()[0],
+                    correction: f64::NAN,
+                    last: last(),
+                }
+            })?;
+        let other = looser
+            .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
+        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
+        let mut cycle = ShootingOrbit {
+            end: segments.end(),
+            multiple: shooting.periods(),
+            least: shooting.periods(),
+            scale: segments.scale().to_vec(),
+            range: segments.range().to_vec(),
+            drift: segments.drift(&round.slack),
+            monodromy: unscaled(&monodromy, segments.scale()),
+            multipliers: multipliers.with_error(error),
+            first,
+            crossings: round.crossings,
+            flow: shooting.flow(),
+            states: round.states.clone(),
+            corrections: corrections.clone(),
+        };
+        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
+            let start = &cycle.states[0];
+            let later = cycle
+                .at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64)
+                .map_err(|error| ShootingError::Flow { segment: 0, error, last: last() })?;
+            if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
+                cycle.least = shorter;
+                break;
+            }
+        }
+        Ok(cycle)
+    }
+
+    /// The states at the nodes, over one period of the orbit.
+    pub fn states(&self) -> &[State] {
+        &self.states
+    }
+    /// Period of the orbit.
+    pub fn period(&self) -> f64 {
+        self.end - self.states[0].t
+    }
+    /// Periods of the drives in one period of the orbit, as asked for.
+    pub fn period_multiple(&self) -> usize {
+        self.multiple
+    }
+    /// The fewest periods of the drives after which it repeats: less than [`period_multiple`](ShootingOrbit::period_multiple) if a shorter orbit
+    /// was found instead.
+    pub fn least_multiple(&self) -> usize {
+        self.least
+    }
+    /// ∂x(t0 + period)/∂x(t0) at the first node, in the units of the model: coordinates, then velocities.
+    pub fn monodromy(&self) -> &DMatrix<f64> {
+        &self.monodromy
+    }
+    /// Its eigenvalues, the units 1, 1 of each rigid mode left out; their error is the change under a flow a hundred times looser.
+    pub fn multipliers(&self) -> &Multipliers {
+        &self.multipliers
+    }
+    /// Whether small differences die out.
+    pub fn stability(&self) -> Stability {
+        self.multipliers.stability()
+    }
+    /// Tooth edges crossed in one period of the orbit.
+    pub fn crossings(&self) -> u64 {
+        self.crossings
+    }
+    /// Range of motion of each coordinate, then of each velocity, as corrections are measured by: that of the guess, rigid motion left
+    /// out.
+    pub fn range(&self) -> &[f64] {
+        &self.range
+    }
+    /// The first Newton correction of the coordinates as a share of their range: how far off the guess was.
+    pub fn first_correction(&self) -> f64 {
+        self.first
+    }
+    /// All corrections, of coordinates and velocities, as shares of their range; the last one was not made.
+    pub fn corrections(&self) -> &[f64] {
+        &self.corrections
+    }
+    /// The last correction: how far off the states may still be, as a share of their range.
+    pub fn accuracy(&self) -> f64 {
+        self.corrections.last().copied().unwrap_or(f64::INFINITY)
+    }
+    /// How far coordinates and velocities drift along rigid modes in one period of the orbit; zeros without rigid modes.
+    pub fn drift(&self) -> (&[f64], &[f64]) {
+        (&self.drift[0], &self.drift[1])
+    }
+    /// Mean acceleration of each coordinate: that of the rigid motion, which nothing holds back.
+    pub fn mean_acceleration(&self) -> Vec<f64> {
+        self.drift[1].iter().map(|dv| dv / self.period()).collect()
+    }
+
+    fn solver(&self, from: &State) -> Dop853 {
+        let atol = from.q.iter().chain(&from.v).zip(&self.scale).map(|(y, s)| finest(self.flow * s, *y));
+        Dop853::new().rtol(NONE).atol_each(&atol.collect::<Vec<_>>())
+    }
+
+    /// The state at any instant, integrated from the node before it.
+    ///
+    /// # Errors
+    /// [`IntegrateError`], and for a time that is not finite.
+    pub fn at<M: Model + ?Sized>(&self, model: &M, t: f64) -> Result<State, IntegrateError> {
+        self.at_any(&model, t)
+    }
+
+    fn at_any(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
+        let (start, period) = (self.states[0].t, self.period());
+        if !t.is_finite() {
+            return Err(IntegrateError::OutputTime { index: 0, value: t, start });
+        }
+        let turns = ((t - start) / period).floor();
+        let inside = (t - turns * period).clamp(start, self.end);
+        let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
+        let from = &self.states[node];
+        let held = Continued::new(model, &self.scale);
+        let mut state =
+            if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
+        // The rigid motion gains the drift with every turn, and what its speed has gained adds up.
+        let since = inside - start;
+        for ((q, v), (dq, dv)) in
+            state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1]))
+        {
+            *q += turns * (dq + (0.5 * (turns - 1.0) * period + since) * dv);
+            *v += turns * dv;
+        }
+        state.t = t;
+        Ok(state)
+    }
+
+    /// One period of the orbit, shown to an observer from node to node, so that even an unstable one is not left.
+    ///
+    /// # Errors
+    /// [`IntegrateError`].
+    pub fn observe<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        observer: &mut O,
+    ) -> Result<Stats, IntegrateError> {
+        let held = Continued::new(model, &self.scale);
+        let mut all = Stats::default();
+        for (i, from) in self.states.iter().enumerate() {
+            let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
+            let run =
+                self.solver(from).run(&held, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
+            all.steps += run.stats.steps;
+            all.rejected += run.stats.rejected;
+            all.evaluations += run.stats.evaluations;
+            all.crossings += run.stats.crossings;
+            all.drive_edges += run.stats.drive_edges;
+            if run.stopped {
+                break;
+            }
+        }
+        Ok(all)
+    }
+}

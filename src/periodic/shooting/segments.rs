@@ -1,0 +1,165 @@
+//! The segments of a shot orbit: one round of flows, and how corrections are measured.
+
+use crate::model::equations::{Model, State};
+use crate::ode::budget::Meter;
+use crate::ode::error::IntegrateError;
+use crate::periodic::flow::motion_size::remove;
+use crate::periodic::flow::variation::transition;
+use nalgebra::DMatrix;
+use nalgebra::DVector;
+
+/// What stays the same while an orbit is shot.
+pub(crate) struct Segments<'m, M: ?Sized> {
+    model: &'m M,
+    /// Units of coordinates and velocities: their ranges, or what rounding allows.
+    scale: Vec<f64>,
+    /// Ranges, of which corrections are reported as shares.
+    range: Vec<f64>,
+    /// Rigid modes in these units, orthonormal: along the coordinates, then along the velocities.
+    rigid: DMatrix<f64>,
+    /// The same in units of range.
+    rigid_of_range: DMatrix<f64>,
+    end: f64,
+}
+
+/// One flow around the orbit, in units of range.
+pub(crate) struct Round {
+    pub(crate) states: Vec<State>,
+    pub(crate) slack: DVector<f64>,
+    pub(crate) transitions: Vec<DMatrix<f64>>,
+    /// x_{i+1} - φ(x_i), the right-hand sides of the corrections.
+    pub(crate) defects: Vec<DVector<f64>>,
+    pub(crate) crossings: u64,
+}
+
+impl<'m, M: Model + ?Sized> Segments<'m, M> {
+    pub(crate) fn new(model: &'m M, [scale, range]: [Vec<f64>; 2], modes: &[Vec<f64>], end: f64) -> Self {
+        let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
+        Segments { model, scale, range, rigid, rigid_of_range, end }
+    }
+
+    pub(crate) fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+    pub(crate) fn range(&self) -> &[f64] {
+        &self.range
+    }
+    pub(crate) fn rigid(&self) -> &DMatrix<f64> {
+        &self.rigid
+    }
+    /// Where the orbit closes.
+    pub(crate) fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// Flows over all segments; without a slack, the one that closes the rigid motion. A failure names its segment.
+    pub(crate) fn round(
+        &self,
+        states: Vec<State>,
+        slack: Option<&DVector<f64>>,
+        tolerance: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Round, (usize, IntegrateError, Vec<State>)> {
+        let count = states.len();
+        let (mut transitions, mut defects, mut crossings) =
+            (Vec::with_capacity(count), Vec::with_capacity(count), 0);
+        for (i, state) in states.iter().enumerate() {
+            let next = states.get(i + 1).unwrap_or(&states[0]);
+            let until = if i + 1 < count { next.t } else { self.end };
+            match transition(self.model, &self.scale, tolerance, state, until, meter) {
+                Ok((end, matrix, crossed)) => {
+                    crossings += crossed;
+                    transitions.push(matrix);
+                    defects.push(self.difference(next, &end));
+                }
+                Err(error) => return Err((i, error, states)),
+            }
+        }
+        let slack = match (slack, defects.last()) {
+            (None, Some(last)) => -self.rigid.tr_mul(last),
+            (Some(slack), _) => slack.clone(),
+            (None, None) => DVector::zeros(self.rigid.ncols()),
+        };
+        if let Some(last) = defects.last_mut() {
+            *last += &self.rigid * &slack;
+        }
+        Ok(Round { states, slack, transitions, defects, crossings })
+    }
+
+    /// a - b in units of range.
+    pub(crate) fn difference(&self, a: &State, b: &State) -> DVector<f64> {
+        let all = |s: &State, i: usize| if i < s.q.len() { s.q[i] } else { s.v[i - s.q.len()] };
+        DVector::from_fn(self.scale.len(), |i, _| (all(a, i) - all(b, i)) / self.scale[i])
+    }
+
+    /// A part of a Newton step.
+    pub(crate) fn moved(
+        &self,
+        from: &Round,
+        step: &[DVector<f64>],
+        slack: &DVector<f64>,
+        part: f64,
+    ) -> (Vec<State>, DVector<f64>) {
+        let (of_q, of_v) = self.scale.split_at(self.scale.len() / 2);
+        let shift = |x: &[f64], by: &[f64], scale: &[f64]| {
+            x.iter().zip(by).zip(scale).map(|((x, z), s)| x + part * z * s).collect()
+        };
+        let node = |(state, z): (&State, &DVector<f64>)| {
+            let (z_q, z_v) = z.as_slice().split_at(of_q.len());
+            State { t: state.t, q: shift(&state.q, z_q, of_q), v: shift(&state.v, z_v, of_v) }
+        };
+        (from.states.iter().zip(step).map(node).collect(), &from.slack + slack * part)
+    }
+
+    /// The largest component at any node, rigid motion left out.
+    pub(crate) fn norm(&self, step: &[DVector<f64>]) -> f64 {
+        step.iter().fold(0.0, |m: f64, z| m.max(self.elastic(z).amax()))
+    }
+    /// The component that moves most as a share of its range, and that share; of the coordinates alone, or of all.
+    pub(crate) fn most(&self, step: &[DVector<f64>], coordinates: bool) -> (usize, f64) {
+        let count = if coordinates { self.scale.len() / 2 } else { self.scale.len() };
+        let mut most = (0, 0.0);
+        for z in step {
+            let z = DVector::from_fn(z.len(), |i, _| z[i] * (self.scale[i] / self.range[i]));
+            let z = &z - &self.rigid_of_range * self.rigid_of_range.tr_mul(&z);
+            for i in 0..count {
+                let share = z[i].abs();
+                if share > most.1 || share.is_nan() {
+                    most = (i, share);
+                }
+            }
+        }
+        most
+    }
+    pub(crate) fn elastic(&self, z: &DVector<f64>) -> DVector<f64> {
+        z - &self.rigid * self.rigid.tr_mul(z)
+    }
+
+    /// The product of all transitions.
+    pub(crate) fn monodromy(&self, round: &Round) -> DMatrix<f64> {
+        let m = self.scale.len();
+        round.transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
+    }
+
+    /// What the slack means: jumps of coordinates and of velocities over one period.
+    pub(crate) fn drift(&self, slack: &DVector<f64>) -> [Vec<f64>; 2] {
+        let all = &self.rigid * slack;
+        let unscaled: Vec<f64> = all.iter().zip(&self.scale).map(|(z, s)| z * s).collect();
+        let (q, v) = unscaled.split_at(unscaled.len() / 2);
+        [q.to_vec(), v.to_vec()]
+    }
+}
+
+/// Rigid modes along the coordinates, then along the velocities, in units of each, orthonormal.
+fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
+    let (m, n) = (unit.len(), unit.len() / 2);
+    let mut rigid: Vec<DVector<f64>> = Vec::new();
+    for half in 0..2 {
+        for mode in modes {
+            let mut r = DVector::from_fn(m, |i, _| if i / n == half { mode[i % n] / unit[i] } else { 0.0 });
+            rigid.iter().for_each(|other| remove(other.as_slice(), r.as_mut_slice()));
+            rigid.push(r.normalize());
+        }
+    }
+    if rigid.is_empty() { DMatrix::zeros(m, 0) } else { DMatrix::from_columns(&rigid) }
+}

@@ -1,0 +1,112 @@
+//! LU factors of a Jacobian.
+
+use crate::roots::blocks::Elimination;
+use crate::roots::matrix::Matrix;
+use faer::MatMut;
+use faer::MatRef;
+use faer::linalg::solvers::PartialPivLu;
+use faer::linalg::solvers::Solve;
+use nalgebra::DMatrix;
+use nalgebra::DVectorViewMut;
+use nalgebra::Dyn;
+
+/// LU factors of a [`Matrix`].
+pub(crate) enum Factors {
+    Small(nalgebra::LU<f64, Dyn, Dyn>),
+    Dense(PartialPivLu<f64>),
+    Blocks(Elimination),
+}
+
+/// The unknown that the equations leave free.
+pub(crate) struct Floating(pub(crate) usize);
+
+/// Up to this size plain elimination beats blocks.
+const SMALL: usize = 40;
+
+impl Factors {
+    pub(crate) fn new(a: &Matrix) -> Result<Self, Floating> {
+        if let Some(values) = a.single() {
+            return Factors::of_dense(values, a.size());
+        }
+        let mut finite = true;
+        a.each(|_, _, value| finite &= value.is_finite());
+        match Elimination::new(a) {
+            Ok(blocks) if blocks.is_sound(a) => Ok(Factors::Blocks(blocks)),
+            Err(unknown) if !finite => Err(Floating(unknown)),
+            // A pivot has to be sought outside its block.
+            _ => Factors::of_dense(DMatrix::from(a).as_slice(), a.size()),
+        }
+    }
+
+    /// With pivots from the whole column.
+    fn of_dense(values: &[f64], n: usize) -> Result<Self, Floating> {
+        let (found, factors) = if n <= SMALL {
+            let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
+            let u = lu.lu_internal();
+            (floating(n, |i, j| u[(i, j)]), Factors::Small(lu))
+        } else {
+            let lu = MatRef::from_column_major_slice(values, n, n).partial_piv_lu();
+            let u = lu.U();
+            (floating(n, |i, j| u[(i, j)]), Factors::Dense(lu))
+        };
+        found.map_or(Ok(factors), |unknown| Err(Floating(unknown)))
+    }
+
+    /// x becomes A⁻¹ x.
+    pub(crate) fn solve(&self, x: &mut [f64]) {
+        let n = x.len();
+        match self {
+            Factors::Small(lu) => {
+                lu.solve_mut(&mut DVectorViewMut::from_slice(x, n));
+            }
+            Factors::Dense(lu) => lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1)),
+            Factors::Blocks(elimination) => elimination.solve(x),
+        }
+    }
+}
+
+/// If U is singular to rounding, the largest entry of its null vector.
+pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
+    // Each pivot against its own column: equations may be of very different size.
+    let vanishes = |i: usize| {
+        let size = (0..=i).fold(0.0, |m: f64, k| m.max(u(k, i).abs()));
+        u(i, i).is_nan() || u(i, i).abs() <= 16.0 * f64::EPSILON * size
+    };
+    let column = (0..n).find(|&i| vanishes(i))?;
+    let mut null = vec![0.0; column + 1];
+    null[column] = 1.0;
+    for i in (0..column).rev() {
+        let sum: f64 = (i + 1..=column).map(|j| u(i, j) * null[j]).sum();
+        null[i] = -sum / u(i, i);
+    }
+    (0..=column).max_by(|&a, &b| null[a].abs().total_cmp(&null[b].abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::equations::{Model, Periodic, State};
+    use crate::models::ring::params::RingSet;
+    use crate::models::ring::shape::{Frame, Ring};
+    use crate::ode::integrator::Integrator;
+    use crate::ode::methods::dop853::Dop853;
+    use crate::periodic::balance::orbit::FourierOrbit;
+    use crate::periodic::balance::series::harmonics::Harmonics;
+    use crate::periodic::balance::solve::Balance;
+    use crate::roots::factors::Factors;
+    use crate::roots::residual::Residual;
+
+    /// Along a run no gear loses its neighbours, and blocks need no pivots from outside.
+    #[test]
+    fn rings_are_eliminated_in_blocks() -> Result<(), Box<dyn std::error::Error>> {
+        let set = RingSet { error: 1e-5, ..RingSet::a(8, 3000.0) };
+        let (ring, moving) = (Ring::new(&set.params()?)?, Ring::new(&set.params()?)?.in_frame(Frame::Rigid));
+        let end = Dop853::new().end(&moving, &State::at_rest(ring.dof()), 20.0 * ring.period())?;
+        let balance = Balance::new(Harmonics::up_to(5));
+        let guess = FourierOrbit::project(&Dop853::new(), &moving, &end, balance.harmonics())?;
+        let mut equations = balance.equations(&ring, &guess)?;
+        let (x, mut matrix) = (equations.unknowns(&guess), equations.matrix());
+        equations.jacobian(&x, &mut matrix);
+        assert!(matches!(Factors::new(&matrix), Ok(Factors::Blocks(_))));
+        Ok(())
+    }
+}

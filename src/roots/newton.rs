@@ -1,0 +1,278 @@
+//! Newton's method, damped by the natural monotonicity test.
+
+use crate::roots::factors::Factors;
+use crate::roots::matrix::Matrix;
+use crate::roots::norms::{dot, largest};
+use crate::roots::residual::{Residual, is_root, jacobian_of};
+use crate::roots::root::{Root, RootError, check_share};
+
+/// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
+/// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
+/// updates of rank one, so that such corrections converge faster than linearly. Where a Jacobian that jumps brings it to a crawl, it begins anew
+/// from the guess and halves corrections until |r|₂ falls.
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2, 2.1.4 and 3.3.
+///
+/// ```
+/// use gear_dynamics::roots::{Equations, Newton};
+/// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[3.0])?; // undamped it diverges
+/// assert!(root.x[0].abs() < 1e-9);
+/// # Ok::<(), gear_dynamics::roots::RootError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Newton {
+    tolerance: f64,
+    max_iterations: usize,
+    min_damping: f64,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Newton::new()
+    }
+}
+
+/// A correction of at most this share of the one before keeps the factors.
+const FAST: f64 = 0.5;
+
+impl Newton {
+    /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.
+    pub fn new() -> Self {
+        Newton { tolerance: 1e-10, max_iterations: 50, min_damping: 1e-4 }
+    }
+    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Newton { tolerance, ..self }
+    }
+    /// The limit on iterations.
+    pub fn max_iterations(self, max_iterations: usize) -> Self {
+        Newton { max_iterations, ..self }
+    }
+    /// The shortest share λ of a correction that is tried.
+    pub fn min_damping(self, min_damping: f64) -> Self {
+        Newton { min_damping, ..self }
+    }
+
+    /// Solves from a guess.
+    ///
+    /// # Errors
+    /// [`RootError`], with the last iterate.
+    pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
+        check_share("tolerance", self.tolerance)?;
+        check_share("least damping", self.min_damping)?;
+        let n = equations.size();
+        let mut r = vec![0.0; n];
+        let mut root = Root::start(equations, guess, &mut r)?;
+        let mut matrix = equations.matrix();
+        let first = largest(guess);
+        let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let mut factors: Option<Factors> = None;
+        let mut taken = Taken::default();
+        // While it is none, the test of natural monotonicity decides.
+        let mut descent: Option<Descent> = None;
+        let mut crawled = 0;
+        while root.iterations < self.max_iterations {
+            let (kept, stale) = match factors.take() {
+                // The next correction is known already.
+                Some(kept) => (kept, true),
+                None => {
+                    jacobian_of(equations, &root.x, &mut matrix);
+                    let fresh = match Factors::new(&matrix) {
+                        Ok(fresh) => fresh,
+                        Err(floating) => return Err(root.singular(floating, &matrix)),
+                    };
+                    step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
+                    fresh.solve(&mut step);
+                    taken.clear();
+                    (fresh, false)
+                }
+            };
+            let size = largest(&step);
+            if !size.is_finite() {
+                let unknown = step.iter().position(|s| !s.is_finite()).unwrap_or(0);
+                return Err(root.singular(crate::roots::factors::Floating(unknown), &matrix));
+            }
+            let bound = self.tolerance * first.max(largest(&root.x));
+            if let Some(descent) = descent.as_mut().filter(|_| size > bound) {
+                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.min_damping) {
+                    return Err(root.stuck(&trial));
+                }
+                root.step_to(&x, largest(&trial));
+                std::mem::swap(&mut r, &mut trial);
+                continue;
+            }
+            let mut damping = 1.0;
+            let contraction = loop {
+                x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
+                equations.residual(&x, &mut trial);
+                root.evaluations += 1;
+                let residual = largest(&trial);
+                if residual.is_finite() {
+                    // A correction within the tolerance needs no test of monotonicity.
+                    if damping == 1.0
+                        && size <= bound
+                        && is_met(equations, &x, &trial, &step, bound, &mut matrix)
+                    {
+                        root.step_to(&x, residual);
+                        return Ok(root);
+                    }
+                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
+                    kept.solve(&mut next);
+                    let contraction = largest(&next) / size;
+                    if contraction <= 1.0 - 0.25 * damping {
+                        break Some(contraction);
+                    }
+                    let bent = next
+                        .iter()
+                        .zip(&step)
+                        .fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
+                    damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
+                } else {
+                    damping *= 0.5;
+                }
+                if stale {
+                    break None;
+                }
+                if damping.is_nan() || damping < self.min_damping {
+                    break Some(f64::INFINITY);
+                }
+            };
+            // Factors that no longer serve are made anew, at the same place.
+            let Some(contraction) = contraction else { continue };
+            crawled = if damping < CRAWL { crawled + 1 } else { 0 };
+            if contraction == f64::INFINITY || crawled == CRAWLS {
+                // What this Jacobian foresees ends at once, and did so from the start: the descent begins there.
+                if descent.is_some() {
+                    return Err(root.stuck(&trial));
+                }
+                descent = Some(Descent::default());
+                equations.residual(guess, &mut r);
+                root.evaluations += 1;
+                root.step_to(guess, largest(&r));
+                continue;
+            }
+            root.step_to(&x, largest(&trial));
+            std::mem::swap(&mut r, &mut trial);
+            if damping == 1.0 {
+                taken.push(&step);
+                let serves = contraction <= FAST && taken.update(&mut next);
+                // The next correction estimates the error that is left.
+                let near = largest(&next) <= bound;
+                // A correction within the tolerance has been judged above.
+                if near && size > bound && is_met(equations, &x, &r, &step, bound, &mut matrix) {
+                    return Ok(root);
+                }
+                factors = (serves && !near).then_some(kept);
+                std::mem::swap(&mut step, &mut next);
+            }
+        }
+        Err(root.not_converged())
+    }
+}
+
+/// Whether x is a root to `bound`: every residual is at most half of Σ_j |J_ij s_j|, with the Jacobian at hand and the correction s that led
+/// here, or the Jacobian at x itself asks for no correction above `bound`.
+fn is_met<R: Residual + ?Sized>(
+    equations: &mut R,
+    x: &[f64],
+    r: &[f64],
+    step: &[f64],
+    bound: f64,
+    jacobian: &mut Matrix,
+) -> bool {
+    let mut foreseen = vec![0.0; r.len()];
+    jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
+    r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen)
+        || is_root(equations, x, r, bound, jacobian)
+}
+
+/// Where a Jacobian jumps, as that of a sampled dead zone does, the test of natural monotonicity passes no share of a correction, or only tiny
+/// ones: what J foresees ends at the jump. Then |r|₂ has to fall, and where no share makes it, a short step to below the largest of the last
+/// |r|₂ is taken all the same.   Source: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986) 707.
+#[derive(Default)]
+struct Descent {
+    /// The last |r|₂², in turn.
+    last: [f64; WINDOW],
+    steps: usize,
+}
+
+/// A step damped below this share crawls; after `CRAWLS` of them in a row the descent begins.
+const CRAWL: f64 = 1.0 / 16.0;
+
+const CRAWLS: usize = 4;
+
+/// How many of the last |r|₂ count.
+const WINDOW: usize = 5;
+
+/// The longest share that is tried without descent.
+const SHORT: f64 = 0.125;
+
+impl Descent {
+    /// Moves x from the iterate, if a share serves.
+    fn step<R: Residual + ?Sized>(
+        &mut self,
+        equations: &mut R,
+        root: &mut Root,
+        r: &[f64],
+        step: &[f64],
+        (x, trial): (&mut [f64], &mut [f64]),
+        least: f64,
+    ) -> bool {
+        let here = dot(r, r);
+        self.last[self.steps % WINDOW] = here;
+        self.steps += 1;
+        let most = self.last.iter().fold(0.0, |m: f64, x| m.max(*x));
+        for (longest, below) in [(1.0, here), (SHORT, most)] {
+            let mut share = longest;
+            while share >= least {
+                x.iter_mut().zip(&root.x).zip(step).for_each(|((x, x0), s)| *x = x0 + share * s);
+                equations.residual(x, trial);
+                root.evaluations += 1;
+                if dot(trial, trial) < below {
+                    return true;
+                }
+                share *= 0.5;
+            }
+        }
+        false
+    }
+}
+
+/// The steps made with the same factors.
+#[derive(Default)]
+struct Taken {
+    /// One after the other.
+    steps: Vec<f64>,
+    /// Their squared lengths.
+    squares: Vec<f64>,
+}
+
+impl Taken {
+    fn clear(&mut self) {
+        self.steps.clear();
+        self.squares.clear();
+    }
+
+    fn push(&mut self, step: &[f64]) {
+        self.steps.extend(step);
+        self.squares.push(dot(step, step));
+    }
+
+    /// Turns a correction by the factors into that of Broyden's good updates of them; `false` if it does not shrink, and they no longer serve.
+    /// Source: Deuflhard, Algorithm QNERR, Sec. 2.1.4.
+    fn update(&self, correction: &mut [f64]) -> bool {
+        let mut steps = self.steps.chunks_exact(correction.len()).zip(&self.squares).peekable();
+        while let Some((step, square)) = steps.next() {
+            let share = dot(correction, step) / square;
+            match steps.peek() {
+                Some((after, _)) => correction.iter_mut().zip(*after).for_each(|(c, s)| *c += share * s),
+                None => {
+                    // Θ <= 1/2 before the last update, so that share is at most 1/2 too.
+                    let serves = dot(correction, correction) <= FAST * FAST * square;
+                    correction.iter_mut().for_each(|c| *c /= 1.0 - share);
+                    return serves;
+                }
+            }
+        }
+        true
+    }
+}

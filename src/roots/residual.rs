@@ -1,0 +1,118 @@
+//! Equations and their Jacobians.
+
+use crate::roots::factors::Factors;
+use crate::roots::matrix::Matrix;
+use crate::roots::norms::largest;
+
+/// Equations r(x) = 0, as many as unknowns. Working arrays may live in `self`.
+///
+/// ```
+/// use gear_dynamics::roots::{Matrix, Newton, Residual};
+/// struct Circle; // x² + y² = 1, x = y
+/// impl Residual for Circle {
+///     fn size(&self) -> usize { 2 }
+///     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+///         r.copy_from_slice(&[x[0] * x[0] + x[1] * x[1] - 1.0, x[0] - x[1]]);
+///     }
+///     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+///         out.column_mut(0).copy_from_slice(&[2.0 * x[0], 1.0]);
+///         out.column_mut(1).copy_from_slice(&[2.0 * x[1], -1.0]);
+///         true
+///     }
+/// }
+/// let root = Newton::new().solve(&mut Circle, &[1.0, 0.5])?;
+/// assert!((root.x[0] - 0.5f64.sqrt()).abs() < 1e-9);
+/// # Ok::<(), gear_dynamics::roots::RootError>(())
+/// ```
+pub trait Residual {
+    /// Number of unknowns.
+    fn size(&self) -> usize;
+    /// r(x).
+    fn residual(&mut self, x: &[f64], r: &mut [f64]);
+    /// An empty Jacobian of the right pattern; dense unless said otherwise.
+    ///
+    /// # Panics
+    /// As it stands for more than 65 536 unknowns, see [`Matrix::dense`]: equations as large as that have a pattern of their own.
+    fn matrix(&self) -> Matrix {
+        Matrix::dense(self.size())
+    }
+    /// ∂r_i/∂x_j into every stored entry. `false`: not offered, differences are used.
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+        let _ = (x, out);
+        false
+    }
+}
+
+/// Equations given by a closure, with differences for a Jacobian.
+///
+/// ```
+/// use gear_dynamics::roots::{Broyden, Equations};
+/// let root = Broyden::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0] - x[0].cos()), &[0.5])?;
+/// assert!((root.x[0] - 0.739_085_133_215).abs() < 1e-10);
+/// # Ok::<(), gear_dynamics::roots::RootError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Equations<F> {
+    size: usize,
+    residual: F,
+}
+
+impl<F: FnMut(&[f64], &mut [f64])> Equations<F> {
+    /// `residual(x, r)` in `size` unknowns.
+    pub fn new(size: usize, residual: F) -> Self {
+        Equations { size, residual }
+    }
+}
+
+impl<F: FnMut(&[f64], &mut [f64])> Residual for Equations<F> {
+    fn size(&self) -> usize {
+        self.size
+    }
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) {
+        (self.residual)(x, r);
+    }
+}
+
+/// The Jacobian of any equations: their own, or central differences.
+pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], out: &mut Matrix) {
+    if equations.jacobian(x, out) {
+        return;
+    }
+    let n = equations.size();
+    let size = Some(largest(x)).filter(|&size| size > 0.0).unwrap_or(1.0);
+    let (mut moved, mut plus, mut minus) = (x.to_vec(), vec![0.0; n], vec![0.0; n]);
+    for j in 0..n {
+        // ε^(1/3) balances truncation and rounding of a central difference.
+        let h = 6e-6 * x[j].abs().max(1e-2 * size);
+        moved[j] = x[j] + h;
+        equations.residual(&moved, &mut plus);
+        moved[j] = x[j] - h;
+        equations.residual(&moved, &mut minus);
+        moved[j] = x[j];
+        out.set_column(j, |i| (plus[i] - minus[i]) / (2.0 * h));
+    }
+}
+
+/// Whether x is a root: |J⁻¹ r| <= `bound` with the Jacobian of this very place, which `jacobian` then holds. A Jacobian taken elsewhere may be
+/// so much larger that every correction looks small. Where J is singular, |r_i| <= `bound` Σ_j |J_ij| decides alone.
+pub(crate) fn is_root<R: Residual + ?Sized>(
+    equations: &mut R,
+    x: &[f64],
+    r: &[f64],
+    bound: f64,
+    jacobian: &mut Matrix,
+) -> bool {
+    jacobian_of(equations, x, jacobian);
+    let mut reach = vec![0.0; r.len()];
+    jacobian.each(|row, _, slope| reach[row] += slope.abs());
+    // A comparison with NaN is false.
+    if !r.iter().zip(&reach).all(|(r, reach)| r.abs() <= bound * reach) {
+        return false;
+    }
+    let Ok(factors) = Factors::new(jacobian) else {
+        return true;
+    };
+    let mut correction = r.to_vec();
+    factors.solve(&mut correction);
+    largest(&correction) <= bound
+}

@@ -1,0 +1,131 @@
+//! The accurate engine: any solver with located edges.
+
+use crate::analysis::rattle::Rattle;
+use crate::analysis::statistics::Statistics;
+use crate::model::equations::{Periodic, State};
+use crate::ode::error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::probe::Probe;
+use crate::ode::step::Step;
+use crate::sweep::engines::interface::{Job, Source, SweepEngine};
+use crate::sweep::engines::track::{Next, Plan, Track};
+use crate::sweep::error::{PointError, SweepError};
+use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+
+/// Runs of a sweep by an [`Integrator`]: located edges, exact extremes, error under the control of its tolerance.
+///
+/// ```
+/// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
+/// let rows = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1).channels(&["q1"]).run(
+///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
+///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///     |_, pair| pair.static_start(),
+/// )?;
+/// assert_eq!(rows.row(0).ok_or("cancelled")?.map_err(Clone::clone)?.period_multiple(), Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Located<I>(pub I);
+
+impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
+    fn accepts(&self, _: &M, _: &[usize]) -> Result<(), SweepError> {
+        Ok(())
+    }
+    fn finer(&self) -> Option<Self> {
+        None
+    }
+
+    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>) {
+        let mut next = VecDeque::new();
+        while !source.is_cancelled() {
+            let Some(Job { index, model, start }) = next.pop_front().or_else(|| source.next(None)) else {
+                return;
+            };
+            match self.one(plan, channels, index, &model, &start, &*source) {
+                Ok(None) => return,
+                Ok(Some((row, state))) => {
+                    source.put(index, Ok((row, &state)));
+                    next.extend(source.next(Some((index, &state))));
+                }
+                Err(error) => {
+                    source.put(index, Err(error));
+                    next.extend(source.next(Some((index, &[]))));
+                }
+            }
+        }
+    }
+}
+
+type Made = Option<(Vec<f64>, Vec<f64>)>;
+
+impl<I: Integrator> Located<I> {
+    /// A row with the last state, or nothing when cancelled.
+    fn one<M: Periodic>(
+        &self,
+        plan: &Plan,
+        channels: &[usize],
+        index: usize,
+        model: &M,
+        start: &State,
+        source: &dyn Source<M>,
+    ) -> Result<Made, PointError> {
+        let names: Vec<String> =
+            channels.iter().map(|&c| Probe::new(model).channels()[c].name.clone()).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut track = Track::new(plan, &start.q, &start.v);
+        let mut rattle = Rattle::new(model);
+        let mut counted = rattle.contacts().to_vec();
+        let mut state = start.clone();
+        let period = model.period();
+        let rigid = || source.rigid(index);
+        loop {
+            let end = start.t + (track.periods + 1) as f64 * period;
+            let (measuring, ranging) = (track.measuring(), track.ranging());
+            let mut look = |step: &mut Step<'_>| {
+                if ranging {
+                    track.see_state(step.y1().iter().copied());
+                }
+                if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let finish = if measuring {
+                let mut statistics = Statistics::new(model, &names).map_err(PointError::Start)?;
+                let mut measures = (&mut statistics, &mut rattle);
+                let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
+                if finish.stopped {
+                    return Ok(None);
+                }
+                for (i, name) in names.iter().enumerate() {
+                    let x = statistics
+                        .summary(name)
+                        .map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
+                    track.add_channel(i, &ChannelMeter::of(&x, period), period);
+                }
+                for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
+                    let (now, before) = (rattle.contact(i), *counted);
+                    let time = |k: usize| now.time[k] - before.time[k];
+                    let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
+                    track.add_contact(
+                        i,
+                        &ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]),
+                        time(0) + time(1) + time(2),
+                    );
+                    *counted = now;
+                }
+                finish
+            } else {
+                self.0.run(model, &state, end, &mut look)?
+            };
+            if finish.stopped {
+                return Ok(None);
+            }
+            state = finish.state;
+            match track.period(period, state.q.iter().chain(&state.v).copied(), &rigid) {
+                Next::Done => return Ok(Some(track.finish(&rigid))),
+                Next::Diverged => return Err(IntegrateError::NotFinite { t: state.t, component: 0 }.into()),
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! The engines: how the runs of a sweep are made.
+
+pub(crate) mod fixed_step;
+pub(crate) mod interface;
+pub(crate) mod located;
+pub(crate) mod track;

@@ -1,0 +1,266 @@
+//! One run of a sweep, period by period: settling, measuring, the row that comes of it.
+
+use crate::analysis::returns::{Ranges, is_own_multiple};
+use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
+use crate::sweep::rows::table::Layout;
+
+/// What a sweep asks of each run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    pub(crate) settle: usize,
+    pub(crate) measure: usize,
+    /// Settling ends once the strobed state repeats this closely.
+    pub(crate) repeat: Option<f64>,
+    /// How closely an orbit has to repeat to have a period.
+    pub(crate) tolerance: f64,
+    pub(crate) layout: Layout,
+}
+
+/// Longest orbit looked for, in periods.
+pub(crate) const LONGEST: usize = 16;
+
+/// A run under way.
+pub(crate) struct Track {
+    plan: Plan,
+    /// Periods done, and those of them that were measured.
+    pub(crate) periods: usize,
+    measured: usize,
+    measuring: bool,
+    /// The last strobed states, the newest at the end.
+    section: Vec<f64>,
+    /// States within the period under way, or within the last one if none is.
+    samples: Vec<f64>,
+    under_way: bool,
+    /// Rigid modes, once they were asked for.
+    rigid: Option<Vec<Vec<f64>>>,
+    row: Vec<f64>,
+    weight: f64,
+    /// The mean of each channel so far.
+    means: Vec<f64>,
+    /// Least and largest of what is read of one period: range of each channel, share of the time that each contact is lost.
+    spread: Vec<[f64; 2]>,
+    /// Penetrations: largest of each flank, least of the better one, of each contact.
+    depths: Vec<[f64; 3]>,
+    strobes: Vec<f64>,
+}
+
+/// What comes after a period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Next {
+    Settle,
+    /// The first period to be measured is next.
+    StartMeasuring,
+    Measure,
+    Done,
+    /// Not a number any more.
+    Diverged,
+}
+
+impl Track {
+    pub(crate) fn new(plan: &Plan, q: &[f64], v: &[f64]) -> Self {
+        let mut row = vec![0.0; plan.layout.stride()];
+        for channel in 0..plan.layout.channels {
+            let at = plan.layout.channel(channel);
+            row[at + 2] = f64::MAX;
+            row[at + 3] = f64::MIN;
+        }
+        Track {
+            plan: plan.clone(),
+            periods: 0,
+            measured: 0,
+            measuring: plan.settle == 0,
+            section: [q, v].concat(),
+            samples: Vec::new(),
+            under_way: false,
+            rigid: None,
+            row,
+            weight: 0.0,
+            means: vec![0.0; plan.layout.channels],
+            spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
+            depths: vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY]; plan.layout.contacts],
+            strobes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn measuring(&self) -> bool {
+        self.measuring
+    }
+
+    /// Whether meters have to run: from the period before the measured ones, so that an impact at their very start is seen.
+    pub(crate) fn watching(&self) -> bool {
+        self.measuring || self.plan.repeat.is_some() || self.periods + 1 >= self.plan.settle
+    }
+
+    /// Whether states within the period under way are to be seen: those of the last period, and of all as long as any may be the last that settles.
+    pub(crate) fn ranging(&self) -> bool {
+        if self.measuring { self.measured + 1 == self.plan.measure } else { self.plan.repeat.is_some() }
+    }
+
+    /// A state within the period under way: coordinates, then velocities.
+    pub(crate) fn see_state(&mut self, state: impl Iterator<Item = f64>) {
+        if !self.under_way {
+            self.under_way = true;
+            self.samples.clear();
+        }
+        self.samples.extend(state);
+    }
+
+    /// Adds what a channel did in the period under way; `weight` is that of the whole period.
+    pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
+        let at = self.plan.layout.channel(i);
+        // Squares about the mean of both stretches.   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
+        let ([mean, squares], before) = (meter.moments(weight), self.weight);
+        let apart = mean - self.means[i];
+        self.means[i] += apart * (weight / (before + weight));
+        self.row[at + 4] += squares + apart * apart * (before * (weight / (before + weight)));
+        self.row[at] += meter.sum;
+        self.row[at + 1] += meter.square;
+        self.row[at + 2] = self.row[at + 2].min(meter.min);
+        self.row[at + 3] = self.row[at + 3].max(meter.max);
+        self.strobes.extend([meter.min, meter.max]);
+        self.see(i, meter.max - meter.min);
+    }
+
+    fn see(&mut self, i: usize, x: f64) {
+        let [least, largest] = &mut self.spread[i];
+        (*least, *largest) = (least.min(x), largest.max(x));
+    }
+
+    /// Adds what a contact did; `weight` is that of the whole period.
+    pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
+        let at = self.plan.layout.contact(i);
+        let [lower, upper] = meter.samples;
+        for (k, x) in
+            [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate()
+        {
+            self.row[at + k] += x;
+        }
+        self.see(self.plan.layout.channels + i, 1.0 - (lower + upper) / weight);
+        let depth = &mut self.depths[i];
+        *depth =
+            [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
+    }
+
+    /// A period is over: its weight in the means, the state at its end and the rigid modes of the model.
+    pub(crate) fn period(
+        &mut self,
+        weight: f64,
+        q: impl Iterator<Item = f64>,
+        rigid: &dyn Fn() -> Vec<Vec<f64>>,
+    ) -> Next {
+        let m = 2 * self.plan.layout.dof;
+        self.periods += 1;
+        self.under_way = false;
+        self.section.extend(q);
+        let kept = (2 * LONGEST + 1) * m;
+        if self.section.len() > 2 * kept {
+            self.section.drain(..self.section.len() - kept);
+        }
+        let state = &self.section[self.section.len() - m..];
+        if !state.iter().chain(&self.row).all(|x| x.is_finite()) {
+            return Next::Diverged;
+        }
+        if self.measuring {
+            self.measured += 1;
+            self.weight += weight;
+            let state = state.to_vec();
+            self.strobes.extend(state);
+            let (each, most) = (self.plan.layout.strobe_width(), self.plan.layout.strobes);
+            if self.strobes.len() > each * most {
+                self.strobes.drain(..each);
+            }
+            return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
+        }
+        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance, rigid).0 > 0);
+        if self.periods >= self.plan.settle || settled {
+            self.measuring = true;
+            return Next::StartMeasuring;
+        }
+        Next::Settle
+    }
+
+    /// As [`repeats`](Track::repeats), of the relative motion if the whole one does not repeat.
+    fn multiple(&mut self, tolerance: f64, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (usize, f64) {
+        let n = self.plan.layout.dof;
+        let whole = self.repeats(tolerance, &[]);
+        if whole.0 > 0 || n < 2 {
+            return whole;
+        }
+        let modes = self.rigid.take().unwrap_or_else(rigid);
+        let found =
+            if modes.is_empty() || modes.len() >= n { whole } else { self.repeats(tolerance, &modes) };
+        self.rigid = Some(modes);
+        found
+    }
+
+    /// The least number of periods after which the section repeats, twice over and clearly closer than after fewer, 0 if none; and how far the
+    /// last return was off, as a share of the range of each coordinate and velocity over the last period.
+    fn repeats(&self, tolerance: f64, rigid: &[Vec<f64>]) -> (usize, f64) {
+        let n = self.plan.layout.dof;
+        let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
+        let mut ranges = Ranges::new(n, rigid.to_vec());
+        states.iter().take(2).for_each(|state| ranges.see(state));
+        self.samples.chunks_exact(2 * n).for_each(|state| ranges.see(state));
+        let mut apart = |a: &[f64], b: &[f64]| ranges.distance(a, b, tolerance);
+        let mut closest = f64::INFINITY;
+        let mut returns = Vec::with_capacity(LONGEST);
+        for p in 1..=LONGEST {
+            if states.len() < 2 * p + 1 {
+                break;
+            }
+            let change = apart(states[0], states[p]);
+            closest = closest.min(change);
+            returns.push(change);
+            if is_own_multiple(&returns) && (0..=p).all(|k| apart(states[k], states[k + p]) <= tolerance) {
+                return (p, change);
+            }
+        }
+        (0, closest)
+    }
+
+    /// By how much a figure differs from one period to another, at the most: the range of a channel as a share of itself, lost contact as a share
+    /// of the time. Infinite with nothing to compare.
+    fn scatter(&self) -> f64 {
+        let channels = self.plan.layout.channels;
+        let apart = |(i, [least, largest]): (usize, &[f64; 2])| match largest - least {
+            apart if i < channels && apart > 0.0 => apart / largest,
+            apart => apart,
+        };
+        let scatter = self.spread.iter().enumerate().map(apart).reduce(f64::max);
+        scatter.filter(|_| self.measured > 1).unwrap_or(f64::INFINITY)
+    }
+
+    /// The row, and the last state.
+    pub(crate) fn finish(mut self, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
+        let (multiple, change) = self.multiple(self.plan.tolerance, rigid);
+        let layout = &self.plan.layout;
+        let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
+        let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];
+        self.row[..Layout::HEAD].copy_from_slice(&head);
+        for channel in 0..layout.channels {
+            let at = layout.channel(channel);
+            self.row[at] /= self.weight;
+            self.row[at + 1] = (self.row[at + 1] / self.weight).max(0.0).sqrt();
+            self.row[at + 4] = (self.row[at + 4] / self.weight).max(0.0).sqrt();
+        }
+        for contact in 0..layout.contacts {
+            let at = layout.contact(contact);
+            for k in 0..3 {
+                self.row[at + k] /= self.weight;
+            }
+        }
+        let at = layout.strobe(0);
+        self.row[at..at + self.strobes.len()].copy_from_slice(&self.strobes);
+        let state = self.section[self.section.len() - 2 * layout.dof..].to_vec();
+        (self.row, state)
+    }
+}
+
+/// How near the closest approach to an edge was to a mere touch, as a share of the range of the penetration.
+fn margin(&[lower, upper, loosest]: &[f64; 3]) -> f64 {
+    let range = lower.max(upper) - loosest;
+    if !(range.is_finite() && range > 0.0) {
+        return f64::INFINITY;
+    }
+    [lower, upper, loosest].iter().fold(f64::INFINITY, |m: f64, x| m.min(x.abs())) / range
+}

@@ -1,0 +1,147 @@
+//! What an ensemble did.
+
+use crate::error::ParameterError;
+use crate::sweep::ensembles::members::Ensemble;
+use crate::sweep::ensembles::moments::Distribution;
+use crate::sweep::error::PointError;
+
+/// One member: its channels, time by time, their peaks, and the impacts of its contacts.
+pub(crate) struct Seen {
+    pub(crate) values: Vec<f64>,
+    pub(crate) peaks: Vec<f64>,
+    pub(crate) impacts: Vec<f64>,
+}
+
+/// What an ensemble did: the distribution of every channel at every time.
+///
+/// ```
+/// use gear_dynamics::{sweep::Ensemble, Model, ParameterError, Rk4, State};
+/// struct Fall(f64);
+/// impl Model for Fall {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -self.0; }
+/// }
+/// let family = |member: u64| Ok::<_, ParameterError>((Fall(member as f64), State::at_rest(1)));
+/// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
+/// assert_eq!((bands.times()[2], bands.at("q1", 2)?.min(), bands.at("q1", 2)?.mean()), (2.0, -8.0, -4.0)); // exact: the fall is a parabola
+/// assert!((bands.band("q1", 0.5)?[1] + 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bands {
+    times: Vec<f64>,
+    names: Vec<String>,
+    /// Time by time, channel by channel.
+    values: Vec<Distribution>,
+    peak_names: Vec<String>,
+    peaks: Vec<Distribution>,
+    impacts: Vec<Distribution>,
+    /// Members, and mean and standard error of each channel's peak, at powers of two.
+    convergence: Vec<(u64, Vec<[f64; 2]>)>,
+    pub(crate) members: u64,
+    pub(crate) failed: u64,
+    pub(crate) first_failure: Option<(u64, PointError)>,
+}
+
+impl Bands {
+    pub(crate) fn new(ensemble: &Ensemble) -> Self {
+        Bands {
+            times: ensemble.times.clone(),
+            names: ensemble.channels.clone(),
+            values: vec![Distribution::new(); ensemble.channels.len() * ensemble.times.len()],
+            peak_names: ensemble.peaks.clone(),
+            peaks: vec![Distribution::new(); ensemble.peaks.len()],
+            impacts: Vec::new(),
+            convergence: Vec::new(),
+            members: 0,
+            failed: 0,
+            first_failure: None,
+        }
+    }
+
+    pub(crate) fn add(&mut self, seen: &Seen) {
+        let add = |all: &mut [Distribution], values: &[f64]| {
+            all.iter_mut().zip(values).for_each(|(all, x)| all.add(*x))
+        };
+        self.impacts.resize(seen.impacts.len().max(self.impacts.len()), Distribution::new());
+        add(&mut self.values, &seen.values);
+        add(&mut self.peaks, &seen.peaks);
+        add(&mut self.impacts, &seen.impacts);
+        self.members += 1;
+        if self.members.is_power_of_two() {
+            self.convergence
+                .push((self.members, self.peaks.iter().map(|p| [p.mean(), p.standard_error()]).collect()));
+        }
+    }
+
+    pub(crate) fn fail(&mut self, member: u64, error: PointError) {
+        self.failed += 1;
+        self.first_failure.get_or_insert((member, error));
+    }
+
+    /// The times.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+    /// Members that came to their end.
+    pub fn members(&self) -> u64 {
+        self.members
+    }
+    /// Members that did not, with the number and the error of the first one.
+    pub fn failed(&self) -> (u64, Option<&(u64, PointError)>) {
+        (self.failed, self.first_failure.as_ref())
+    }
+
+    /// The distribution of a channel at the `i`-th time.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchChannel`], and a time that there is not.
+    pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
+        let channel = index(&self.names, channel)?;
+        let at =
+            i.checked_mul(self.names.len()).and_then(|first| self.values.get(first.checked_add(channel)?));
+        at.ok_or_else(|| ParameterError::Length {
+            name: "times".into(),
+            expected: i.saturating_add(1),
+            found: self.times.len(),
+        })
+    }
+    /// Quantile `p` of a channel over time.
+    ///
+    /// # Errors
+    /// [`ParameterError`] as of [`at`](Bands::at) and [`Distribution::quantile`].
+    pub fn band(&self, channel: &str, p: f64) -> Result<Vec<f64>, ParameterError> {
+        (0..self.times.len()).map(|i| self.at(channel, i)?.quantile(p)).collect()
+    }
+    /// Mean of a channel over time; not a number at times that no member reached.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchChannel`].
+    pub fn mean(&self, channel: &str) -> Result<Vec<f64>, ParameterError> {
+        (0..self.times.len()).map(|i| Ok(self.at(channel, i)?.mean())).collect()
+    }
+    /// The distribution of the largest magnitude of a channel in a run.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchChannel`] for one that is not among the [`peaks`](Ensemble::peaks) asked for.
+    pub fn peak(&self, channel: &str) -> Result<&Distribution, ParameterError> {
+        Ok(&self.peaks[index(&self.peak_names, channel)?])
+    }
+    /// The distribution of the number of impacts of contact `i` in a run, if [`rattle`](Ensemble::rattle) was asked for.
+    pub fn impacts(&self, i: usize) -> Option<&Distribution> {
+        self.impacts.get(i)
+    }
+    /// How the mean [peak](Bands::peak) of a channel came to rest: members, mean and standard error, at powers of two.
+    ///
+    /// # Errors
+    /// As [`peak`](Bands::peak).
+    pub fn convergence(&self, channel: &str) -> Result<Vec<(u64, f64, f64)>, ParameterError> {
+        let i = index(&self.peak_names, channel)?;
+        Ok(self.convergence.iter().map(|(members, peaks)| (*members, peaks[i][0], peaks[i][1])).collect())
+    }
+}
+
+fn index(names: &[String], name: &str) -> Result<usize, ParameterError> {
+    let place = names.iter().position(|known| known == name);
+    place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
+}

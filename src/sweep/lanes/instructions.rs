@@ -1,0 +1,70 @@
+//! Which vector instructions are used.
+
+use pulp::Arch;
+use pulp::WithSimd;
+
+/// The vector instructions that lanes run on. The choice changes the time a run takes and not a bit of what it gives.
+///
+/// ```
+/// use gear_dynamics::{sweep::{Axis, InstructionSet, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 8)?)).settle(0).measure(1).channels(&["q1"]);
+/// let bits = |set| {
+///     sweep.run(
+///         &LaneRk4::<8>::new(63 * 16).instructions(set),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )
+/// };
+/// let baseline = bits(InstructionSet::Baseline)?.fingerprint();
+/// for set in InstructionSet::available() {
+///     assert_eq!(bits(set)?.fingerprint(), baseline);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum InstructionSet {
+    /// The widest that this processor has, found out at run time.
+    #[default]
+    Best,
+    /// What every processor of the target has.
+    Baseline,
+    /// AVX2, or the best below it.
+    Avx2,
+}
+
+impl InstructionSet {
+    /// Those that differ on this processor, the widest last.
+    pub fn available() -> Vec<InstructionSet> {
+        let mut sets = vec![InstructionSet::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if pulp::x86::V3::try_new().is_some() {
+                sets.push(InstructionSet::Avx2);
+            }
+            if pulp::x86::V4::try_new().is_some() {
+                sets.push(InstructionSet::Best);
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        sets.push(InstructionSet::Best);
+        sets
+    }
+
+    /// The choice as pulp takes it.
+    fn arch(self) -> Arch {
+        match self {
+            InstructionSet::Best => Arch::new(),
+            InstructionSet::Baseline => Arch::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3),
+            #[cfg(not(target_arch = "x86_64"))]
+            InstructionSet::Avx2 => Arch::new(),
+        }
+    }
+
+    /// Runs an operation compiled for these instructions.
+    #[inline(always)]
+    pub(crate) fn run<O: WithSimd>(self, operation: O) -> O::Output {
+        self.arch().dispatch(operation)
+    }
+}

@@ -1,0 +1,342 @@
+//! RK4 over a table of drives, many runs at once.
+
+use crate::contact::choice::ByDeflection;
+use crate::contact::tooth::Contact;
+use crate::model::equations::Model;
+use crate::model::shape::{Drives, Shape};
+use crate::scalar::{Scalar, keep_rolled};
+use crate::sweep::lanes::drive_table::{Table, WHOLE};
+use crate::sweep::lanes::instructions::InstructionSet;
+use crate::sweep::lanes::meter::Meters;
+use crate::sweep::lanes::number::Number;
+use std::ops::Range;
+
+/// What a step needs of a model on numbers `S`: the drives of the table, then those of each lane.
+pub(crate) trait Algebra<S> {
+    fn dof(&self) -> usize;
+    fn drives(&self) -> usize;
+    /// How many leading drives the table holds.
+    fn columns(&self) -> usize;
+    fn contacts(&self) -> usize;
+    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
+    /// The contacts `which`, or more.
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
+}
+
+/// The shape of a model, shared by all lanes.
+pub(crate) struct Shared<'m, G>(pub(crate) &'m G);
+
+impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
+    #[inline(always)]
+    fn dof(&self) -> usize {
+        self.0.size().dof
+    }
+    #[inline(always)]
+    fn drives(&self) -> usize {
+        self.0.size().drives()
+    }
+    #[inline(always)]
+    fn columns(&self) -> usize {
+        self.0.size().waves
+    }
+    #[inline(always)]
+    fn contacts(&self) -> usize {
+        self.0.size().contacts
+    }
+    // Without optimisation it is compiled once for each shape and width, not for each place and instruction set.
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
+        self.0.accel(&ByDeflection, Drives::new(self.0.size().waves, u), q, v, a);
+    }
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
+        let (u, out) = (Drives::new(self.0.size().waves, u), &mut out[..self.0.size().contacts]);
+        for i in which {
+            let i = keep_rolled(i);
+            out[i] = self.0.contact(&ByDeflection, i, u, q, v);
+        }
+    }
+}
+
+/// Any model, alone.
+pub(crate) struct Plain<'m, M: ?Sized>(pub(crate) &'m M);
+
+impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn drives(&self) -> usize {
+        self.0.drives()
+    }
+    fn columns(&self) -> usize {
+        self.0.drives()
+    }
+    fn contacts(&self) -> usize {
+        self.0.contacts()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn contact(&self, _: Range<usize>, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.0.contact(u, q, v, out);
+    }
+}
+
+/// What every run of a batch has: its state, its step and the drives that are its own.
+#[derive(Clone, Debug)]
+pub(crate) struct Bundle<S: Number> {
+    pub(crate) q: Vec<S>,
+    pub(crate) v: Vec<S>,
+    /// h.
+    pub(crate) step: S,
+    /// All drives; those of the table that vary are filled in by the steps.
+    pub(crate) u: Vec<S>,
+    /// Whether meters run.
+    pub(crate) metered: bool,
+    pub(crate) meters: Meters<S>,
+    scratch: Vec<S>,
+    contacts: Vec<Contact<S>>,
+}
+
+impl<S: Number> Bundle<S> {
+    /// Room for a model over a table, all zero.
+    pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &Table, meters: Meters<S>) -> Self {
+        let zero = S::from(0.0);
+        let (n, drives) = (algebra.dof(), algebra.drives());
+        let mut u = vec![zero; drives];
+        for (u, &x) in u.iter_mut().zip(table.start()) {
+            *u = x.into();
+        }
+        let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
+        Bundle {
+            q: vec![zero; n],
+            v: vec![zero; n],
+            step: zero,
+            u,
+            metered: false,
+            meters,
+            scratch: vec![zero; room],
+            contacts: vec![Contact::default(); algebra.contacts()],
+        }
+    }
+}
+
+/// A stretch of steps to make.
+pub(crate) struct Kernel<'a, A, S: Number> {
+    pub(crate) algebra: &'a A,
+    pub(crate) table: &'a Table,
+    /// Which steps of the period.
+    pub(crate) steps: Range<usize>,
+    pub(crate) bundle: &'a mut Bundle<S>,
+}
+
+/// Most drives and contacts of a model whose step stays in registers.
+const DRIVES: usize = WHOLE;
+
+const CONTACTS: usize = 2;
+
+/// Vectors of coordinates in a step.
+const STATES: usize = 7;
+
+#[inline(always)]
+fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
+    (1..=2).contains(&algebra.dof()) && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
+}
+
+/// The room for `len` numbers in which vectors one after the other begin 576 bytes apart in their pages of 4 KiB: processors take a load for
+/// one of a store just made when only these places agree, and vectors that march in step would meet so again and again.
+fn spread<S>(len: usize) -> usize {
+    const PAGE: usize = 4096;
+    const APART: usize = 576;
+    let bytes = (len * size_of::<S>()).saturating_sub(APART).next_multiple_of(PAGE) + APART;
+    bytes.div_ceil(size_of::<S>())
+}
+
+/// The next vector of `n` numbers.
+#[inline(always)]
+fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
+    let (vector, others) = std::mem::take(rest).split_at_mut(spread::<S>(n));
+    *rest = others;
+    &mut vector[..n]
+}
+
+/// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
+/// the contacts.
+struct Work<'w, S> {
+    q: &'w mut [S],
+    v: &'w mut [S],
+    qs: &'w mut [S],
+    vs: &'w mut [S],
+    a: &'w mut [S],
+    first: &'w mut [S],
+    inner: &'w mut [S],
+    u: &'w mut [S],
+    contacts: &'w mut [Contact<S>],
+}
+
+impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
+    /// Makes the steps.
+    pub(crate) fn run(self, set: InstructionSet) {
+        set.run(self);
+    }
+
+    #[inline(always)]
+    fn dispatch(mut self) {
+        let small = is_small(self.algebra);
+        match (self.algebra.dof(), small, self.bundle.metered) {
+            (1, true, false) => self.small::<1, false>(),
+            (1, true, true) => self.small::<1, true>(),
+            (2, true, false) => self.small::<2, false>(),
+            (2, true, true) => self.small::<2, true>(),
+            (_, _, false) => self.large::<false>(),
+            (_, _, true) => self.large::<true>(),
+        }
+    }
+
+    /// On arrays. The stages stay in registers; q and v go through memory once a step, since the compiler bundles lanes from where they are
+    /// stored, and bundles them badly from what a loop hands on.
+    #[inline(always)]
+    fn small<const N: usize, const METERED: bool>(&mut self) {
+        let zero = S::from(0.0);
+        let mut states = [[zero; N]; 2];
+        std::hint::black_box(&mut states);
+        let [q, v] = &mut states;
+        let [mut qs, mut vs, mut a, mut first, mut inner] = [[zero; N]; 5];
+        let (qs, vs, a, first, inner) = (&mut qs, &mut vs, &mut a, &mut first, &mut inner);
+        let mut u = [zero; DRIVES];
+        let mut contacts = [Contact::default(); CONTACTS];
+        let (drives, touching) = (self.algebra.drives(), self.algebra.contacts());
+        q.copy_from_slice(&self.bundle.q);
+        v.copy_from_slice(&self.bundle.v);
+        u[..drives].copy_from_slice(&self.bundle.u);
+        let mut work =
+            Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
+        self.advance::<true, METERED>(N, &mut work);
+        self.bundle.q.copy_from_slice(work.q);
+        self.bundle.v.copy_from_slice(work.v);
+    }
+
+    /// In memory.
+    #[inline(always)]
+    fn large<const METERED: bool>(&mut self) {
+        let (n, drives) = (self.algebra.dof(), self.algebra.drives());
+        let mut scratch = std::mem::take(&mut self.bundle.scratch);
+        let mut contacts = std::mem::take(&mut self.bundle.contacts);
+        let mut rest = &mut scratch[..];
+        let mut work = Work {
+            q: cut(&mut rest, n),
+            v: cut(&mut rest, n),
+            qs: cut(&mut rest, n),
+            vs: cut(&mut rest, n),
+            a: cut(&mut rest, n),
+            first: cut(&mut rest, n),
+            inner: cut(&mut rest, n),
+            u: cut(&mut rest, drives),
+            contacts: &mut contacts,
+        };
+        work.q.copy_from_slice(&self.bundle.q);
+        work.v.copy_from_slice(&self.bundle.v);
+        work.u.copy_from_slice(&self.bundle.u);
+        self.advance::<false, METERED>(n, &mut work);
+        self.bundle.q.copy_from_slice(work.q);
+        self.bundle.v.copy_from_slice(work.v);
+        self.bundle.scratch = scratch;
+        self.bundle.contacts = contacts;
+    }
+
+    // Without optimisation it is compiled once, not for each instruction set.
+    #[cfg_attr(debug_assertions, inline(never))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
+        let w = &mut Work {
+            q: &mut w.q[..n],
+            v: &mut w.v[..n],
+            qs: &mut w.qs[..n],
+            vs: &mut w.vs[..n],
+            a: &mut w.a[..n],
+            first: &mut w.first[..n],
+            inner: &mut w.inner[..n],
+            u: &mut *w.u,
+            contacts: &mut *w.contacts,
+        };
+        let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
+        let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
+        let columns = algebra.columns();
+        let contacts = self.bundle.meters.contacts();
+        let mut fresh = true;
+        for step in self.steps.clone() {
+            if fresh || SMALL {
+                fill::<S, SMALL>(table, 2 * step, columns, w.u);
+            }
+            if METERED {
+                if !contacts.is_empty() {
+                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
+                }
+                self.bundle.meters.sample(w.q, w.v, w.contacts);
+            }
+            algebra.accel(w.u, w.q, w.v, w.first);
+            for i in 0..n {
+                let i = if SMALL { i } else { keep_rolled(i) };
+                w.qs[i] = w.q[i] + half * w.v[i];
+                w.vs[i] = w.v[i] + half * w.first[i];
+            }
+            fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.inner);
+            for i in 0..n {
+                let i = if SMALL { i } else { keep_rolled(i) };
+                w.qs[i] = w.q[i] + half * w.vs[i];
+                w.vs[i] = w.v[i] + half * w.inner[i];
+            }
+            algebra.accel(w.u, w.qs, w.vs, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { keep_rolled(i) };
+                w.inner[i] = w.inner[i] + w.a[i];
+                w.qs[i] = w.q[i] + h * w.vs[i];
+                w.vs[i] = w.v[i] + h * w.a[i];
+            }
+            let (end, shared) = table.end(step);
+            fill::<S, SMALL>(table, end, columns, w.u);
+            algebra.accel(w.u, w.qs, w.vs, w.a);
+            for i in 0..n {
+                let i = if SMALL { i } else { keep_rolled(i) };
+                w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
+                w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
+            }
+            if SMALL {
+                std::hint::black_box(());
+            }
+            // The next step begins with the drives at the end of this one, unless they jump.
+            fresh = !shared;
+        }
+        if METERED {
+            self.bundle.meters.finish();
+        }
+    }
+}
+
+/// The drives of a row, the same for every lane.
+#[inline(always)]
+fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, columns: usize, u: &mut [S]) {
+    let row = table.row(row);
+    if SMALL {
+        // Such a table holds all columns; how many is known to the compiler, and they stay in registers.
+        let (row, u) = (&row[..columns], &mut u[..columns]);
+        for i in 0..columns {
+            u[i] = S::from(row[i]);
+        }
+    } else {
+        for (&i, &x) in table.varying().iter().zip(row) {
+            u[i] = S::from(x);
+        }
+    }
+}
+
+impl<A: Algebra<S>, S: Number> pulp::WithSimd for Kernel<'_, A, S> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<I: pulp::Simd>(self, _: I) {
+        self.dispatch();
+    }
+}

@@ -1,0 +1,410 @@
+//! What is measured while lanes run.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
+
+use crate::analysis::statistics::Summary;
+use crate::contact::tooth::Contact;
+use crate::sweep::lanes::number::Number;
+use std::ops::Range;
+
+/// A channel that lanes can read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Coordinate(usize),
+    Velocity(usize),
+    Deflection(usize),
+    Force(usize),
+}
+
+/// Sums and extremes of one channel on the grid of the steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChannelMeter<S> {
+    pub(crate) sum: S,
+    pub(crate) square: S,
+    pub(crate) min: S,
+    pub(crate) max: S,
+    /// The first sample, and the sums of what samples are off it and of the squares of that.
+    pub(crate) origin: S,
+    pub(crate) off: S,
+    pub(crate) off_square: S,
+    /// 1 as long as there is no sample.
+    fresh: S,
+}
+
+/// Where one contact has been, on the grid of the steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactMeter {
+    /// Samples on the lower and on the upper flank.
+    pub(crate) samples: [f64; 2],
+    /// Entries into each from a gap that has a width.
+    pub(crate) impacts: [f64; 2],
+    /// Largest penetration of each, negative off the flank.
+    pub(crate) deepest: [f64; 2],
+    /// Least penetration of the better of the two.
+    pub(crate) loosest: f64,
+}
+
+/// A [`ContactMeter`] in the making. Samples and entries are counted in one number each: whoever was off the flank adds an entry with the
+/// sample.
+#[derive(Clone, Copy, Debug)]
+struct Flanks<S> {
+    /// Samples + ENTRY entries.
+    visits: [S; 2],
+    /// What the next sample on the flank adds: 1, or 1 + ENTRY after one off it.
+    next: [S; 2],
+    deepest: [S; 2],
+    loosest: S,
+    /// Least sum of both penetrations at the ends of blocks: below zero if the gap has had a width.
+    overlap: S,
+}
+
+/// Above the number of samples between two readings, so that both counts fit into the 53 bits of one number.
+const ENTRY: f64 = (1 << 26) as f64;
+
+/// What one meter of one lane says.
+pub(crate) enum Reading {
+    Channel(usize, ChannelMeter<f64>),
+    Contact(usize, ContactMeter),
+}
+
+/// Samples held back before they are looked at. Sums and extremes then go through memory once in a block, and so do not bound the step.
+const BLOCK: usize = 8;
+
+/// All meters of a batch.
+#[derive(Clone, Debug)]
+pub(crate) struct Meters<S: Number> {
+    kinds: Vec<Kind>,
+    /// The contacts that have to be evaluated.
+    read: Range<usize>,
+    /// The samples of a block, none between two stretches of steps: a row for each channel, then for each contact one for the penetration of
+    /// each flank.
+    held: Vec<[S; BLOCK]>,
+    filled: usize,
+    /// Of the first channel the parts of all lanes, then of the next.
+    channels: Vec<ChannelMeter<S::Part>>,
+    contacts: Vec<Flanks<S::Part>>,
+}
+
+impl<S: Number> Meters<S> {
+    pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
+        let zero = S::Part::from(0.0);
+        let channel = ChannelMeter::all(zero);
+        let contact = Flanks {
+            visits: [zero; 2],
+            next: [S::Part::from(1.0); 2],
+            deepest: [zero; 2],
+            loosest: zero,
+            overlap: zero,
+        };
+        let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
+            Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
+            Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
+            _ => read,
+        });
+        Meters {
+            kinds: kinds.to_vec(),
+            read,
+            held: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
+            filled: 0,
+            channels: vec![channel; kinds.len() * S::PARTS],
+            contacts: vec![contact; contacts * S::PARTS],
+        }
+    }
+
+    /// The contacts that have to be evaluated.
+    pub(crate) fn contacts(&self) -> Range<usize> {
+        self.read.clone()
+    }
+
+    /// One sample of everything.
+    #[inline(always)]
+    pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
+        let at = self.filled % BLOCK;
+        let (kinds, held) = (&self.kinds[..], &mut self.held[..]);
+        let (channels, flanks) = held.split_at_mut(kinds.len());
+        for c in 0..kinds.len() {
+            channels[c][at] = match kinds[c] {
+                Kind::Coordinate(i) => pick(q, i),
+                Kind::Velocity(i) => pick(v, i),
+                Kind::Deflection(i) => pick(contacts, i).deflection,
+                Kind::Force(i) => pick(contacts, i).force,
+            };
+        }
+        if !flanks.is_empty() {
+            for c in 0..contacts.len() {
+                let Contact { deflection, lower, upper, .. } = contacts[c];
+                flanks[2 * c][at] = lower - deflection;
+                flanks[2 * c + 1][at] = deflection - upper;
+            }
+        }
+        self.filled = at + 1;
+        if self.filled == BLOCK {
+            self.gather(BLOCK);
+        }
+    }
+
+    /// Looks at the samples that are still held.
+    #[inline(always)]
+    pub(crate) fn finish(&mut self) {
+        self.gather(self.filled);
+    }
+
+    /// Adds the samples held to the sums, one part of the lanes after the other. With a count that the compiler knows, a part stays in
+    /// registers from one sample to the next.
+    #[inline(always)]
+    fn gather(&mut self, count: usize) {
+        let (channels, flanks) = self.held.split_at(self.kinds.len());
+        for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
+            for part in 0..S::PARTS {
+                let mut meter = meters[part];
+                meter.begin(row[0].part(part));
+                for sample in &row[..count] {
+                    meter.sample(sample.part(part));
+                }
+                meters[part] = meter;
+            }
+        }
+        for (meters, rows) in self.contacts.chunks_exact_mut(S::PARTS).zip(flanks.chunks_exact(2)) {
+            for part in 0..S::PARTS {
+                let mut meter = meters[part];
+                for k in 0..count {
+                    meter.sample(rows[0][k].part(part), rows[1][k].part(part));
+                }
+                if let Some(last) = count.checked_sub(1) {
+                    meter.see_width(rows[0][last].part(part), rows[1][last].part(part));
+                }
+                meters[part] = meter;
+            }
+        }
+        self.filled = 0;
+    }
+
+    /// Forgets what a lane has seen.
+    pub(crate) fn restart(&mut self, lane: usize) {
+        let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
+            // As if on both flanks, so that the first sample is no impact.
+            contact.next.iter_mut().for_each(|x| x.set_lane(within, 1.0));
+        }
+        self.clear(lane);
+    }
+
+    /// Starts the sums and extremes of a lane anew.
+    pub(crate) fn clear(&mut self, lane: usize) {
+        debug_assert_eq!(self.filled, 0, "samples are held");
+        let (part, lane) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for channel in self.channels.iter_mut().skip(part).step_by(S::PARTS) {
+            channel.sum.set_lane(lane, 0.0);
+            channel.square.set_lane(lane, 0.0);
+            channel.min.set_lane(lane, f64::INFINITY);
+            channel.max.set_lane(lane, f64::NEG_INFINITY);
+            channel.off.set_lane(lane, 0.0);
+            channel.off_square.set_lane(lane, 0.0);
+            channel.fresh.set_lane(lane, 1.0);
+        }
+        for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
+            contact.visits.iter_mut().for_each(|x| x.set_lane(lane, 0.0));
+            contact.deepest.iter_mut().for_each(|x| x.set_lane(lane, f64::NEG_INFINITY));
+            contact.loosest.set_lane(lane, f64::INFINITY);
+            contact.overlap.set_lane(lane, 0.0);
+        }
+    }
+
+    /// Shows what a lane has seen since it was last read, and clears it.
+    pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
+        debug_assert_eq!(self.filled, 0, "samples are held");
+        let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
+        for (i, meter) in self.channels.iter().skip(part).step_by(S::PARTS).enumerate() {
+            show(Reading::Channel(i, meter.lane(within)));
+        }
+        for (i, meter) in self.contacts.iter().skip(part).step_by(S::PARTS).enumerate() {
+            show(Reading::Contact(i, meter.lane(within)));
+        }
+        self.clear(lane);
+    }
+}
+
+/// One of a few without an index that has to be in memory.
+#[inline(always)]
+fn pick<S: Copy>(values: &[S], i: usize) -> S {
+    match values.len() {
+        1 => values[0],
+        2 if i == 0 => values[0],
+        2 => values[1],
+        _ => values[i],
+    }
+}
+
+impl<S: Number> ChannelMeter<S> {
+    fn all(x: S) -> Self {
+        ChannelMeter { sum: x, square: x, min: x, max: x, origin: x, off: x, off_square: x, fresh: x }
+    }
+
+    /// Takes the first sample as origin, in the lanes that have none yet.
+    #[inline(always)]
+    fn begin(&mut self, x: S) {
+        let zero = S::from(0.0);
+        self.origin = S::if_above(self.fresh, zero, x, self.origin);
+        self.fresh = zero;
+    }
+
+    #[inline(always)]
+    fn sample(&mut self, x: S) {
+        let off = x - self.origin;
+        self.off = self.off + off;
+        self.off_square = self.off_square + off * off;
+        self.sum = self.sum + x;
+        self.square = self.square + x * x;
+        self.min = self.min.min(x);
+        self.max = self.max.max(x);
+    }
+
+    fn lane(&self, lane: usize) -> ChannelMeter<f64> {
+        ChannelMeter {
+            sum: self.sum.lane(lane),
+            square: self.square.lane(lane),
+            min: self.min.lane(lane),
+            max: self.max.lane(lane),
+            origin: self.origin.lane(lane),
+            off: self.off.lane(lane),
+            off_square: self.off_square.lane(lane),
+            fresh: self.fresh.lane(lane),
+        }
+    }
+}
+
+impl ChannelMeter<f64> {
+    /// From the figures of a stretch of this weight.
+    pub(crate) fn of(summary: &Summary, weight: f64) -> Self {
+        let Summary { mean, rms, min, max, deviation } = *summary;
+        let off_square = deviation * deviation * weight;
+        ChannelMeter {
+            sum: mean * weight,
+            square: rms * rms * weight,
+            min,
+            max,
+            origin: mean,
+            off: 0.0,
+            off_square,
+            fresh: 0.0,
+        }
+    }
+    /// Mean, and sum of the squares about it, of a stretch of this weight.
+    pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
+        let off = self.off / weight;
+        [self.origin + off, (self.off_square - off * self.off).max(0.0)]
+    }
+}
+
+impl ContactMeter {
+    /// From what was counted elsewhere, penetrations unknown.
+    pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
+        ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
+    }
+}
+
+impl<S: Number> Flanks<S> {
+    #[inline(always)]
+    fn sample(&mut self, below: S, above: S) {
+        self.deepest[0] = self.deepest[0].max(below);
+        self.deepest[1] = self.deepest[1].max(above);
+        self.loosest = self.loosest.min(below.max(above));
+        self.visit::<0>(below);
+        self.visit::<1>(above);
+    }
+
+    #[inline(always)]
+    fn see_width(&mut self, below: S, above: S) {
+        self.overlap = self.overlap.min(below + above);
+    }
+
+    #[inline(always)]
+    fn visit<const FLANK: usize>(&mut self, depth: S) {
+        let (zero, visits) = (S::from(0.0), self.visits[FLANK]);
+        self.visits[FLANK] = S::if_above(depth, zero, visits + self.next[FLANK], visits);
+        self.next[FLANK] = S::if_above(depth, zero, S::from(1.0), S::from(1.0 + ENTRY));
+    }
+
+    fn lane(&self, lane: usize) -> ContactMeter {
+        let visits = self.visits.map(|x| x.lane(lane));
+        let entries = visits.map(|x| (x / ENTRY).floor());
+        // Without backlash the flanks carry in turn, and nothing meets.
+        let open = self.overlap.lane(lane) < 0.0;
+        ContactMeter {
+            samples: [visits[0] - ENTRY * entries[0], visits[1] - ENTRY * entries[1]],
+            impacts: if open { entries } else { [0.0; 2] },
+            deepest: self.deepest.map(|x| x.lane(lane)),
+            loosest: self.loosest.lane(lane),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::contact::tooth::Contact;
+    use crate::sweep::lanes::meter::{Kind, Meters, Reading};
+    use crate::sweep::lanes::number::{Lanes, Number};
+
+    /// A deflection that visits both flanks, lanes apart.
+    fn value(sample: usize, lane: usize) -> f64 {
+        2.0 * (1.7 * sample as f64 + 0.4 * lane as f64).sin()
+    }
+
+    /// In stretches of every length, blocks cut short or not, a lane has the figures of plain loops, to the bit.
+    fn gathers_as_a_loop_does<S: Number>() {
+        const SAMPLES: usize = 41;
+        for stretch in 1..20 {
+            let mut meters = Meters::<S>::new(&[Kind::Deflection(0)], 1);
+            (0..S::WIDTH).for_each(|lane| meters.restart(lane));
+            for sample in 0..SAMPLES {
+                let mut contact = Contact { lower: S::from(-1.0), upper: S::from(1.0), ..Contact::default() };
+                (0..S::WIDTH).for_each(|lane| contact.deflection.set_lane(lane, value(sample, lane)));
+                meters.sample(&[], &[], &[contact]);
+                if sample % stretch == 0 {
+                    meters.finish();
+                }
+            }
+            meters.finish();
+            for lane in 0..S::WIDTH {
+                let x: Vec<f64> = (0..SAMPLES).map(|sample| value(sample, lane)).collect();
+                let above: Vec<bool> = x.iter().map(|x| *x > 1.0).collect();
+                let entries = above.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+                meters.read(lane, |reading| match reading {
+                    Reading::Channel(_, meter) => {
+                        assert_eq!(meter.sum, x.iter().fold(0.0, |sum, x| sum + x));
+                        assert_eq!(meter.square, x.iter().fold(0.0, |sum, x| sum + x * x));
+                        assert_eq!(meter.off, x.iter().fold(0.0, |sum, y| sum + (y - x[0])));
+                        assert_eq!(
+                            meter.off_square,
+                            x.iter().fold(0.0, |sum, y| sum + (y - x[0]) * (y - x[0]))
+                        );
+                        assert_eq!(meter.min, x.iter().copied().fold(f64::INFINITY, f64::min));
+                        assert_eq!(meter.max, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+                    }
+                    Reading::Contact(_, meter) => {
+                        assert_eq!(meter.samples[1], above.iter().filter(|above| **above).count() as f64);
+                        assert_eq!(meter.impacts[1], entries as f64, "{stretch} {lane}");
+                        assert_eq!(
+                            meter.deepest[1],
+                            x.iter().map(|x| x - 1.0).fold(f64::NEG_INFINITY, f64::max)
+                        );
+                        assert_eq!(
+                            meter.loosest,
+                            x.iter().map(|x| (-1.0 - x).max(x - 1.0)).fold(f64::INFINITY, f64::min)
+                        );
+                    }
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_and_parts_change_no_bit() {
+        gathers_as_a_loop_does::<f64>();
+        gathers_as_a_loop_does::<Lanes<4>>();
+        gathers_as_a_loop_does::<Lanes<12>>();
+        gathers_as_a_loop_does::<Lanes<16>>();
+    }
+}

@@ -1,0 +1,7 @@
+//! Many runs at once: lanes of one table.
+
+pub(crate) mod drive_table;
+pub(crate) mod instructions;
+pub(crate) mod kernel;
+pub(crate) mod meter;
+pub(crate) mod number;

@@ -1,0 +1,249 @@
+//! Several numbers that go through the same algebra together.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
+
+use crate::scalar::Scalar;
+use std::ops::Add;
+use std::ops::Div;
+use std::ops::Mul;
+use std::ops::Neg;
+use std::ops::Sub;
+
+/// W numbers side by side: one value of each of W trajectories. The compiler makes vector instructions of it, and every lane has the
+/// bits that an `f64` would have.
+///
+/// ```
+/// use gear_dynamics::{sweep::Lanes, model::Scalar};
+/// fn dead_zone<S: Scalar>(x: S) -> S { (x - S::from(1.0)).max(S::from(0.0)) }
+/// assert_eq!(dead_zone(Lanes([0.5, 1.5, 2.0, -3.0])), Lanes([0.0, 0.5, 1.0, 0.0]));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes<const W: usize>(pub [f64; W]);
+
+impl<const W: usize> From<f64> for Lanes<W> {
+    #[inline(always)]
+    fn from(x: f64) -> Self {
+        Lanes([x; W])
+    }
+}
+
+impl<const W: usize> Add for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, o: Self) -> Self {
+        for i in 0..W {
+            self.0[i] += o.0[i];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Sub for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, o: Self) -> Self {
+        for i in 0..W {
+            self.0[i] -= o.0[i];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Mul for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, o: Self) -> Self {
+        for i in 0..W {
+            self.0[i] *= o.0[i];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Mul<f64> for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, o: f64) -> Self {
+        for i in 0..W {
+            self.0[i] *= o;
+        }
+        self
+    }
+}
+
+impl<const W: usize> Div for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(mut self, o: Self) -> Self {
+        for i in 0..W {
+            self.0[i] /= o.0[i];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Neg for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = -self.0[i];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Scalar for Lanes<W> {
+    #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = self.0[i].sqrt();
+        }
+        self
+    }
+    #[inline(always)]
+    fn abs(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = self.0[i].abs();
+        }
+        self
+    }
+    #[inline(always)]
+    fn min(mut self, other: Self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::min(self.0[i], other.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn max(mut self, other: Self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::max(self.0[i], other.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn step(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::step(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn powf(mut self, p: f64) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::powf(self.0[i], p);
+        }
+        self
+    }
+    #[inline(always)]
+    fn exp(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::exp(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn ln(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::ln(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn sin(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::sin(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn cos(mut self) -> Self {
+        for i in 0..W {
+            self.0[i] = Scalar::cos(self.0[i]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (mut sin, mut cos) = (self, self);
+        for i in 0..W {
+            (sin.0[i], cos.0[i]) = Scalar::sin_cos(self.0[i]);
+        }
+        (sin, cos)
+    }
+}
+
+/// A scalar whose lanes can be told apart: what statistics need besides the algebra.
+pub(crate) trait Number: Scalar {
+    /// How many lanes.
+    const WIDTH: usize;
+    /// So few lanes that several numbers of them fit into registers at once.
+    type Part: Number;
+    /// How many parts hold all lanes.
+    const PARTS: usize;
+    /// Lanes of a part, zero where there are none left.
+    fn part(&self, part: usize) -> Self::Part;
+    fn lane(&self, lane: usize) -> f64;
+    fn set_lane(&mut self, lane: usize, value: f64);
+    /// `yes` where a > b, `no` elsewhere.
+    fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self;
+}
+
+impl Number for f64 {
+    const WIDTH: usize = 1;
+    type Part = f64;
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn part(&self, _: usize) -> f64 {
+        *self
+    }
+    #[inline(always)]
+    fn lane(&self, _: usize) -> f64 {
+        *self
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, value: f64) {
+        *self = value;
+    }
+    #[inline(always)]
+    fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self {
+        if a > b { yes } else { no }
+    }
+}
+
+impl<const W: usize> Number for Lanes<W> {
+    const WIDTH: usize = W;
+    type Part = Lanes<8>;
+    const PARTS: usize = W.div_ceil(8);
+    #[inline(always)]
+    fn part(&self, part: usize) -> Lanes<8> {
+        let mut out = [0.0; 8];
+        if W.is_multiple_of(8) {
+            out.copy_from_slice(&self.0[8 * part..][..8]);
+        } else {
+            out.iter_mut().zip(&self.0[8 * part..]).for_each(|(x, lane)| *x = *lane);
+        }
+        Lanes(out)
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, value: f64) {
+        self.0[lane] = value;
+    }
+    #[inline(always)]
+    fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self {
+        let mut out = [0.0; W];
+        for i in 0..W {
+            out[i] = if a.0[i] > b.0[i] { yes.0[i] } else { no.0[i] };
+        }
+        Lanes(out)
+    }
+}

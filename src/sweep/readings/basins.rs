@@ -1,0 +1,108 @@
+//! Which motions the rows of a sweep ended on.
+
+use crate::error::check;
+use crate::sweep::error::SweepError;
+use crate::sweep::rows::row::Row;
+use crate::sweep::rows::table::Rows;
+
+/// The motions on which runs ended, told apart by their strobed states: basins of attraction, when the points of the sweep are starts.
+///
+/// ```
+/// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
+/// let starts = Points::grid(vec![Axis::linear("q", -8e-4, -6e-4, 3)?, Axis::linear("v", -1e-5, 1e-5, 2)?])?;
+/// let rows = Sweep::over(starts).settle(20).measure(4).strobe(4).run(
+///     &LaneRk4::<16>::new(63 * 32),
+///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
+///     |p, _| Ok::<_, gear_dynamics::ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
+/// )?;
+/// let attractors = Attractors::of(&rows, 1e-6)?;
+/// assert_eq!(attractors.list().len(), 1); // one motion, wherever it starts
+/// assert_eq!(attractors.label(5), Some(0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attractors {
+    first: usize,
+    labels: Vec<Option<usize>>,
+    list: Vec<Attractor>,
+}
+
+/// One motion.
+///
+/// ```
+/// let one = gear_dynamics::sweep::Attractor { period: Some(1), states: vec![vec![0.0, 1.0]], rows: 12 };
+/// assert_eq!(one.states.len(), 1);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attractor {
+    /// Periods after which it repeats; all motions that do not are put together as one.
+    pub period: Option<usize>,
+    /// Its strobed states, coordinates then velocities; none when it does not repeat.
+    pub states: Vec<Vec<f64>>,
+    /// How many rows ended on it.
+    pub rows: usize,
+}
+
+impl Attractors {
+    /// Of rows with strobed states; two motions are the same when some shift in time brings their states within `tolerance`, in units of the
+    /// largest coordinate and the largest velocity of all.
+    ///
+    /// # Errors
+    /// [`SweepError::Setting`] when no strobed states were asked for; a tolerance that is not positive and finite.
+    pub fn of(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
+        check::positive("tolerance of one motion", tolerance)?;
+        // Without any row there is no motion, whatever was asked for.
+        if rows.layout.strobes == 0 && rows.iter().next().is_some() {
+            return Err(SweepError::Setting {
+                name: "strobe",
+                value: 0.0,
+                allowed: "at least the longest period to be told apart",
+            });
+        }
+        let n = rows.layout.dof;
+        let mut scale = [f64::MIN_POSITIVE; 2];
+        for state in rows.iter().flat_map(|row| row.strobes().map(<[f64]>::to_vec).collect::<Vec<_>>()) {
+            for (i, x) in state.iter().enumerate() {
+                scale[usize::from(i >= n)] = scale[usize::from(i >= n)].max(x.abs());
+            }
+        }
+        let apart = |a: &[f64], b: &[f64]| {
+            a.iter()
+                .zip(b)
+                .enumerate()
+                .fold(0.0, |m: f64, (i, (a, b))| m.max((a - b).abs() / scale[usize::from(i >= n)]))
+        };
+        let mut list: Vec<Attractor> = Vec::new();
+        let mut label = |row: &Row<'_>| {
+            let period = row.period_multiple().filter(|p| *p <= rows.layout.strobes);
+            let strobes: Vec<Vec<f64>> = row.strobes().map(<[f64]>::to_vec).collect();
+            let states = strobes[strobes.len() - period.unwrap_or(0)..].to_vec();
+            let p = states.len();
+            let same = |other: &Attractor| {
+                other.period == period
+                    && (p == 0
+                        || (0..p).any(|shift| {
+                            (0..p).all(|k| apart(&states[k], &other.states[(k + shift) % p]) <= tolerance)
+                        }))
+            };
+            let place = list.iter().position(same).unwrap_or_else(|| {
+                list.push(Attractor { period, states: states.clone(), rows: 0 });
+                list.len() - 1
+            });
+            list[place].rows += 1;
+            place
+        };
+        let labels =
+            rows.range().map(|index| rows.row(index).and_then(Result::ok).map(|row| label(&row))).collect();
+        Ok(Attractors { first: rows.range().start, labels, list })
+    }
+
+    /// The motions, in the order of the first row that ended on each.
+    pub fn list(&self) -> &[Attractor] {
+        &self.list
+    }
+    /// On which motion the row of point `index` ended, if it has a row.
+    pub fn label(&self, index: usize) -> Option<usize> {
+        index.checked_sub(self.first).and_then(|place| self.labels.get(place).copied().flatten())
+    }
+}

@@ -1,0 +1,230 @@
+//! Bifurcation diagrams, up and down.
+
+use crate::error::{ParameterError, check};
+use crate::model::equations::{Periodic, State};
+use crate::sweep::engines::interface::SweepEngine;
+use crate::sweep::error::SweepError;
+use crate::sweep::monitor::Monitor;
+use crate::sweep::rows::row::Row;
+use crate::sweep::rows::table::Rows;
+use crate::sweep::schedule::sweep::{Sweep, WarmStart};
+use crate::sweep::settings::points::Point;
+use std::fmt::Display;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering;
+
+/// A bifurcation diagram: a sweep over one parameter, up and down, each run starting from where the one before it ended.
+///
+/// How long to settle and to draw, how closely a motion has to return, exponents: all that is the [`Sweep`]'s to say.
+///
+/// ```
+/// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+/// let speeds = Points::along(Axis::linear("speed", 100.0, 120.0, 3)?);
+/// let diagram = Bifurcation::strobed(Sweep::over(speeds).settle(20).measure(4), "q1").run(
+///     &LaneRk4::<4>::new(63 * 32),
+///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///     |_, pair| pair.static_start(),
+/// )?;
+/// assert_eq!(diagram.up().iter().map(|p| p.parameter).collect::<Vec<_>>(), [100.0, 110.0, 120.0]);
+/// assert!(diagram.hysteresis(1e-3)?.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bifurcation {
+    sweep: Sweep,
+    channel: String,
+    strobed: bool,
+}
+
+impl Bifurcation {
+    /// Draws a coordinate or velocity (`q1`, `v1`, ...) once in every measured period.
+    pub fn strobed(sweep: Sweep, channel: &str) -> Self {
+        Bifurcation { sweep, channel: channel.into(), strobed: true }
+    }
+    /// Draws the least and the largest value of a channel in every measured period.
+    pub fn extremes(sweep: Sweep, channel: &str) -> Self {
+        Bifurcation { sweep, channel: channel.into(), strobed: false }
+    }
+
+    /// Runs up and down; the first run of each way starts from `start`.
+    ///
+    /// # Errors
+    /// As [`Sweep::run`]; a sweep over more than one parameter; for strobed values a channel that is no coordinate or velocity.
+    pub fn run<M, E, X, Y>(
+        &self,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+    ) -> Result<Diagram, SweepError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        self.run_watched(engine, family, start, &Monitor::new())
+    }
+
+    /// The same with somebody looking on: progress is that of both ways together, rows are those of either way. When cancelled, the points done
+    /// so far make the diagram.
+    ///
+    /// # Errors
+    /// As [`run`](Bifurcation::run).
+    pub fn run_watched<M, E, X, Y>(
+        &self,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+        watch: &Monitor<'_>,
+    ) -> Result<Diagram, SweepError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        let points = self.sweep.points();
+        check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
+        let model = (0..points.len())
+            .take_while(|_| !watch.is_cancelled())
+            .find_map(|i| family(&points.point(i)).ok());
+        let component = match model {
+            Some(model) if self.strobed => component(&self.channel, model.dof())?,
+            _ => 0,
+        };
+        let mut names: Vec<&str> = self.sweep.names().iter().map(String::as_str).collect();
+        if !names.contains(&self.channel.as_str()) {
+            names.push(&self.channel);
+        }
+        // All measured periods are drawn.
+        let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
+        let done = [const { AtomicUsize::new(0) }; 2];
+        let way = |way: usize, carry: WarmStart| {
+            let show = |now: usize, total: usize| {
+                let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
+                watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
+            };
+            sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &watch.progress(&show))
+        };
+        let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
+        let (up_rows, down_rows) = (up?, down?);
+        let branch = |rows: &Rows| {
+            rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>()
+        };
+        Ok(Diagram { up: branch(&up_rows)?, down: branch(&down_rows)?, up_rows, down_rows })
+    }
+
+    fn point(&self, row: &Row<'_>, component: usize) -> Result<DiagramPoint, ParameterError> {
+        let values = match self.strobed {
+            true => row.strobes().map(|state| state[component]).collect(),
+            false => row.extremes(&self.channel)?.concat(),
+        };
+        Ok(DiagramPoint {
+            index: row.index(),
+            parameter: row.point().values()[0],
+            values,
+            period: row.period_multiple(),
+        })
+    }
+}
+
+/// Where `q1`, `v1`, ... stand in a state.
+fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
+    let names: Vec<String> =
+        ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
+    let place = names.iter().position(|known| known == name);
+    place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
+}
+
+/// What is drawn at one value of the parameter, on one way.
+///
+/// ```
+/// let point = gear_dynamics::sweep::DiagramPoint { index: 0, parameter: 150.0, values: vec![1.0, 2.0], period: Some(2) };
+/// assert_eq!(point.values.len(), 2);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiagramPoint {
+    /// Its place on the axis.
+    pub index: usize,
+    /// The value of the parameter.
+    pub parameter: f64,
+    /// What is drawn.
+    pub values: Vec<f64>,
+    /// Periods after which the motion repeats, if it does.
+    pub period: Option<usize>,
+}
+
+/// A finished diagram.
+///
+/// ```
+/// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+/// let speeds = Points::along(Axis::linear("speed", 100.0, 110.0, 2)?);
+/// let diagram = Bifurcation::extremes(Sweep::over(speeds).settle(3).measure(1), "deflection").run(
+///     &LaneRk4::<4>::new(63 * 32),
+///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///     |_, pair| pair.static_start(),
+/// )?;
+/// assert_eq!((diagram.down()[1].parameter, diagram.down()[1].values.len()), (110.0, 2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagram {
+    up: Vec<DiagramPoint>,
+    down: Vec<DiagramPoint>,
+    up_rows: Rows,
+    down_rows: Rows,
+}
+
+impl Diagram {
+    /// What is drawn on the way along the axis, in its order, without the points that failed.
+    pub fn up(&self) -> &[DiagramPoint] {
+        &self.up
+    }
+    /// What is drawn on the way back, in the order of the axis as well.
+    pub fn down(&self) -> &[DiagramPoint] {
+        &self.down
+    }
+    /// All figures of both ways, with the errors of points that failed.
+    pub fn rows(&self) -> [&Rows; 2] {
+        [&self.up_rows, &self.down_rows]
+    }
+
+    /// The values of the parameter at which the two ways end on different motions: a value drawn on one of them lies farther from all values of
+    /// the other than this share of the range of the whole diagram. Nothing is claimed where it is [undecided](Diagram::undecided).
+    ///
+    /// # Errors
+    /// A tolerance that is not positive and finite.
+    pub fn hysteresis(&self, tolerance: f64) -> Result<Vec<f64>, ParameterError> {
+        let tolerance = check::positive("tolerance of the hysteresis", tolerance)?;
+        let all = self.up.iter().chain(&self.down).flat_map(|point| &point.values);
+        let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+        let far = |a: &[f64], b: &[f64]| {
+            let nearest = |x: &f64| b.iter().fold(f64::INFINITY, |m: f64, y| m.min((x - y).abs()));
+            a.iter().map(nearest).fold(0.0, f64::max) > tolerance * (hi - lo)
+        };
+        let differ = |(a, b): (&DiagramPoint, &DiagramPoint)| {
+            (far(&a.values, &b.values) || far(&b.values, &a.values)).then_some(a.parameter)
+        };
+        Ok(self.decided().filter_map(differ).collect())
+    }
+
+    /// The values of the parameter of which nothing can be said: neither way repeats (chaos, not settled, or a step too coarse for
+    /// [`periodic_within`](Sweep::periodic_within)), or one of them failed.
+    pub fn undecided(&self) -> Vec<f64> {
+        let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
+        let points = self.up_rows.points();
+        (0..points.len())
+            .filter(|i| decided.binary_search(i).is_err())
+            .map(|i| points.point(i).values()[0])
+            .collect()
+    }
+
+    /// Both ways at the places where at least one of them repeats.
+    fn decided(&self) -> impl Iterator<Item = (&DiagramPoint, &DiagramPoint)> {
+        let down = |a: &DiagramPoint| {
+            self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i])
+        };
+        let pairs = self.up.iter().filter_map(move |a| Some((a, down(a)?)));
+        pairs.filter(|(a, b)| a.period.is_some() || b.period.is_some())
+    }
+}

@@ -1,0 +1,6 @@
+//! What a sweep found.
+
+pub(crate) mod bytes;
+pub(crate) mod hash;
+pub(crate) mod row;
+pub(crate) mod table;

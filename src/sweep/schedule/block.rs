@@ -1,0 +1,213 @@
+//! The blocks of a sweep: which run comes next, and where its row goes.
+
+use crate::model::equations::{Periodic, State};
+use crate::model::rigid::rigid_modes;
+use crate::sweep::engines::interface::{Job, Source, SweepEngine};
+use crate::sweep::engines::track::Plan;
+use crate::sweep::error::PointError;
+use crate::sweep::monitor::Monitor;
+use crate::sweep::rows::row::Row;
+use crate::sweep::rows::table::Rows;
+use crate::sweep::schedule::sweep::{Sweep, WarmStart};
+use crate::sweep::settings::points::Point;
+use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering;
+
+/// What all blocks of a sweep share.
+pub(crate) struct Work<'s, F, G> {
+    pub(crate) sweep: &'s Sweep,
+    pub(crate) plan: &'s Plan,
+    pub(crate) channels: &'s [usize],
+    /// Degrees of freedom and contacts of every model.
+    pub(crate) shape: [usize; 2],
+    /// Points in a line.
+    pub(crate) length: usize,
+    pub(crate) family: &'s F,
+    pub(crate) start: &'s G,
+    pub(crate) watch: &'s Monitor<'s>,
+    pub(crate) rows: Mutex<&'s mut Rows>,
+    /// Names and shape of the rows, for those shown as they come.
+    pub(crate) bare: Option<Rows>,
+    /// Runs made, and all to be made.
+    pub(crate) done: AtomicUsize,
+    pub(crate) total: usize,
+}
+
+impl<F: Sync, G: Sync> Work<'_, F, G> {
+    /// The runs of some lines, or their checks, in blocks.
+    pub(crate) fn all<M, E>(&self, engine: &E, lines: &[usize], checking: bool)
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        F: Fn(&Point<'_>) -> Result<M, PointError>,
+        G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+    {
+        // Whole batches, so that no lanes stay empty before the end.
+        let (batch, share) = (engine.batch().max(1), lines.len() / (4 * rayon::current_num_threads()));
+        let block = batch * (share / batch).clamp(1, 16);
+        lines.par_chunks(block).for_each(|lines| {
+            let mut source = Block { work: self, lines, taken: 0, checking };
+            engine.work(self.plan, self.channels, &mut source);
+        });
+    }
+}
+
+/// The runs of some lines.
+struct Block<'b, 's, F, G> {
+    work: &'b Work<'s, F, G>,
+    lines: &'b [usize],
+    taken: usize,
+    checking: bool,
+}
+
+impl<M, F, G> Block<'_, '_, F, G>
+where
+    M: Periodic,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
+        let point = self.work.sweep.points.point(index);
+        let model = (self.work.family)(&point)?;
+        let found = [model.dof(), model.contacts()];
+        if found != self.work.shape {
+            return Err(PointError::Shape { found, expected: self.work.shape });
+        }
+        let period = model.period();
+        if !(period.is_finite() && period > 0.0) {
+            return Err(PointError::Period { period });
+        }
+        let start = match carried {
+            Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
+            None => (self.work.start)(&point, &model)?,
+        };
+        start.check(found[0]).map_err(PointError::Start)?;
+        if start.t != 0.0 {
+            let (name, value) = ("start.t".into(), start.t);
+            return Err(PointError::Start(crate::error::ParameterError::OutOfRange {
+                name,
+                value,
+                allowed: "0: runs begin with a period",
+            }));
+        }
+        Ok(Job { index, model, start })
+    }
+
+    /// The Lyapunov exponent, if it is wanted, of the motion that goes on from `end`, and its standard error. `None`: cancelled.
+    fn exponent(&self, index: usize, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
+        let (sweep, layout) = (self.work.sweep, &self.work.plan.layout);
+        let Some(lyapunov) = &sweep.lyapunov else {
+            return Ok(Some(Vec::new()));
+        };
+        let model = (self.work.family)(&sweep.points.point(index))?;
+        let (q, v) = end.split_at(layout.dof);
+        let go_on = || !self.work.watch.is_cancelled();
+        let exponents = lyapunov.run_while(&model, &State::new(0.0, q, v), model.period(), &go_on)?;
+        if !go_on() {
+            return Ok(None);
+        }
+        Ok(Some(vec![exponents.per_period()[0], exponents.standard_error()[0]]))
+    }
+
+    /// The point after this one in its line.
+    fn neighbour(&self, index: usize) -> Option<usize> {
+        let length = self.work.length;
+        match self.work.sweep.carry {
+            WarmStart::No => None,
+            WarmStart::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
+            WarmStart::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
+        }
+    }
+}
+
+impl<M, F, G> Source<M> for Block<'_, '_, F, G>
+where
+    M: Periodic,
+    F: Fn(&Point<'_>) -> Result<M, PointError>,
+    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
+{
+    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
+        let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
+        let mut next = after.and_then(|(index, _)| self.neighbour(index));
+        loop {
+            if self.is_cancelled() {
+                return None;
+            }
+            let index = match next {
+                Some(index) => index,
+                None => {
+                    let line = *self.lines.get(self.taken)?;
+                    self.taken += 1;
+                    state = None;
+                    let length = self.work.length;
+                    if self.work.sweep.carry == WarmStart::Down {
+                        (line + 1) * length - 1
+                    } else {
+                        line * length
+                    }
+                }
+            };
+            match self.job(index, state) {
+                Ok(job) => return Some(job),
+                Err(error) => {
+                    self.put(index, Err(error));
+                    // The line goes on from the last state there is.
+                    next = self.neighbour(index);
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>) {
+        let (work, mut without) = (self.work, None);
+        let layout = &work.plan.layout;
+        let row = match run {
+            Err(error) => Err(error),
+            Ok((mut row, end)) => {
+                let exponent = match self.exponent(index, end) {
+                    Ok(None) => return,
+                    Ok(Some(exponent)) => exponent,
+                    // The other figures stand.
+                    Err(error) => {
+                        without = Some(error);
+                        vec![f64::NAN; layout.exponents]
+                    }
+                };
+                row[layout.exponent()..][..layout.exponents].copy_from_slice(&exponent);
+                Ok(row)
+            }
+        };
+        let mut rows = work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let made = if self.checking {
+            rows.put_check(index, row);
+            None
+        } else {
+            rows.put(index, &row);
+            rows.exponent_errors.extend(without.map(|error| (index, error)));
+            row.ok()
+        };
+        // What is called from here on may take its time, and threads.
+        drop(rows);
+        if let (Some(show), Some(rows), Some(data)) = (work.watch.rows, &work.bare, &made) {
+            show(&Row { rows, index, data });
+        }
+        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
+    }
+
+    fn rigid(&self, index: usize) -> Vec<Vec<f64>> {
+        let model = (self.work.family)(&self.work.sweep.points.point(index));
+        model.map_or_else(|_| Vec::new(), |model| rigid_modes(&model, model.period()))
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.work.watch.is_cancelled()
+    }
+
+    fn alone(&mut self, points: usize) {
+        if !self.checking {
+            self.work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner).alone += points;
+        }
+    }
+}

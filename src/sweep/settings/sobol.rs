@@ -1,0 +1,212 @@
+//! Random parameters, and which of them matter.
+
+use crate::drives::held::CounterRng;
+use crate::error::{ParameterError, check};
+use crate::sweep::settings::points::Points;
+use rand_distr::Distribution as Draw;
+use std::sync::Arc;
+
+type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
+
+/// Parameters that are not known but for their distributions. A sample is a function of seed and number: any of them can be had in any order.
+///
+/// ```
+/// use gear_dynamics::sweep::RandomParameters;
+/// use rand_distr::{Normal, Uniform};
+/// let tolerances = RandomParameters::new(7).with("half_backlash", Uniform::new(4e-5, 6e-5)?).with("stiffness", Normal::new(3.1e8, 1e7)?);
+/// let points = tolerances.points(100)?;
+/// assert!((4e-5..6e-5).contains(&points.point(42)["half_backlash"]));
+/// assert_eq!(tolerances.sample(42), points.point(42).values());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct RandomParameters {
+    seed: u64,
+    names: Vec<String>,
+    draws: Vec<Drawn>,
+}
+
+impl std::fmt::Debug for RandomParameters {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RandomParameters")
+            .field("seed", &self.seed)
+            .field("names", &self.names)
+            .finish_non_exhaustive()
+    }
+}
+
+impl RandomParameters {
+    /// No parameter yet.
+    pub fn new(seed: u64) -> Self {
+        RandomParameters { seed, names: Vec::new(), draws: Vec::new() }
+    }
+    /// One more, independent of the others.
+    pub fn with<D: Draw<f64> + Send + Sync + 'static>(mut self, name: &str, distribution: D) -> Self {
+        self.names.push(name.into());
+        self.draws.push(Arc::new(move |rng: &mut CounterRng| distribution.sample(rng)));
+        self
+    }
+    /// The parameters of sample `k`, in the order they were named.
+    pub fn sample(&self, k: u64) -> Vec<f64> {
+        self.draw(0, k)
+    }
+    fn draw(&self, matrix: u64, k: u64) -> Vec<f64> {
+        // Streams of parameters lie beside those of held processes, which count from 0.
+        const BESIDE: u64 = 1 << 32;
+        let number =
+            |(i, draw): (usize, &Drawn)| draw(&mut CounterRng::new(self.seed, k, BESIDE + i as u64, matrix));
+        self.draws.iter().enumerate().map(number).collect()
+    }
+    /// Samples 0 to `count - 1` as the points of a sweep.
+    ///
+    /// # Errors
+    /// No samples, no parameters, more than 2²⁶ numbers; a distribution that draws what is not a number.
+    pub fn points(&self, count: usize) -> Result<Points, ParameterError> {
+        check::count("numbers of the samples", &[count, self.names.len()], check::NUMBERS)?;
+        Points::flat(&self.names, (0..count as u64).flat_map(|k| self.sample(k)).collect())
+    }
+    /// The points that Sobol indices of `samples` samples need.
+    ///
+    /// # Errors
+    /// As [`points`](RandomParameters::points); fewer than two samples.
+    pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
+        if samples < 2 {
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
+        }
+        let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
+        let mut rows = Vec::with_capacity(check::count(
+            "numbers of the samples",
+            &[samples, count, width],
+            check::NUMBERS,
+        )?);
+        for k in 0..samples as u64 {
+            let (a, b) = (self.draw(0, k), self.draw(1, k));
+            for i in 0..self.names.len() {
+                let mut mixed = a.clone();
+                mixed[i] = b[i];
+                rows.extend(mixed);
+            }
+            rows.extend(a);
+            rows.extend(b);
+        }
+        Ok(SobolDesign { points: Points::flat(&self.names, rows)?, parameters: width })
+    }
+}
+
+/// The points at which a measure has to be known for its Sobol indices: for each sample two independent draws A and B, and A with each
+/// parameter in turn from B.   Source: Saltelli et al., Comput. Phys. Commun. 181 (2010) 259.
+///
+/// ```
+/// use gear_dynamics::sweep::RandomParameters;
+/// use rand_distr::StandardNormal;
+/// let design = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(4000)?;
+/// let points = design.points();
+/// let measure: Vec<f64> = (0..points.len()).map(|i| 2.0 * points.point(i)["x"] + points.point(i)["y"]).collect();
+/// let indices = design.indices(&measure)?;
+/// assert!((indices[0].first - 0.8).abs() < 3.0 * indices[0].first_error);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SobolDesign {
+    points: Points,
+    parameters: usize,
+}
+
+/// The share of one parameter in the variance of a measure.
+///
+/// ```
+/// let index = gear_dynamics::sweep::SobolIndex { name: "x".into(), first: 0.3, first_error: 0.01, total: 0.4, total_error: 0.01 };
+/// assert!(index.total >= index.first);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SobolIndex {
+    /// Which parameter.
+    pub name: String,
+    /// Alone.
+    pub first: f64,
+    /// Standard error of it; infinite where the measure varies in one sample alone.
+    pub first_error: f64,
+    /// With all its interactions.
+    pub total: f64,
+    /// Standard error of it, as above.
+    pub total_error: f64,
+}
+
+impl SobolDesign {
+    /// The points, to be swept.
+    pub fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// The indices of a measure given at all points. Samples with a value that is not a number are left out.
+    ///
+    /// S_i = E[f(B) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
+    ///
+    /// Standard errors by the jackknife over samples: numerator, mean and V hang on the same ones.   Source: Efron & Stein, Ann. Stat. 9 (1981) 586.
+    /// Two of them hold the index in about 95 % of the designs. Of a strongly skewed measure few samples make most of the variance, and a design
+    /// without them has bars that are too short: of e^(x + y/2), x and y normal, they hold it in 88 to 93 % at 200 samples, 91 to 96 % at 1000.
+    ///
+    /// # Errors
+    /// A list of another length; a measure that does not vary, or whose variance lies outside 1e-50 .. 1e50; less than two good samples.
+    pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
+        check::length("measure", measure.len(), self.points.len())?;
+        let n = self.parameters;
+        let samples: Vec<&[f64]> =
+            measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
+        if samples.len() < 2 {
+            return Err(ParameterError::TooFew {
+                name: "good samples".into(),
+                value: samples.len(),
+                least: 2,
+            });
+        }
+        let both =
+            crate::sweep::ensembles::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
+        let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
+        Ok((0..n)
+            .map(|i| {
+                let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
+                    crate::sweep::ensembles::moments::Distribution::of(
+                        samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance),
+                    )
+                    .mean()
+                };
+                let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
+                let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
+                // In units of the deviation about the mean, so that sums of squares do not cancel.
+                let unit = variance.sqrt();
+                let sample = |s: &&[f64]| [s[i], s[n], s[n + 1]].map(|x| (x - mean) / unit);
+                let [first_error, total_error] = jackknife(&samples.iter().map(sample).collect::<Vec<_>>());
+                SobolIndex { name: self.points.names()[i].clone(), first, first_error, total, total_error }
+            })
+            .collect())
+    }
+}
+
+/// Standard errors of S and T from values at A_i, A and B: √((m - 1)/m Σ (x_k - x̄)²), x_k without sample k.
+fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
+    // Sums over samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2.
+    let terms = |[mixed, a, b]: &[f64; 3]| {
+        [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)]
+    };
+    let mut sums = [0.0; 5];
+    for sample in samples {
+        sums.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum += x);
+    }
+    let m = samples.len() as f64;
+    let mut without = [
+        crate::sweep::ensembles::moments::Distribution::new(),
+        crate::sweep::ensembles::moments::Distribution::new(),
+    ];
+    for sample in samples {
+        let mut left = sums;
+        left.iter_mut().zip(terms(sample)).for_each(|(sum, x)| *sum -= x);
+        let count = 2.0 * (m - 1.0);
+        let mean = left[0] / count;
+        let variance = (left[1] - count * mean * mean) / (count - 1.0);
+        without[0].add((left[2] - mean * left[3]) / (m - 1.0) / variance);
+        without[1].add(left[4] / (m - 1.0) / variance);
+    }
+    // The standard error of the mean of m values, times m - 1.
+    without.map(|all| if all.not_finite() > 0 { f64::INFINITY } else { all.standard_error() * (m - 1.0) })
+}
