@@ -27,7 +27,7 @@ impl Pair {
     /// The same equations as a shape.
     pub fn machine(&self) -> Machine<Rattling> {
         let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
-        Rattling { law }.machine(&[("wc", self.wc)]).expect("the frequency is positive")
+        Machine::with_constants(Rattling { law }, &[("wc", self.wc)]).expect("the frequency is positive")
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])

@@ -1,6 +1,6 @@
 //! How closely a motion comes back.
 
-use crate::periodic::flow::motion_size::remove;
+use crate::roots::norms::remove;
 
 /// How far every coordinate and velocity moves, rigid motion left out: the unit in which returns are measured.
 ///

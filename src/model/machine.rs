@@ -72,7 +72,11 @@ impl<G: Shape> PartialEq for Machine<G> {
 const BESIDE: f64 = 1e-12;
 
 impl<G: Shape> Machine<G> {
-    pub(crate) fn of(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
+    /// The model of a shape with these constants, each given once by its name.
+    ///
+    /// # Errors
+    /// A name that does not exist, one that is missing or given twice; a value out of range; a shape that disagrees with its drives.
+    pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let names = shape.constants();
         if let Some(twice) =
             (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name))

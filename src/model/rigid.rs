@@ -137,10 +137,7 @@ fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
                 rigid.doubtful = if value < clear { Some(value) } else { rigid.doubtful };
             } else {
                 let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
-                rigid
-                    .modes
-                    .iter()
-                    .for_each(|other| crate::periodic::flow::motion_size::remove(other, &mut r));
+                rigid.modes.iter().for_each(|other| crate::roots::norms::remove(other, &mut r));
                 let length = crate::roots::norms::dot(&r, &r).sqrt();
                 r.iter_mut().for_each(|x| *x /= length);
                 rigid.modes.push(r);

@@ -6,7 +6,6 @@ use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::model::equations::Channel;
-use crate::model::machine::Machine;
 use crate::scalar::Scalar;
 
 /// How large a [`Shape`] is.
@@ -121,12 +120,12 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// to run is a constant; one that stands in `self` makes the shapes unequal, and models of unequal shapes do not share lanes. Therefore a
 /// shape derives `PartialEq`.
 ///
-/// [`machine`](Shape::machine) gives the shape its constants and makes a [`Model`](crate::Model) of it.
+/// [`Machine::with_constants`](crate::Machine::with_constants) gives the shape its constants and makes a [`Model`](crate::Model) of it.
 ///
 /// ```
 /// use gear_dynamics::contact::{Backlash, Contact, PieceChoice};
 /// use gear_dynamics::excitation::{Fourier, Side, Wave};
-/// use gear_dynamics::model::{Channel, Drives, Periodic, Scalar, Shape, Size, State};
+/// use gear_dynamics::model::{Channel, Drives, Machine, Periodic, Scalar, Shape, Size, State};
 /// use gear_dynamics::ode::{Dop853, Integrator};
 ///
 /// /// q'' + 2 ζ q' + k(φ) f(q) = T: a spur pair over its mesh angle, dimensionless.
@@ -153,7 +152,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// }
 ///
 /// let shape = SpurPair { stiffness: Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?), law: Backlash::new(1.0)? };
-/// let pair = shape.machine(&[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)])?;
+/// let pair = Machine::with_constants(shape, &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)])?;
 /// let end = Dop853::new().end(&pair, &State::new(0.0, &[1.5], &[0.0]), pair.period())?;
 /// let wider = pair.with("half backlash", 1.1)?; // shares lanes with `pair`
 /// assert_eq!(wider.constant("half backlash")?, 1.1);
@@ -244,16 +243,5 @@ pub trait Shape: PartialEq {
     /// The values of [`channels`](Shape::channels).
     fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let _ = (u, q, v, contacts, out);
-    }
-
-    /// The model of this shape with these constants, each given once by its name.
-    ///
-    /// # Errors
-    /// A name that does not exist, one that is missing or given twice; a value out of range; a shape that disagrees with its drives.
-    fn machine(self, constants: &[(&str, f64)]) -> Result<Machine<Self>, ParameterError>
-    where
-        Self: Sized,
-    {
-        Machine::of(self, constants)
     }
 }

@@ -1,4 +1,4 @@
-//! Limits on work: steps, time, a flag that stops it.
+//! Limits on the work of one call: steps, wall time, a cancel flag.
 
 use crate::ode::step::{Observer, Step};
 use std::cell::Cell;
@@ -10,10 +10,11 @@ use std::time::Duration;
 use std::time::Instant;
 use thiserror::Error;
 
-/// How much work one call may do: accepted steps of time integration or iterations of a root finder, wall time, and a flag that stops it
-/// from another thread.
+/// Limits on the work of one call: a number of accepted steps (time integration) or iterations (root finder),
+/// a wall time, and a flag with which another thread cancels the call.
 ///
-/// Default: 10⁸ steps, no limit on time, no flag. A limit on steps gives the same result on every machine; a limit on time does not.
+/// Defaults: 10⁸ steps, no time limit, no flag. A step limit gives the same result on every machine; a time
+/// limit does not.
 ///
 /// ```
 /// use gear_dynamics::{Budget, ode::Exhausted};
@@ -33,7 +34,7 @@ pub struct Budget {
 }
 
 impl PartialEq for Budget {
-    /// Equal limits, and the same flag.
+    /// Budgets are equal if their limits are equal and their flag is the same object.
     fn eq(&self, other: &Self) -> bool {
         let flag = |b: &Budget| b.cancel.as_ref().map(Arc::as_ptr);
         (self.steps, self.time, flag(self)) == (other.steps, other.time, flag(other))
@@ -47,50 +48,50 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// 10⁸ steps, no limit on time, no flag.
+    /// Defaults: 10⁸ steps, no time limit, no flag.
     pub fn new() -> Self {
         Budget { steps: 100_000_000, time: None, cancel: None }
     }
-    /// At most this many accepted steps, or iterations of a root finder.
+    /// Maximum number of accepted steps, or of iterations of a root finder. Default: 10⁸.
     pub fn steps(self, steps: u64) -> Self {
         Budget { steps, ..self }
     }
-    /// At most this wall time.
+    /// Maximum wall time of the call. Default: none.
     pub fn time(self, time: Duration) -> Self {
         Budget { time: Some(time), ..self }
     }
-    /// Stops once the flag is true.
+    /// Stops the call once the flag is true. Default: none.
     pub fn cancel(self, cancel: Arc<AtomicBool>) -> Self {
         Budget { cancel: Some(cancel), ..self }
     }
-    /// Starts the clock of one call.
+    /// Starts the meter of one call.
     pub(crate) fn begin(&self) -> Meter<'_> {
         Meter { budget: self, begun: Instant::now(), spent: Cell::new(0), exhausted: Cell::new(None) }
     }
 }
 
-/// Which limit of a [`Budget`] ended a call.
+/// The limit of a [`Budget`] that ended a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Exhausted {
-    /// The steps.
+    /// The step limit was reached.
     #[error("the budget of {limit} steps is spent")]
     Steps {
-        /// The limit.
+        /// Maximum number of steps.
         limit: u64,
     },
-    /// The time.
+    /// The time limit was reached.
     #[error("the budget of {limit:?} is spent")]
     Time {
-        /// The limit.
+        /// Maximum wall time.
         limit: Duration,
     },
-    /// The flag.
+    /// The cancel flag was set.
     #[error("cancelled")]
     Cancelled,
 }
 
-/// What one call has spent of its budget. As an observer it stops a run once nothing is left.
+/// The work that one call has done so far. As an observer it stops a run once a limit is reached.
 #[derive(Debug)]
 pub(crate) struct Meter<'b> {
     budget: &'b Budget,
@@ -100,25 +101,25 @@ pub(crate) struct Meter<'b> {
 }
 
 impl Meter<'_> {
-    /// Takes one step from the budget.
+    /// Counts one step. Checks the step limit at every call, clock and flag at every 64th.
     #[inline]
     pub(crate) fn spend(&self) -> Result<(), Exhausted> {
         let spent = self.spent.get() + 1;
         self.spent.set(spent);
-        // A look at the clock costs as much as a small step.
+        // Reading the clock costs as much as a small step.
         if spent <= self.budget.steps && spent % 64 != 1 {
             return Ok(());
         }
         self.look()
     }
 
-    /// The same with a look at the clock every time: for steps that take long.
+    /// Counts one step and checks all limits: for long steps.
     pub(crate) fn spend_slowly(&self) -> Result<(), Exhausted> {
         self.spent.set(self.spent.get() + 1);
         self.look()
     }
 
-    /// Whether anything is left: for work that is not counted in steps.
+    /// Checks all limits without counting a step: for work that is not counted in steps.
     pub(crate) fn look(&self) -> Result<(), Exhausted> {
         let Budget { steps, time, cancel } = self.budget;
         let exhausted = if self.spent.get() > *steps {
@@ -132,12 +133,12 @@ impl Meter<'_> {
         exhausted.map_or(Ok(()), Err)
     }
 
-    /// Whether no limit has stopped a run that this meter observed.
+    /// `Err` with the limit that the last check found reached, otherwise `Ok`.
     pub(crate) fn left(&self) -> Result<(), Exhausted> {
         self.exhausted.get().map_or(Ok(()), Err)
     }
 
-    /// Which limit stopped a run that this meter observed.
+    /// The limit that the last check found reached.
     pub(crate) fn exhausted(&self) -> Option<Exhausted> {
         self.exhausted.get()
     }

@@ -1,9 +1,9 @@
-//! Why a run ended early.
+//! Errors of time integration.
 
 use crate::error::ParameterError;
 use thiserror::Error;
 
-/// Why a run ended early.
+/// The reason why a time integration failed.
 ///
 /// ```
 /// use gear_dynamics::{ode::IntegrateError, Integrator, Model, Rk4, State};
@@ -18,151 +18,161 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum IntegrateError {
-    /// The end does not lie after the start, or beyond 1e50.
-    #[error("the time span from {start} to {end} is not positive, or ends beyond 1e50")]
+    /// The end time is not after the start time, or its magnitude exceeds 1e50.
+    #[error("the time span from {start} to {end} is not allowed: it must be positive and end within ±1e50")]
     TimeSpan {
         /// Start time.
         start: f64,
         /// End time.
         end: f64,
     },
-    /// Output times out of order, before the start, or not numbers.
+    /// The output times decrease, lie before the start, or are not finite.
     #[error(
-        "output time {index} is {value}: times must be finite, increasing, and not before the start at {start}"
+        "output time {index} is {value}: times must be finite, not decreasing, not before the start {start}"
     )]
     OutputTime {
-        /// Its place in the list.
+        /// Index in the list of times, from 0.
         index: usize,
-        /// What it was.
+        /// The time given.
         value: f64,
-        /// Where the run starts.
+        /// Start time of the run.
         start: f64,
     },
-    /// A step or a tolerance that cannot be used.
+    /// A setting of the solver (step, tolerance, controller) is outside its range.
     #[error("{name} is {value}: it must be {allowed}")]
     Setting {
-        /// Which one.
+        /// Name of the setting.
         name: &'static str,
-        /// What it was.
+        /// The value given.
         value: f64,
-        /// What is allowed.
+        /// The range allowed, in words.
         allowed: &'static str,
     },
-    /// A list of absolute tolerances that does not fit the model.
+    /// The number of absolute tolerances does not fit the model.
     #[error(
-        "{found} absolute tolerances for {expected} components: give one, or one for each coordinate and velocity"
+        "{found} absolute tolerances for {expected} components: give one, or one for each coordinate and \
+         velocity"
     )]
     ToleranceLength {
-        /// Components of the state.
+        /// Components of the state, 2 dof.
         expected: usize,
-        /// Tolerances given.
+        /// Number of tolerances given.
         found: usize,
     },
-    /// A start that does not fit the model.
+    /// The start state does not fit the model.
     #[error("start: {0}")]
     Start(#[from] ParameterError),
-    /// The model gave a NaN or an infinity, or the motion grew beyond 1e100.
+    /// The model returned a NaN or an infinity, or the motion exceeds 1e100.
     #[error(
-        "component {component} of (coordinates, velocities) is beyond 1e100 or its derivative is not finite after t = {t}; components \
-         count from 0"
+        "component {component} of (coordinates, velocities) exceeds 1e100, or its derivative is not finite, \
+         after t = {t}; components count from 0"
     )]
     NotFinite {
-        /// The last good time.
+        /// The last time with a valid state.
         t: f64,
-        /// Place in (coordinates, velocities), from 0: `dof + i` when the acceleration of coordinate i is the first to fail.
+        /// Index in (coordinates, velocities), from 0: `dof + i` if the acceleration of coordinate i fails
+        /// first.
         component: usize,
     },
-    /// A model that gave a slope which is not finite, where its motion is.
-    #[error("the slope of acceleration {acceleration} in {of} {coordinate} is not finite after t = {t}")]
+    /// An entry of ∂a/∂q or ∂a/∂v is not finite, although the motion is finite.
+    #[error(
+        "the derivative of acceleration {acceleration} with respect to {of} {coordinate} is not finite after \
+         t = {t}; indices count from 0"
+    )]
     Slope {
-        /// The last good time.
+        /// The last time with a valid state.
         t: f64,
-        /// Which acceleration, from 0.
+        /// Index of the acceleration, from 0.
         acceleration: usize,
         /// "coordinate" or "velocity".
         of: &'static str,
-        /// Which coordinate or velocity, from 0.
+        /// Index of the coordinate or velocity, from 0.
         coordinate: usize,
     },
-    /// No step is short enough for the tolerance.
-    #[error("the step fell to {h} at t = {t}: the tolerance cannot be met")]
+    /// The step size is below the resolution of the time, about 4 ε |t| (ε = 2.2e-16): an adaptive solver
+    /// cannot meet its tolerance, or the fixed step is too small.
+    #[error(
+        "the step {h} at t = {t} is below the resolution of the time: the tolerance cannot be met, or the \
+         fixed step is too small"
+    )]
     StepUnderflow {
-        /// Where.
+        /// Start time of the step.
         t: f64,
-        /// The step that would have been needed.
+        /// The step size.
         h: f64,
     },
-    /// The limit on the number of steps.
-    #[error("{limit} steps were made by t = {t}: raise max_steps, or loosen the tolerance")]
+    /// The run reached the maximum number of steps, rejected steps included.
+    #[error("the limit of {limit} steps was reached at t = {t}: raise max_steps, or loosen the tolerance")]
     TooManySteps {
-        /// How far it came.
+        /// The time reached.
         t: f64,
-        /// The limit.
+        /// The maximum number of steps.
         limit: usize,
     },
-    /// A model that announces a jump of its drives that does not lie ahead.
-    #[error("the next edge of the drives after t = {t} is said to be at {edge}: it must lie ahead")]
+    /// [`Model::next_edge`](crate::Model::next_edge) returned a drive edge that does not lie after the time
+    /// asked.
+    #[error("the model gives {edge} as its next drive edge after t = {t}: it must be later than t")]
     DriveEdge {
-        /// Asked at.
+        /// The time asked.
         t: f64,
-        /// The answer.
+        /// The time returned.
         edge: f64,
     },
-    /// A gap whose edges have passed each other: a negative backlash.
+    /// The lower edge of a gap lies above its upper edge: the backlash is negative.
     #[error(
-        "the gap of contact {contact} reaches from {lower} to {upper} at t = {t}: the half width is negative"
+        "the gap of contact {contact} is negative at t = {t}: lower edge {lower} is above upper edge {upper}"
     )]
     NegativeGap {
-        /// When it was seen.
+        /// Time of the check.
         t: f64,
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
-        /// Its lower edge.
+        /// Lower edge of the gap.
         lower: f64,
-        /// Its upper edge.
+        /// Upper edge of the gap.
         upper: f64,
     },
-    /// The budget of the call is spent, or it was cancelled.
+    /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.
     #[error("stopped at t = {t}: {exhausted}")]
     Budget {
-        /// How far it came.
+        /// The time reached.
         t: f64,
-        /// Which limit.
+        /// The limit that was reached.
         exhausted: crate::ode::budget::Exhausted,
     },
-    /// A contact that comes to rest on a rigid stop, after impacts without number or at once: from there on it would be pressed against the
-    /// stop, which is not modelled.
+    /// A contact comes to rest on a rigid stop, after a sequence of ever lower rebounds or immediately. The
+    /// motion that follows, with the contact pressed against the stop, is not modelled.
     #[error(
         "contact {contact} comes to rest on its rigid stop at t = {t}: motion along a stop is not modelled"
     )]
     RestsOnStop {
-        /// When.
+        /// Time at which it rests.
         t: f64,
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A start beyond a rigid stop, or a stop that jumped past its contact.
+    /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
     #[error("contact {contact} lies {depth} beyond its rigid stop at t = {t}")]
     BeyondStop {
-        /// When it was seen.
+        /// Time of the check.
         t: f64,
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
-        /// How far.
+        /// Distance beyond the stop, in the unit of the deflection.
         depth: f64,
     },
-    /// A rigid stop in a run that does not locate edges.
-    #[error("contact {contact} has a rigid stop, which can be met only where edges are located")]
+    /// The model has a rigid stop, but the run does not locate edges.
+    #[error("contact {contact} has a rigid stop: it requires a solver that locates edges")]
     StopNotLocated {
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A contact that changes its piece again and again without time moving.
-    #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without time moving")]
+    /// A contact meets its edges repeatedly while the time does not advance.
+    #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without advance in time")]
     EdgeStall {
-        /// Where.
+        /// Time of the stall.
         t: f64,
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! The trait of all solvers.
+//! The trait that all solvers implement.
 
 use crate::model::equations::{Model, State};
 use crate::ode::error::IntegrateError;
@@ -7,7 +7,8 @@ use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};
 use std::ops::ControlFlow;
 
-/// Advances a model in time. Every solver offers the same five calls; analysis is written against this trait.
+/// Integrates the equations of motion of a model over time. All solvers have these four methods; the analysis
+/// functions accept any `Integrator`.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State};
@@ -22,10 +23,11 @@ use std::ops::ControlFlow;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Integrator {
-    /// Runs from `start` to `t_end`, which is hit exactly, showing every accepted step to the observer.
+    /// Integrates from `start` to `t_end` and passes every accepted step to the observer. The last step ends
+    /// exactly at `t_end`, unless the observer stops the run earlier.
     ///
     /// # Errors
-    /// [`IntegrateError`]; what the observer has seen until then is still with the observer.
+    /// [`IntegrateError`]. The observer keeps what it received before the error.
     fn run<M: Model + ?Sized, O: Observer>(
         &self,
         model: &M,
@@ -43,10 +45,10 @@ pub trait Integrator {
             .map(|finish| finish.state)
     }
 
-    /// Every accepted step, the start included.
+    /// The start and the end of every accepted step.
     ///
     /// # Errors
-    /// [`Failed`], which holds the trajectory up to the failure.
+    /// [`Failed`], which contains the trajectory up to the failure.
     fn trajectory<M: Model + ?Sized>(
         &self,
         model: &M,
@@ -65,10 +67,10 @@ pub trait Integrator {
         trajectory.or_failed(run)
     }
 
-    /// The states at given increasing times, none before the start.
+    /// The states at the given times. The times must not decrease, and none may lie before the start.
     ///
     /// # Errors
-    /// [`Failed`], which holds the states up to the failure.
+    /// [`Failed`], which contains the states up to the failure.
     fn sample<M: Model + ?Sized>(
         &self,
         model: &M,

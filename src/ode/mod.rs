@@ -1,4 +1,4 @@
-//! Solvers: steps, located edges, trajectories.
+//! Time integration: solvers, located edges, trajectories.
 
 pub(crate) mod budget;
 pub(crate) mod driver;

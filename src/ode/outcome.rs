@@ -1,8 +1,8 @@
-//! How a run ended and what it took.
+//! The result of a run: last state and counts of work.
 
 use crate::model::equations::State;
 
-/// How a run ended.
+/// The result of a run.
 ///
 /// ```
 /// use gear_dynamics::{ode::{Finish, Stats}, State};
@@ -11,15 +11,15 @@ use crate::model::equations::State;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
-    /// The last state.
+    /// The state at the end of the last step.
     pub state: State,
-    /// Whether the observer stopped it.
+    /// Whether the observer stopped the run.
     pub stopped: bool,
-    /// What it took.
+    /// Counts of steps, evaluations and crossings.
     pub stats: Stats,
 }
 
-/// What a run took.
+/// Counts of the work done in one run.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State, ode::Step};
@@ -36,15 +36,15 @@ pub struct Finish {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
-    /// Accepted steps.
+    /// Number of accepted steps.
     pub steps: u64,
-    /// Rejected ones.
+    /// Number of rejected steps.
     pub rejected: u64,
-    /// Evaluations of the acceleration.
+    /// Number of evaluations of the accelerations.
     pub evaluations: u64,
-    /// Tooth edges crossed and rigid stops met; a contact that finds itself on another piece at the start of a step, because its edges jumped or its gap is
-    /// zero, is not counted.
+    /// Number of edges crossed and rigid stops met. A change of piece at the start of a step, because the
+    /// edges jumped or the gap is zero, is not counted.
     pub crossings: u64,
-    /// Jumps of the drives met.
+    /// Number of drive edges passed.
     pub drive_edges: u64,
 }

@@ -1,11 +1,12 @@
-//! What an observer sees of a run: one accepted step at a time.
+//! One accepted step of a run, as an observer receives it.
 
 use crate::contact::piece::Piece;
 use std::ops::ControlFlow;
 
-/// A contact that meets an edge at the end of a step: it changes its piece there or, at a rigid stop, its velocities.
+/// A crossing: a contact reaches an edge of its gap at the end of a step.
 ///
-/// A step ends with the velocities before an impact, the next one starts with those behind it.
+/// At an ordinary edge the contact changes its piece. At a rigid stop it stays in its gap and the velocities
+/// jump: the step ends with the velocities before the impact, the next step starts with those after it.
 ///
 /// ```
 /// use gear_dynamics::{ode::Crossing, contact::Piece};
@@ -14,34 +15,35 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossing {
-    /// Which contact.
+    /// Index of the contact, from 0.
     pub contact: usize,
-    /// The piece it leaves.
+    /// The piece that the contact leaves.
     pub from: Piece,
-    /// The piece it enters, or the flank of the stop that it meets.
+    /// The piece that the contact enters; at a rigid stop, the flank of the stop.
     pub to: Piece,
-    /// Whether it meets a rigid stop and stays in its gap.
+    /// Whether the contact meets a rigid stop and stays in its gap.
     pub rebounds: bool,
 }
 
 impl Crossing {
-    /// Whether teeth that were apart meet, on a rigid stop or a flank that yields.
+    /// Whether the teeth were apart and now meet: at a rigid stop or on an elastic flank.
     pub fn is_impact(&self) -> bool {
         self.from == Piece::Gap && self.to != Piece::Gap
     }
 }
 
-/// What a solver has to show of a step: for writing an [`Integrator`](crate::Integrator) of one's own.
+/// The data of one step that a solver provides. Implement it to write your own
+/// [`Integrator`](crate::Integrator).
 pub trait StepView {
-    /// Start and end.
+    /// Start time and end time.
     fn times(&self) -> (f64, f64);
-    /// Coordinates, then velocities, at the start.
+    /// Coordinates, then velocities, at the start: 2 dof values.
     fn start(&self) -> &[f64];
-    /// Coordinates, then velocities, at the end.
+    /// Coordinates, then velocities, at the end: 2 dof values.
     fn end(&self) -> &[f64];
-    /// The pieces on which the contacts stood from start to end, when edges were located.
+    /// The piece of each contact during the step; `None` if edges were not located.
     fn pieces(&self) -> Option<&[Piece]>;
-    /// Dense output: coordinates, then velocities, at a time within the step.
+    /// Dense output: writes coordinates, then velocities, at the time `t` within the step into `y`.
     fn at(&mut self, t: f64, y: &mut [f64]);
 }
 
@@ -55,7 +57,7 @@ pub trait StepView {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
 /// }
-/// // Stop the run once the body is below zero.
+/// // Stops the run after the first step that ends below zero.
 /// let mut watch = |step: &mut Step<'_>| if step.q1()[0] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
 /// let finish = Rk45::new().max_step(0.1).run(&Fall, &State::new(0.0, &[0.5], &[0.0]), 9.0, &mut watch)?;
 /// assert!(finish.stopped && finish.state.t < 1.2);
@@ -68,7 +70,8 @@ pub struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    /// A step to show, whether a drive jumps at its end, and the contacts that cross an edge there.
+    /// A step for the observer. `at_drive_edge`: the step ends on a drive edge; `crossings`: the crossings at
+    /// its end.
     #[inline(always)]
     pub fn new(view: &'a mut dyn StepView, at_drive_edge: bool, crossings: &'a [Crossing]) -> Self {
         Step { view, at_drive_edge, crossings }
@@ -101,7 +104,8 @@ impl<'a> Step<'a> {
     pub fn y1(&self) -> &[f64] {
         self.view.end()
     }
-    /// Dense output at `t` within the step: coordinates, then velocities. The ends themselves are exact.
+    /// Dense output at `t` within the step: coordinates, then velocities, 2 dof values. At the ends of the
+    /// step it returns the computed states themselves.
     pub fn at(&mut self, t: f64, y: &mut [f64]) {
         let (t0, t1) = self.view.times();
         if t == t1 {
@@ -112,15 +116,15 @@ impl<'a> Step<'a> {
             self.view.at(t, y);
         }
     }
-    /// The pieces on which the contacts stand throughout, when edges are located.
+    /// The piece of each contact during the step; `None` if edges are not located.
     pub fn pieces(&self) -> Option<&[Piece]> {
         self.view.pieces()
     }
-    /// The contacts that cross an edge at the end of the step.
+    /// The crossings at the end of the step.
     pub fn crossings(&self) -> &[Crossing] {
         self.crossings
     }
-    /// Whether a drive jumps at the end of the step.
+    /// Whether the step ends on a drive edge.
     pub fn at_drive_edge(&self) -> bool {
         self.at_drive_edge
     }
@@ -130,9 +134,10 @@ fn halves(y: &[f64]) -> (&[f64], &[f64]) {
     y.split_at(y.len() / 2)
 }
 
-/// Sees every accepted step and may stop the run. Closures `|step: &mut Step| ControlFlow` are observers.
+/// Receives every accepted step and may stop the run. Closures `|step: &mut Step| ControlFlow` are
+/// observers.
 pub trait Observer {
-    /// Called after each accepted step, in order.
+    /// Called after each accepted step, in order of time. `Break` stops the run.
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()>;
 }
 
@@ -143,7 +148,7 @@ impl<F: FnMut(&mut Step<'_>) -> ControlFlow<()>> Observer for F {
     }
 }
 
-/// Two observers on one run: both see every step, either may stop it.
+/// Two observers of one run: both receive every step, and each can stop the run.
 impl<A: Observer + ?Sized, B: Observer + ?Sized> Observer for (&mut A, &mut B) {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let first = self.0.step(step);

@@ -1,4 +1,4 @@
-//! Recorded runs.
+//! Recorded trajectories.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
@@ -8,7 +8,7 @@ use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;
 use thiserror::Error;
 
-/// States in the order of time.
+/// The states of a run, in order of time.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State};
@@ -25,7 +25,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     dof: usize,
-    /// Where the run started: only there the drives are seen from after.
+    /// Start time of the run. Channels there take the drives after a jump, at all other times those before
+    /// it.
     start: f64,
     times: Vec<f64>,
     states: Vec<f64>,
@@ -59,11 +60,11 @@ impl Trajectory {
     pub fn len(&self) -> usize {
         self.times.len()
     }
-    /// Whether there are none.
+    /// Whether there are no states.
     pub fn is_empty(&self) -> bool {
         self.times.is_empty()
     }
-    /// All times.
+    /// The times of all states.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -88,7 +89,7 @@ impl Trajectory {
     pub fn state(&self, i: usize) -> State {
         State::new(self.times[i], self.q(i), self.v(i))
     }
-    /// The last state, if there is one.
+    /// The last state; `None` if there is none.
     pub fn last(&self) -> Option<State> {
         self.len().checked_sub(1).map(|i| self.state(i))
     }
@@ -99,10 +100,12 @@ impl Trajectory {
     pub fn phase_portrait(&self, j: usize) -> Vec<(f64, f64)> {
         (0..self.len()).map(|i| (self.q(i)[j], self.v(i)[j])).collect()
     }
-    /// A named channel of the model over the whole run (see [`Probe`]). Where a drive jumps, the value just before holds.
+    /// A named channel of the model over the whole run (see [`Probe`]). At a drive edge it has the value
+    /// before the edge; at the start of the run, the value after it.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`], which lists the names there are.
+    /// [`ParameterError::NoSuchChannel`], which lists the channels of the model. [`ParameterError::Length`]
+    /// for a model with another number of coordinates.
     pub fn channel<M: Model + ?Sized>(&self, model: &M, name: &str) -> Result<Vec<f64>, ParameterError> {
         check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
@@ -114,13 +117,13 @@ impl Trajectory {
             })
             .collect())
     }
-    /// What the run took.
+    /// Counts of the work done in the run; zeros if the run failed.
     pub fn stats(&self) -> Stats {
         self.stats
     }
 }
 
-/// A run that ended early, with all that came before.
+/// A failed run: the error and the trajectory computed before it.
 ///
 /// ```
 /// use gear_dynamics::{ode::IntegrateError, Integrator, Model, Rk4, State};
@@ -134,15 +137,15 @@ impl Trajectory {
 /// assert_eq!(failed.trajectory.times(), [0.0, 0.25, 0.5]);
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{error} ({} states before it are kept)", trajectory.len())]
+#[error("{error} ({} states before the error are kept)", trajectory.len())]
 pub struct Failed {
-    /// Why.
+    /// The reason of the failure.
     pub error: IntegrateError,
-    /// What had been computed.
+    /// The states computed before the failure.
     pub trajectory: Box<Trajectory>,
 }
 
-/// `count` equal steps from `t0` to `t1`, both included: `count + 1` times.
+/// t_i = t0 + i (t1 - t0)/count, i = 0 .. count: `count + 1` equally spaced times, both ends included.
 ///
 /// ```
 /// assert_eq!(gear_dynamics::ode::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75, 2.0]);
@@ -150,7 +153,7 @@ pub struct Failed {
 /// ```
 ///
 /// # Errors
-/// No steps or more than 2²⁶; ends, or a distance between them, that are not finite.
+/// If `count` is 0 or above 2²⁶; if `t0`, `t1` or t1 - t0 is not finite.
 pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, ParameterError> {
     if count == 0 {
         return Err(ParameterError::TooFew { name: "steps of time".into(), value: 0, least: 1 });

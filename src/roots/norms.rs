@@ -1,5 +1,12 @@
 //! Scalar products and largest components.
 
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::model::slopes::{Slopes, accelerate};
+use crate::ode::step::{Observer, Step};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
 /// aᵀ b.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -22,4 +29,10 @@ mod tests {
             assert!(crate::roots::norms::largest(&x).is_nan());
         }
     }
+}
+
+/// x - r (rᵀ x), r of length 1.
+pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
+    let along = dot(r, x);
+    x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
 }

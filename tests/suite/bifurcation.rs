@@ -12,7 +12,7 @@ struct Spur {
 type SpurPair = Machine<Spur>;
 
 fn pair(omega: f64, amplitude: f64) -> Result<SpurPair, ParameterError> {
-    Spur { law: Backlash::new(1.0)? }.machine(&[("omega", omega), ("amplitude", amplitude)])
+    Machine::with_constants(Spur { law: Backlash::new(1.0)? }, &[("omega", omega), ("amplitude", amplitude)])
 }
 
 impl Shape for Spur {

@@ -29,7 +29,10 @@ struct Count {
 
 impl<'c> Swing<'c> {
     fn made(edge: f64, count: Option<&'c Count>, pull: f64, frequency: f64, period: f64) -> Made<'c> {
-        Swing { edge, count }.machine(&[("speed", TAU / period), ("pull", pull), ("frequency", frequency)])
+        Machine::with_constants(
+            Swing { edge, count },
+            &[("speed", TAU / period), ("pull", pull), ("frequency", frequency)],
+        )
     }
     fn with_edge(edge: f64, frequency: f64) -> Made<'c> {
         Swing::made(edge, None, 1.0, frequency, 2.0)

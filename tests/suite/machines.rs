@@ -283,7 +283,7 @@ fn functions_of_time_by_a_wrapper() {
             [a[0]] = u.constants();
         }
     }
-    let free = Free.machine(&[("speed", 1.0), ("torque", 0.5)]).unwrap();
+    let free = Machine::with_constants(Free, &[("speed", 1.0), ("torque", 0.5)]).unwrap();
     let slot = free.slot("torque").unwrap();
     let driven = Driven::new(free).add(slot, |t| if t < 2.0 { t } else { -1.0 }, &[2.0]).unwrap();
     let end = Rk45::new().end(&driven, &State::at_rest(1), 3.0).unwrap();
@@ -312,7 +312,7 @@ impl Flawed {
         Flawed { size, names: vec!["speed", "load"], wave: f64::cos, repeats: 1, prepared: 2, reads: 1 }
     }
     fn machine_of(self) -> Result<Machine<Self>, ParameterError> {
-        self.machine(&[("speed", 1.0), ("load", 2.0)])
+        Machine::with_constants(self, &[("speed", 1.0), ("load", 2.0)])
     }
 }
 
@@ -369,18 +369,18 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::ConstantTwice { .. })));
     let shape = Flawed::right();
     assert_eq!(
-        shape.clone().machine(&[("speed", 1.0)]).unwrap_err(),
+        Machine::with_constants(shape.clone(), &[("speed", 1.0)]).unwrap_err(),
         P::MissingConstant { name: "load".into() }
     );
     assert_eq!(
-        shape.clone().machine(&[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
+        Machine::with_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
         P::ConstantTwice { name: "speed".into() }
     );
     assert!(
-        matches!(shape.clone().machine(&[("speed", 0.0), ("load", 1.0)]), Err(P::NotPositive { name, .. }) if name == "speed of the angle")
+        matches!(Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]), Err(P::NotPositive { name, .. }) if name == "speed of the angle")
     );
     assert!(
-        matches!(shape.machine(&[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load")
+        matches!(Machine::with_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load")
     );
     assert!(
         matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, least: 1, .. }) if name == "order of a wave")
@@ -435,7 +435,7 @@ fn lanes_refuse_rigid_stops() {
             true
         }
     }
-    let family = |p: &Point<'_>| Bouncer.machine(&[("speed", TAU), ("weight", p["weight"])]);
+    let family = |p: &Point<'_>| Machine::with_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
     let start =
         |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
     let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap()))
@@ -495,7 +495,7 @@ fn contacts_that_are_forgotten_are_refused() {
     }
     let of = |contacts: usize, told: bool| {
         let shape = Forgets { contacts, told, law: Backlash::new(1.0).unwrap() };
-        shape.machine(&[("speed", 1.0)]).map(|_| ())
+        Machine::with_constants(shape, &[("speed", 1.0)]).map(|_| ())
     };
     assert_eq!(of(1, true), Ok(()));
     assert_eq!(of(0, true), Err(ParameterError::NoSuchContact { contact: 0, contacts: 0 }));
@@ -531,7 +531,7 @@ fn every_wave_has_its_own_size() {
             30
         }
     }
-    let refused = Two.machine(&[("speed", 1.0)]);
+    let refused = Machine::with_constants(Two, &[("speed", 1.0)]);
     assert!(
         matches!(refused, Err(ParameterError::NotPeriodic { name, .. }) if name == "wave 1 of the shape")
     );
@@ -567,7 +567,7 @@ fn no_edge_is_lost_by_rounding() {
         }
     }
     for speed in [0.7, 0.9, 1.0, 3.3, 100.0] {
-        let saw = Saw.machine(&[("speed", speed)]).unwrap();
+        let saw = Machine::with_constants(Saw, &[("speed", speed)]).unwrap();
         let edges = std::iter::successors(Some(0.0), |t| saw.next_edge(*t))
             .skip(1)
             .take_while(|t| *t < 1000.5 * saw.period());
@@ -718,7 +718,7 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
             a[0] = S::from(1.0) / mass;
         }
     }
-    let model = Mass.machine(&[("speed", 1.0), ("mass", 2.0)]).unwrap();
+    let model = Machine::with_constants(Mass, &[("speed", 1.0), ("mass", 2.0)]).unwrap();
     assert!(
         matches!(model.with("mass", 0.0), Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest")
     );

@@ -179,7 +179,7 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
         }
     }
     case.note(|| format!("{constants:?}"));
-    Ok(shape.machine(&constants)?)
+    Ok(Machine::with_constants(shape, &constants)?)
 }
 
 /// A user's shape: what is accepted speaks in numbers, and runs in lanes.

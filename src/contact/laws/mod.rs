@@ -2,6 +2,7 @@
 
 pub(crate) mod backlash;
 pub(crate) mod damped;
+pub(crate) mod mixed;
 pub(crate) mod no_pull;
 pub(crate) mod nonlinearity;
 pub(crate) mod power;

@@ -195,7 +195,7 @@ impl<N: Nonlinearity> NfgPair<N> {
             ("damping ratio", damping_ratio),
             ("half backlash", half_backlash),
         ];
-        shape.machine(if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// The reading.

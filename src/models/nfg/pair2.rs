@@ -150,7 +150,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
             ("pinion inertia", pinion_inertia),
             ("half backlash", half_backlash),
         ];
-        shape.machine(if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.

@@ -110,7 +110,7 @@ impl<N: Nonlinearity> Ring<N> {
             .chain(params.mesh_damping.iter().copied())
             .chain(loads);
         let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
-        shape.machine(&constants)
+        Machine::with_constants(shape, &constants)
     }
 
     /// The same ring in another frame.

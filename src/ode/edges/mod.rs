@@ -6,3 +6,4 @@ pub(crate) mod gaps;
 pub(crate) mod hermite;
 pub(crate) mod locate;
 pub(crate) mod stops;
+pub(crate) mod strike;

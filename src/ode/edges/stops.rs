@@ -16,16 +16,16 @@ use crate::ode::stepping::vector::Vector;
 const ROUNDS: usize = 16;
 
 /// A contact still approaches its stop, after an impact, at more than this share of the greatest speed of approach.
-const APPROACHES: f64 = 1e-9;
+pub(crate) const APPROACHES: f64 = 1e-9;
 
 /// A start may lie beyond a stop by this share of what its distance is made of.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// A step behind an impact is at most this many flights long: roots are known to a share of the step.
-const LONGER: f64 = 4.0;
+pub(crate) const LONGER: f64 = 4.0;
 
 /// ... or this many times what the clock resolves.
-const SHORTEST: f64 = 1e4;
+pub(crate) const SHORTEST: f64 = 1e4;
 
 /// Flights in a row no higher than an edge is met by, before a contact is said to rest.
 const LOW: u8 = 4;
@@ -66,8 +66,8 @@ impl Flight {
 pub(crate) struct Stops {
     rigid: Vec<[bool; 2]>,
     /// Velocities behind the impacts at the end of the step, if there are any.
-    v: Vec<f64>,
-    met: bool,
+    pub(crate) v: Vec<f64>,
+    pub(crate) met: bool,
     flights: Vec<Flight>,
     /// The shortest flight that has just ended: the next is no longer by orders.
     flew: f64,
@@ -107,139 +107,10 @@ impl Stops {
     }
 
     /// All stops.
-    fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
+    pub(crate) fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
         self.rigid.iter().enumerate().flat_map(|(contact, rigid)| {
             let ways = [(rigid[0], Piece::Lower), (rigid[1], Piece::Upper)];
             ways.into_iter().filter(|(rigid, _)| *rigid).map(move |(_, to)| Exit { contact, to })
         })
-    }
-}
-
-impl Locator {
-    /// No contact may lie beyond a stop at the start of a step.
-    pub(crate) fn check_stops(&self, t: f64) -> Result<(), IntegrateError> {
-        for exit in self.stops.exits() {
-            let c = &self.start[exit.contact];
-            let d = exit.distance(Piece::Gap, c, 1.0);
-            // Impacts far from time zero are met no closer than the clock tells.
-            let rounding = ROUNDING * (c.deflection.abs() + d.rate.abs() * t.abs());
-            if d.value < -self.slack(exit.contact, c).max(rounding) {
-                return Err(IntegrateError::BeyondStop { t, contact: exit.contact, depth: -d.value });
-            }
-        }
-        Ok(())
-    }
-
-    /// Impacts of the contacts that met their stops at the end of the step.
-    #[inline]
-    pub(crate) fn strike_at_end<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &mut Engine<'_, M, V>,
-        crossings: &mut Vec<Crossing>,
-    ) -> Result<(), IntegrateError> {
-        self.stops.met = crossings.iter().any(|c| c.rebounds);
-        if !self.stops.met {
-            return Ok(());
-        }
-        let (t, (q, v)) = (e.t1, halves(&e.y1));
-        self.stops.v.copy_from_slice(v);
-        self.strike(e.model, &e.u1, q, &mut e.contacts, crossings, t)?;
-        self.land(t, &e.contacts, crossings)?;
-        // The step ends before its impacts.
-        e.contacts_at_end();
-        Ok(())
-    }
-
-    /// A contact on its stop at the start of a step would move into it: it rebounds or, if it does not get away, rests.
-    pub(crate) fn strike_at_start<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &mut Engine<'_, M, V>,
-        exit: Exit,
-        crossings: &mut Vec<Crossing>,
-    ) -> Result<(), IntegrateError> {
-        let t = e.t;
-        self.still[exit.contact] += 1;
-        if self.still[exit.contact] > Self::STILL {
-            return Err(IntegrateError::RestsOnStop { t, contact: exit.contact });
-        }
-        e.contacts_at_start();
-        if exit.distance(Piece::Gap, &e.contacts[exit.contact], 1.0).rate < 0.0 {
-            let (q, v) = halves(&e.y);
-            self.stops.v.copy_from_slice(v);
-            crossings.push(Crossing { contact: exit.contact, from: Piece::Gap, to: exit.to, rebounds: true });
-            self.strike(e.model, &e.u_stage, q, &mut e.contacts, crossings, t)?;
-            crossings.clear();
-            self.stops.met = true;
-            self.rebound(e);
-        }
-        Ok(())
-    }
-
-    /// Puts the velocities behind the impacts into the start of the next step, which may be as long as is said.
-    #[inline]
-    pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> f64 {
-        if self.stops.met {
-            let n = self.stops.v.len();
-            e.y.slice_mut()[n..].copy_from_slice(&self.stops.v);
-            e.contacts_at_start();
-            self.start.copy_from_slice(&e.contacts);
-            self.stops.met = false;
-            return (LONGER * self.stops.flew).max(SHORTEST * RESOLUTION * e.t.abs());
-        }
-        f64::INFINITY
-    }
-
-    /// Velocities behind the impacts, one after the other, until no contact on its stop approaches it. Impacts that follow are added.
-    fn strike<M: Model + ?Sized>(
-        &mut self,
-        model: &M,
-        u: &[f64],
-        q: &[f64],
-        contacts: &mut [Contact],
-        crossings: &mut Vec<Crossing>,
-        t: f64,
-    ) -> Result<(), IntegrateError> {
-        let approach = |c: &Crossing, contacts: &[Contact]| {
-            -Exit { contact: c.contact, to: c.to }.distance(Piece::Gap, &contacts[c.contact], 1.0).rate
-        };
-        let mut fastest = 0.0f64;
-        for crossing in crossings.iter().filter(|c| c.rebounds) {
-            fastest = fastest.max(approach(crossing, contacts));
-            model.impact(crossing.contact, crossing.to, u, q, &mut self.stops.v);
-        }
-        loop {
-            model.contact(u, q, &self.stops.v, contacts);
-            let next = self.stops.exits().find(|exit| {
-                let met =
-                    crossings.iter().any(|c| c.rebounds && (c.contact, c.to) == (exit.contact, exit.to));
-                let c = &contacts[exit.contact];
-                let d = exit.distance(Piece::Gap, c, 1.0);
-                d.rate < -APPROACHES * fastest && (met || d.value <= self.slack(exit.contact, c))
-            });
-            let Some(Exit { contact, to }) = next else { return Ok(()) };
-            if crossings.len() >= self.stops.room() {
-                return Err(IntegrateError::EdgeStall { t, contact });
-            }
-            let crossing = Crossing { contact, from: Piece::Gap, to, rebounds: true };
-            fastest = fastest.max(approach(&crossing, contacts));
-            model.impact(contact, to, u, q, &mut self.stops.v);
-            crossings.push(crossing);
-        }
-    }
-
-    /// Notes how high each contact flew since its last impact: one that no longer leaves its stop by what edges are met to rests there.
-    fn land(&mut self, t: f64, behind: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
-        self.stops.flew = f64::INFINITY;
-        for &Crossing { contact, to, .. } in crossings.iter().filter(|c| c.rebounds) {
-            let slack = self.slack(contact, &behind[contact]);
-            let flight = &mut self.stops.flights[contact];
-            if t > flight.since {
-                self.stops.flew = self.stops.flew.min(t - flight.since);
-            }
-            if flight.lands(t, Exit { contact, to }.distance(Piece::Gap, &behind[contact], 1.0).rate, slack) {
-                return Err(IntegrateError::RestsOnStop { t, contact });
-            }
-        }
-        Ok(())
     }
 }

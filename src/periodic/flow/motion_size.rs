@@ -4,7 +4,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::Model;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::step::{Observer, Step};
-use crate::roots::norms::dot;
+use crate::roots::norms::{dot, remove};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -165,12 +165,6 @@ impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
         }
         ControlFlow::Continue(())
     }
-}
-
-/// x - r (rᵀ x), r of length 1.
-pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
-    let along = dot(r, x);
-    x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
 }
 
 impl Observer for Sizes {

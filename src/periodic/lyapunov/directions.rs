@@ -134,9 +134,7 @@ impl<'s> Directions<'s> {
             for (x, (y, s)) in column.iter_mut().zip(q.iter().zip(of_q).chain(v.iter().zip(of_v))) {
                 *x = y / s;
             }
-            before
-                .chunks_exact(m)
-                .for_each(|other| crate::periodic::flow::motion_size::remove(other, column));
+            before.chunks_exact(m).for_each(|other| crate::roots::norms::remove(other, column));
             let length = dot(column, column).sqrt();
             self.lengths[k] = length;
             let length = if length.is_finite() { length } else { 0.0 };

@@ -1,4 +1,4 @@
-//! The linear system of multiple shooting: a ring of blocks, solved by orthogonal transformations.
+//! The cyclic block system of multiple shooting, solved by orthogonal transformations.
 
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -6,18 +6,20 @@ use nalgebra::Dyn;
 use nalgebra::FullPivLU;
 use nalgebra::QR;
 
-/// X_i z_i - z_{i+1} = r_i around the ring, the last one closing on z_0 + B s with Bᵀ z_0 = 0: corrections z at the nodes and free
-/// slack s along the rigid modes B.
+/// X_i z_i - z_{i+1} = r_i for i = 0 .. N-1, with z_N = z_0 + B s and Bᵀ z_0 = 0.
 ///
-/// Nodes are eliminated one after the other by QR of what meets there, which no growth along the orbit can spoil, in a time
-/// proportional to their number.   Source: Wright, SIAM J. Sci. Stat. Comput. 13, 742 (1992).
+/// Unknowns: corrections z_i at the N nodes and the slack s along the rigid modes B. The nodes are eliminated
+/// one after the other by QR of the two block rows that contain the node. The elimination stays stable when
+/// perturbations grow along the orbit. Its time is proportional to N. Source: Wright, SIAM J. Sci. Stat.
+/// Comput. 13, 742 (1992).
 pub(crate) struct Cyclic {
     stages: Vec<Stage>,
     close: FullPivLU<f64, Dyn, Dyn>,
     rigid: DMatrix<f64>,
 }
 
-/// R z_i + E z_0 + G z_{i+1} = s once node i is eliminated.
+/// R z_i + E z_0 + G z_{i+1} = p, with p the rotated right-hand side: the equation kept for the eliminated
+/// node i.
 struct Stage {
     qr: QR<f64, Dyn, Dyn>,
     own: DMatrix<f64>,
@@ -25,16 +27,18 @@ struct Stage {
     next: DMatrix<f64>,
 }
 
-/// A pivot of the closure below this share of the largest is zero.
+/// The closing system is singular if its smallest pivot is below this share of the largest.
 const SINGULAR: f64 = 1e-13;
 
 impl Cyclic {
-    /// From the transitions X_0, X_1, ... and the rigid modes. An error names the component
-    /// that a singular system fixes least: at a fold, at a branching, or where something floats.
+    /// Factors the system for the transition matrices X_0, X_1, ... and the rigid modes B.
+    ///
+    /// Error: the system is singular (a fold, a branch point, or a coordinate without restoring force). The
+    /// value is the component that the system determines least.
     pub(crate) fn factor(transitions: &[DMatrix<f64>], rigid: &DMatrix<f64>) -> Result<Self, usize> {
         let (head, rest) = transitions.split_first().ok_or(0usize)?;
         let (m, k) = rigid.shape();
-        // What is left of the equations before the node at hand: a z_0 + c z_i = r.
+        // Equation left over from the nodes before node i: a z_0 + c z_i = r.
         let (mut a, mut c) = (head.clone(), -DMatrix::identity(m, m));
         let mut stages = Vec::with_capacity(rest.len());
         for x in rest {
@@ -66,7 +70,7 @@ impl Cyclic {
         Err(loose.unwrap_or(0))
     }
 
-    /// Corrections z_0, z_1, ... and slack for right-hand sides r_0, r_1, ...
+    /// Returns the corrections z_0, z_1, ... and the slack s for the right-hand sides r_0, r_1, ...
     pub(crate) fn solve(&self, right: &[DVector<f64>]) -> (Vec<DVector<f64>>, DVector<f64>) {
         let (m, k) = self.rigid.shape();
         let mut r = right[0].clone();
@@ -82,7 +86,7 @@ impl Cyclic {
         let mut end = r.resize_vertically(m + k, 0.0);
         self.close.solve_mut(&mut end);
         let (first, slack) = (end.rows(0, m).into_owned(), end.rows(m, k).into_owned());
-        // Backwards from the last node, which is followed by z_0 + B s.
+        // Back substitution from the last node; z_N = z_0 + B s.
         let mut following = &first + &self.rigid * &slack;
         let mut nodes = vec![first; self.stages.len() + 1];
         for (i, (stage, top)) in self.stages.iter().zip(&tops).enumerate().rev() {
@@ -95,7 +99,7 @@ impl Cyclic {
     }
 }
 
-/// One matrix below another.
+/// The matrix `under` stacked below the matrix `above`.
 fn below(above: &DMatrix<f64>, under: &DMatrix<f64>) -> DMatrix<f64> {
     let (m, n) = above.shape();
     let mut both = DMatrix::zeros(m + under.nrows(), n);
@@ -108,7 +112,7 @@ fn below(above: &DMatrix<f64>, under: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use crate::periodic::shooting::cyclic::{Cyclic, DMatrix, DVector};
 
-    /// Against the whole matrix, in one piece.
+    /// The solution satisfies every equation of the ring and Bᵀ z_0 = 0.
     #[test]
     fn ring_of_blocks() -> Result<(), &'static str> {
         let entry =

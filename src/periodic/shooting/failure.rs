@@ -1,30 +1,31 @@
-//! Why no orbit is returned.
+//! Errors of shooting.
 
 use crate::error::ParameterError;
 use crate::model::equations::State;
 use crate::ode::error::IntegrateError;
 use thiserror::Error;
 
-/// How far shooting came.
+/// The last iterate of a shooting run that failed.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Shooting};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-/// let error = Shooting::new().segments(1).max_iterations(1).run(&pair, &[pair.static_start()?]).unwrap_err();
+/// let shooting = Shooting::new().segments(1).max_iterations(1);
+/// let error = shooting.run(&pair, &[pair.static_start()?]).unwrap_err();
 /// let last = error.last().ok_or("an iterate")?;
 /// assert_eq!((last.states.len(), last.corrections.len()), (1, 1));
-/// assert!(last.corrections[0] > 0.1); // far from an orbit
+/// assert!(last.corrections[0] > 0.1); // the guess is far from an orbit
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
     /// The states at the nodes.
     pub states: Vec<State>,
-    /// The corrections so far, as shares of the range of motion.
+    /// The corrections so far, as shares of the range of motion `[1]`.
     pub corrections: Vec<f64>,
 }
 
-/// Why [`Shooting`](crate::Shooting) returns no orbit.
+/// Errors of [`Shooting`](crate::Shooting).
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Shooting, periodic::ShootingError};
@@ -36,64 +37,66 @@ pub struct Iterate {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ShootingError {
-    /// A guess or a setting that cannot be used.
+    /// A guess or a setting is not valid.
     #[error("shooting: {0}")]
     Parameter(#[from] ParameterError),
-    /// States of the guess out of order, or past the period.
+    /// The times of the guess do not increase, or a time lies outside the period.
     #[error(
-        "state {index} of the guess stands at t = {time}: times must increase and stay within the period from {from} to {to}"
+        "state {index} of the guess has t = {time}: times must increase and lie in the period [{from}, {to})"
     )]
     GuessTime {
-        /// Its place in the list.
+        /// Index of the state in the list, from 0.
         index: usize,
-        /// Its time.
+        /// Time of the state.
         time: f64,
-        /// Where the period begins.
+        /// Start of the period.
         from: f64,
-        /// Where it ends.
+        /// End of the period.
         to: f64,
     },
-    /// A run over a segment failed.
-    #[error("segment {segment}: {error}")]
+    /// The integration over a segment failed.
+    #[error("the integration over segment {segment} failed: {error}")]
     Flow {
-        /// Which one, from 0.
+        /// Index of the segment, from 0.
         segment: usize,
-        /// Why.
+        /// Error of the integration.
         error: IntegrateError,
-        /// How far it came.
+        /// The last iterate.
         last: Iterate,
     },
-    /// Nothing fixes the orbit: it sits on a fold or a branching, or a coordinate floats in its gap.
+    /// The equations do not determine the orbit: it is at a fold or a branch point, or a coordinate moves
+    /// freely in its gap.
     #[error(
-        "the shooting equations are singular, most of all in component {component} of (coordinates, velocities): the orbit is at a fold \
-         or a branching, or this component floats"
+        "the shooting equations are singular; component {component} of (coordinates, velocities) is \
+         determined least: the orbit is at a fold or a branch point, or nothing restores this component"
     )]
     Singular {
-        /// The component that the equations fix least, from 0.
+        /// The component that the equations determine least, from 0.
         component: usize,
-        /// How far it came.
+        /// The last iterate.
         last: Iterate,
     },
-    /// Corrections do not become small.
+    /// The corrections do not become small.
     #[error(
-        "no orbit was met: after {} corrections the last moves component {component} of (coordinates, velocities), whose range is {range:e}, \
-         by {correction:e}; an orbit that closes after several periods asks for Shooting::multiple",
+        "shooting did not converge: after {} corrections the last one still changes component {component} of \
+         (coordinates, velocities) by {correction:e}, with a range of {range:e}; if the orbit closes only \
+         after several periods, set Shooting::multiple",
         last.corrections.len()
     )]
     NotConverged {
-        /// The component that the last correction moves most as a share of its range, from 0.
+        /// The component that the last correction changes most as a share of its range, from 0.
         component: usize,
-        /// Its range of motion.
+        /// Range of motion of this component.
         range: f64,
-        /// By how much it is moved.
+        /// Change of this component by the last correction.
         correction: f64,
-        /// How far it came.
+        /// The last iterate.
         last: Iterate,
     },
 }
 
 impl ShootingError {
-    /// The last iterate, if iterations had begun.
+    /// The last iterate; `None` if the guess or a setting was refused.
     pub fn last(&self) -> Option<&Iterate> {
         match self {
             ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,

@@ -1,4 +1,4 @@
-//! What shooting starts from: checked states at the nodes, the ranges of motion, the rigid modes.
+//! The initial guess of shooting: checked states at the nodes, the ranges of motion, the rigid modes.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
@@ -11,7 +11,7 @@ use crate::periodic::flow::variation::{coarse, metered};
 use crate::periodic::shooting::failure::ShootingError;
 use std::ops::ControlFlow;
 
-/// What is wanted of the guess.
+/// Settings of shooting that the guess depends on.
 pub(crate) struct Plan {
     pub(crate) multiple: usize,
     pub(crate) segments: Option<usize>,
@@ -20,18 +20,20 @@ pub(crate) struct Plan {
 
 pub(crate) struct Guess {
     pub(crate) states: Vec<State>,
-    /// Units of coordinates and velocities, rigid motion left out, and their ranges.
+    /// Units of coordinates and velocities without rigid motion, then the ranges.
     pub(crate) scales: [Vec<f64>; 2],
+    /// Rigid modes of the coordinates.
     pub(crate) rigid: Vec<Vec<f64>>,
+    /// Time at which the orbit closes.
     pub(crate) end: f64,
 }
 
-/// Steps of a run per segment, when the number of segments is left open.
+/// Default number of segments: one per 32 steps of the coarse run, at most 128.
 const STEPS: usize = 32;
 
 const MOST: usize = 128;
 
-/// A last state this close to the end, in shares of the period, is the first one again.
+/// A last state within this share of the period of the end repeats the first state and is dropped.
 const SAME: f64 = 1e-9;
 
 impl Guess {

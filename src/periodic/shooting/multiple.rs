@@ -1,4 +1,4 @@
-//! Multiple shooting: periodic orbits to the accuracy of the flow.
+//! Multiple shooting: periodic orbits to the accuracy of the integration.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
@@ -10,19 +10,25 @@ use crate::periodic::shooting::guess::{Guess, Plan};
 use crate::periodic::shooting::orbit::ShootingOrbit;
 use crate::periodic::shooting::segments::{Round, Segments};
 
-/// φ(x_i; t_i, t_{i+1}) = x_{i+1} around an orbit of p periods of the drives, x_N = x_0: Newton's method on the states at the nodes, with
-/// the exact derivative of the flow, tooth edges located. Damped by the natural monotonicity test.
+/// φ(x_i; t_i, t_{i+1}) = x_{i+1}, i = 0 .. N-1, with x_N = x_0: periodic orbits by multiple shooting.
 ///
-/// The guess may be any orbit, known at a few instants or many, or a single state. Where the model turns freely (a ring) the drift over a
-/// period is an unknown, and position and speed of the rigid motion stay those of the guess.   Source: Deuflhard, Newton Methods for
-/// Nonlinear Problems, Sects. 3.3 and 7.1.
+/// φ is the flow and x_i are the states at the nodes of an orbit of p periods of the drives. Newton's method
+/// finds the x_i. It uses the exact derivative of the flow; tooth edges are located. The natural monotonicity
+/// test damps it.
+///
+/// The guess is a list of states of an approximate orbit at increasing times, or a single state. If the model
+/// has rigid modes (a ring), the drift over a period is an unknown, and position and speed of the rigid
+/// motion stay those of the guess.   Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 3.3 and
+/// 7.1.
 ///
 /// ```
 /// use gear_dynamics::{Model, Periodic, Shooting, State};
 /// struct Swing; // q'' + 0.1 q' + q = cos 2t
 /// impl Model for Swing {
 ///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = (2.0 * u[0]).cos() - 0.1 * v[0] - q[0]; }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = (2.0 * u[0]).cos() - 0.1 * v[0] - q[0];
+///     }
 /// }
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
@@ -47,21 +53,22 @@ impl Default for Shooting {
     }
 }
 
-/// Periods and segments of an orbit at most.
+/// Maximum number of periods and of segments of an orbit.
 const MOST: usize = 1_000_000;
 
-/// Damping below this is given up.
+/// Minimum damping factor; the iteration fails below it.
 const LEAST_DAMPING: f64 = 1.0 / 1024.0;
 
-/// A correction below this that no longer falls is the noise of the flow: rounding, and edges met as closely as they can be.
+/// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
+/// edges.
 const NOISE: f64 = 1e-9;
 
-/// The second flow, from which errors are estimated, is this much looser.
+/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 const LOOSER: f64 = 100.0;
 
 impl Shooting {
-    /// Orbits of one period, to corrections of 1e-12 of the range of motion, within 40 iterations, the flow held to 1e-13, within the
-    /// default [`Budget`].
+    /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, the default
+    /// [`Budget`].
     pub fn new() -> Self {
         Shooting {
             multiple: 1,
@@ -72,38 +79,46 @@ impl Shooting {
             budget: Budget::new(),
         }
     }
-    /// Periods of the drives in one period of the orbit; at most 10⁶.
+    /// Number of periods of the drives in one period of the orbit, 1 to 10⁶. Default: 1.
     pub fn multiple(self, multiple: usize) -> Self {
         Shooting { multiple, ..self }
     }
-    /// Number of segments: by default one for each state of the guess, and from a single state as many as the motion asks for. More
-    /// segments make orbits that are very unstable reachable. A list of states is thinned to this number, never filled up. At most 10⁶.
+    /// Number of segments, 1 to 10⁶. Default: one segment for each state of the guess; for a single state,
+    /// one segment per 32 integration steps, at most 128.
+    ///
+    /// Very unstable orbits need more segments. A longer list of states is thinned to this number; a shorter
+    /// list is used as it is.
     pub fn segments(self, segments: usize) -> Self {
         Shooting { segments: Some(segments), ..self }
     }
-    /// Largest correction at the end, as a share of the range of each coordinate and velocity. Where the noise of the flow lies higher, an
-    /// orbit is accepted once corrections no longer fall, below 1e-9: [`ShootingOrbit::accuracy`] says how far it came.
+    /// Largest accepted last correction, as a share of the range of each coordinate and velocity `[1]`.
+    /// Default: 1e-12.
+    ///
+    /// If the noise of the flow is larger, an orbit is also accepted when the corrections are below 1e-9 and
+    /// no longer decrease. [`ShootingOrbit::accuracy`] returns the last correction.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Shooting { tolerance, ..self }
     }
-    /// Local error of the integration, as a share of the same ranges, or the rounding of what a component is made of, whichever is larger.
+    /// Local error of the integration, as a share of the same ranges `[1]`. Default: 1e-13. The rounding
+    /// error of a component replaces it where that is larger.
     pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
         Shooting { flow_tolerance, ..self }
     }
-    /// Newton iterations before giving up.
+    /// Maximum number of Newton iterations. Default: 40.
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Shooting { max_iterations, ..self }
     }
 
-    /// The most steps and time of one call, all its flows together.
+    /// Maximum number of steps and maximum time of one call, over all its integrations.
     pub fn budget(self, budget: Budget) -> Self {
         Shooting { budget, ..self }
     }
 
-    /// From states of a guess at increasing times within one period of the orbit, or from one state.
+    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state.
     ///
     /// # Errors
-    /// [`ShootingError`]; once iterations have begun it holds the last iterate and the history of corrections.
+    /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
+    /// corrections.
     pub fn run<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -112,7 +127,7 @@ impl Shooting {
         self.run_within(&model, guess, &self.budget.begin())
     }
 
-    /// The same within what is left of a budget.
+    /// [`run`](Shooting::run) within the rest of a budget.
     pub(crate) fn run_within(
         &self,
         model: &dyn Periodic,
@@ -125,7 +140,8 @@ impl Shooting {
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
 
-    /// The orbit of a neighbouring model, from a known one: nodes at the same phases, velocities in proportion to the frequency.
+    /// Finds the orbit of a neighbouring model from a known orbit. The nodes keep their phases; the
+    /// velocities are scaled with the frequency.
     ///
     /// # Errors
     /// [`ShootingError`].
@@ -206,7 +222,7 @@ impl Shooting {
             if size <= self.tolerance || (stalled && size <= NOISE) {
                 return self.finish(model, &segments, here, first, corrections, meter);
             }
-            // Natural monotonicity: the simplified correction must be smaller than the one just made.
+            // Natural monotonicity test with damping λ: |simplified correction| ≤ (1 - λ/4) |correction|.
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);

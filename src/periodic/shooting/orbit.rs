@@ -1,4 +1,4 @@
-//! A periodic orbit, known to the accuracy of the flow.
+//! A periodic orbit to the accuracy of the integration.
 
 use crate::model::equations::{Model, State};
 use crate::ode::error::IntegrateError;
@@ -15,7 +15,8 @@ use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::{Round, Segments};
 use nalgebra::DMatrix;
 
-/// A periodic orbit found by [`Shooting`](crate::Shooting): states at its nodes, monodromy, multipliers, and how it was found.
+/// A periodic orbit found by [`Shooting`](crate::Shooting): states at the nodes, monodromy matrix, Floquet
+/// multipliers, and the history of the corrections.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
@@ -35,7 +36,7 @@ pub struct ShootingOrbit {
     end: f64,
     multiple: usize,
     least: usize,
-    /// Units of the flow.
+    /// Units of the coordinates and velocities in the integration.
     scale: Vec<f64>,
     range: Vec<f64>,
     drift: [Vec<f64>; 2],
@@ -47,7 +48,7 @@ pub struct ShootingOrbit {
     flow: f64,
 }
 
-/// An orbit that repeats this closely after fewer periods, in shares of its range, is the shorter one.
+/// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
 const REPEATS: f64 = 1e-8;
 
 impl ShootingOrbit {
@@ -102,7 +103,7 @@ impl ShootingOrbit {
         Ok(cycle)
     }
 
-    /// The states at the nodes, over one period of the orbit.
+    /// States at the nodes, over one period of the orbit.
     pub fn states(&self) -> &[State] {
         &self.states
     }
@@ -110,53 +111,61 @@ impl ShootingOrbit {
     pub fn period(&self) -> f64 {
         self.end - self.states[0].t
     }
-    /// Periods of the drives in one period of the orbit, as asked for.
+    /// Number of periods of the drives in one period of the orbit: the setting
+    /// [`Shooting::multiple`](crate::Shooting::multiple).
     pub fn period_multiple(&self) -> usize {
         self.multiple
     }
-    /// The fewest periods of the drives after which it repeats: less than [`period_multiple`](ShootingOrbit::period_multiple) if a shorter orbit
-    /// was found instead.
+    /// Minimum number of periods of the drives after which the orbit repeats. It is less than
+    /// [`period_multiple`](ShootingOrbit::period_multiple) if shooting converged to an orbit of a smaller
+    /// period.
     pub fn least_multiple(&self) -> usize {
         self.least
     }
-    /// ∂x(t0 + period)/∂x(t0) at the first node, in the units of the model: coordinates, then velocities.
+    /// Monodromy matrix ∂x(t0 + period)/∂x(t0) at the first node, in the units of the model; x holds the
+    /// coordinates, then the velocities.
     pub fn monodromy(&self) -> &DMatrix<f64> {
         &self.monodromy
     }
-    /// Its eigenvalues, the units 1, 1 of each rigid mode left out; their error is the change under a flow a hundred times looser.
+    /// Floquet multipliers: eigenvalues of the monodromy matrix without the pair 1, 1 of each rigid mode.
+    ///
+    /// Their error is the change when the tolerance of the flow is 100 times larger.
     pub fn multipliers(&self) -> &Multipliers {
         &self.multipliers
     }
-    /// Whether small differences die out.
+    /// Stability of the orbit: whether small perturbations decay.
     pub fn stability(&self) -> Stability {
         self.multipliers.stability()
     }
-    /// Tooth edges crossed in one period of the orbit.
+    /// Number of tooth edges crossed in one period of the orbit.
     pub fn crossings(&self) -> u64 {
         self.crossings
     }
-    /// Range of motion of each coordinate, then of each velocity, as corrections are measured by: that of the guess, rigid motion left
-    /// out.
+    /// Units of the corrections: the range of motion of each coordinate, then of each velocity, in the guess,
+    /// without rigid motion.
     pub fn range(&self) -> &[f64] {
         &self.range
     }
-    /// The first Newton correction of the coordinates as a share of their range: how far off the guess was.
+    /// The first Newton correction of the coordinates, as a share of their range `[1]`: a measure of the
+    /// error of the guess.
     pub fn first_correction(&self) -> f64 {
         self.first
     }
-    /// All corrections, of coordinates and velocities, as shares of their range; the last one was not made.
+    /// All corrections of the coordinates and velocities, as shares of their range `[1]`. The last correction
+    /// is computed but not applied.
     pub fn corrections(&self) -> &[f64] {
         &self.corrections
     }
-    /// The last correction: how far off the states may still be, as a share of their range.
+    /// The last correction, as a share of the range `[1]`: an estimate of the error of the states.
     pub fn accuracy(&self) -> f64 {
         self.corrections.last().copied().unwrap_or(f64::INFINITY)
     }
-    /// How far coordinates and velocities drift along rigid modes in one period of the orbit; zeros without rigid modes.
+    /// Drift of the coordinates and of the velocities along the rigid modes in one period of the orbit; zeros
+    /// without rigid modes.
     pub fn drift(&self) -> (&[f64], &[f64]) {
         (&self.drift[0], &self.drift[1])
     }
-    /// Mean acceleration of each coordinate: that of the rigid motion, which nothing holds back.
+    /// Mean acceleration of each coordinate: the velocity drift along the rigid modes over the period, Δv/T.
     pub fn mean_acceleration(&self) -> Vec<f64> {
         self.drift[1].iter().map(|dv| dv / self.period()).collect()
     }
@@ -166,10 +175,10 @@ impl ShootingOrbit {
         Dop853::new().rtol(NONE).atol_each(&atol.collect::<Vec<_>>())
     }
 
-    /// The state at any instant, integrated from the node before it.
+    /// State at any time, integrated from the node before it.
     ///
     /// # Errors
-    /// [`IntegrateError`], and for a time that is not finite.
+    /// [`IntegrateError`]; also for a time that is not finite.
     pub fn at<M: Model + ?Sized>(&self, model: &M, t: f64) -> Result<State, IntegrateError> {
         self.at_any(&model, t)
     }
@@ -186,7 +195,8 @@ impl ShootingOrbit {
         let held = Continued::new(model, &self.scale);
         let mut state =
             if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
-        // The rigid motion gains the drift with every turn, and what its speed has gained adds up.
+        // Drift of the rigid motion after n whole periods T, at time τ within the period:
+        // q += n Δq + n ((n - 1) T/2 + τ) Δv, v += n Δv.
         let since = inside - start;
         for ((q, v), (dq, dv)) in
             state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1]))
@@ -198,7 +208,8 @@ impl ShootingOrbit {
         Ok(state)
     }
 
-    /// One period of the orbit, shown to an observer from node to node, so that even an unstable one is not left.
+    /// Integrates one period of the orbit and passes every step to an observer. Each segment starts from its
+    /// node, so that the run also stays on an unstable orbit.
     ///
     /// # Errors
     /// [`IntegrateError`].

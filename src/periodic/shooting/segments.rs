@@ -1,33 +1,33 @@
-//! The segments of a shot orbit: one round of flows, and how corrections are measured.
+//! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
 use crate::model::equations::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::error::IntegrateError;
-use crate::periodic::flow::motion_size::remove;
 use crate::periodic::flow::variation::transition;
+use crate::roots::norms::remove;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
-/// What stays the same while an orbit is shot.
+/// Data that stay fixed during the iterations of one shooting run.
 pub(crate) struct Segments<'m, M: ?Sized> {
     model: &'m M,
-    /// Units of coordinates and velocities: their ranges, or what rounding allows.
+    /// Units of coordinates and velocities: the ranges, or larger units where rounding requires them.
     scale: Vec<f64>,
-    /// Ranges, of which corrections are reported as shares.
+    /// Ranges of motion; corrections are reported as shares of them.
     range: Vec<f64>,
-    /// Rigid modes in these units, orthonormal: along the coordinates, then along the velocities.
+    /// Rigid modes in units of `scale`, orthonormal: along the coordinates, then along the velocities.
     rigid: DMatrix<f64>,
-    /// The same in units of range.
+    /// Rigid modes in units of `range`, orthonormal.
     rigid_of_range: DMatrix<f64>,
     end: f64,
 }
 
-/// One flow around the orbit, in units of range.
+/// Result of one integration over all segments; transitions, defects and slack in units of `scale`.
 pub(crate) struct Round {
     pub(crate) states: Vec<State>,
     pub(crate) slack: DVector<f64>,
     pub(crate) transitions: Vec<DMatrix<f64>>,
-    /// x_{i+1} - φ(x_i), the right-hand sides of the corrections.
+    /// Defects x_{i+1} - φ(x_i): the right-hand sides of the Newton equations.
     pub(crate) defects: Vec<DVector<f64>>,
     pub(crate) crossings: u64,
 }
@@ -47,12 +47,13 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     pub(crate) fn rigid(&self) -> &DMatrix<f64> {
         &self.rigid
     }
-    /// Where the orbit closes.
+    /// Time at which the orbit closes.
     pub(crate) fn end(&self) -> f64 {
         self.end
     }
 
-    /// Flows over all segments; without a slack, the one that closes the rigid motion. A failure names its segment.
+    /// Integrates over all segments. Without a given slack, the slack is the one that makes the rigid part of
+    /// the last defect zero. An error holds the index of its segment and the states.
     pub(crate) fn round(
         &self,
         states: Vec<State>,
@@ -86,13 +87,13 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         Ok(Round { states, slack, transitions, defects, crossings })
     }
 
-    /// a - b in units of range.
+    /// a - b in units of `scale`.
     pub(crate) fn difference(&self, a: &State, b: &State) -> DVector<f64> {
         let all = |s: &State, i: usize| if i < s.q.len() { s.q[i] } else { s.v[i - s.q.len()] };
         DVector::from_fn(self.scale.len(), |i, _| (all(a, i) - all(b, i)) / self.scale[i])
     }
 
-    /// A part of a Newton step.
+    /// States and slack after the share `part` of a Newton step: x_i + part z_i, s + part Δs.
     pub(crate) fn moved(
         &self,
         from: &Round,
@@ -111,11 +112,12 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         (from.states.iter().zip(step).map(node).collect(), &from.slack + slack * part)
     }
 
-    /// The largest component at any node, rigid motion left out.
+    /// max |z_i - B Bᵀ z_i| over all nodes and components: the step without rigid motion.
     pub(crate) fn norm(&self, step: &[DVector<f64>]) -> f64 {
         step.iter().fold(0.0, |m: f64, z| m.max(self.elastic(z).amax()))
     }
-    /// The component that moves most as a share of its range, and that share; of the coordinates alone, or of all.
+    /// The component with the largest change as a share of its range, and that share, among the coordinates
+    /// or among all components; without rigid motion.
     pub(crate) fn most(&self, step: &[DVector<f64>], coordinates: bool) -> (usize, f64) {
         let count = if coordinates { self.scale.len() / 2 } else { self.scale.len() };
         let mut most = (0, 0.0);
@@ -135,13 +137,13 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         z - &self.rigid * self.rigid.tr_mul(z)
     }
 
-    /// The product of all transitions.
+    /// Monodromy matrix: the product X_{N-1} ... X_1 X_0 of all transition matrices.
     pub(crate) fn monodromy(&self, round: &Round) -> DMatrix<f64> {
         let m = self.scale.len();
         round.transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
     }
 
-    /// What the slack means: jumps of coordinates and of velocities over one period.
+    /// Drift B s of the coordinates and of the velocities over one period, in the units of the model.
     pub(crate) fn drift(&self, slack: &DVector<f64>) -> [Vec<f64>; 2] {
         let all = &self.rigid * slack;
         let unscaled: Vec<f64> = all.iter().zip(&self.scale).map(|(z, s)| z * s).collect();
@@ -150,7 +152,7 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
 }
 
-/// Rigid modes along the coordinates, then along the velocities, in units of each, orthonormal.
+/// Orthonormal rigid modes along the coordinates, then along the velocities, with each component in its unit.
 fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
     let (m, n) = (unit.len(), unit.len() / 2);
     let mut rigid: Vec<DVector<f64>> = Vec::new();

@@ -1,18 +1,19 @@
-//! What an ensemble did.
+//! The results of an ensemble.
 
 use crate::error::ParameterError;
 use crate::sweep::ensembles::members::Ensemble;
 use crate::sweep::ensembles::moments::Distribution;
 use crate::sweep::error::PointError;
 
-/// One member: its channels, time by time, their peaks, and the impacts of its contacts.
+/// Results of one member: channel values (time by time), peaks, and the number of impacts of each contact.
 pub(crate) struct Seen {
     pub(crate) values: Vec<f64>,
     pub(crate) peaks: Vec<f64>,
     pub(crate) impacts: Vec<f64>,
 }
 
-/// What an ensemble did: the distribution of every channel at every time.
+/// The results of an ensemble: the distribution of every channel at every time, of peaks and of impact
+/// counts.
 ///
 /// ```
 /// use gear_dynamics::{sweep::Ensemble, Model, ParameterError, Rk4, State};
@@ -23,7 +24,9 @@ pub(crate) struct Seen {
 /// }
 /// let family = |member: u64| Ok::<_, ParameterError>((Fall(member as f64), State::at_rest(1)));
 /// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
-/// assert_eq!((bands.times()[2], bands.at("q1", 2)?.min(), bands.at("q1", 2)?.mean()), (2.0, -8.0, -4.0)); // exact: the fall is a parabola
+/// let end = bands.at("q1", 2)?;
+/// // q = -g t²/2 with g = 0 .. 4: RK4 is exact on a parabola.
+/// assert_eq!((bands.times()[2], end.min(), end.mean()), (2.0, -8.0, -4.0));
 /// assert!((bands.band("q1", 0.5)?[1] + 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -31,12 +34,12 @@ pub(crate) struct Seen {
 pub struct Bands {
     times: Vec<f64>,
     names: Vec<String>,
-    /// Time by time, channel by channel.
+    /// The channels at the first time, then at the next time, and so on.
     values: Vec<Distribution>,
     peak_names: Vec<String>,
     peaks: Vec<Distribution>,
     impacts: Vec<Distribution>,
-    /// Members, and mean and standard error of each channel's peak, at powers of two.
+    /// For member numbers that are powers of two: the number, and mean and standard error of each peak.
     convergence: Vec<(u64, Vec<[f64; 2]>)>,
     pub(crate) members: u64,
     pub(crate) failed: u64,
@@ -79,23 +82,23 @@ impl Bands {
         self.first_failure.get_or_insert((member, error));
     }
 
-    /// The times.
+    /// The times at which channels are sampled, in the model's time unit.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
-    /// Members that came to their end.
+    /// The number of members that reached the end time.
     pub fn members(&self) -> u64 {
         self.members
     }
-    /// Members that did not, with the number and the error of the first one.
+    /// The number of members that failed, with the index and the error of the first one.
     pub fn failed(&self) -> (u64, Option<&(u64, PointError)>) {
         (self.failed, self.first_failure.as_ref())
     }
 
-    /// The distribution of a channel at the `i`-th time.
+    /// The distribution of a channel at time `i`, counted from 0.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`], and a time that there is not.
+    /// [`ParameterError::NoSuchChannel`]; [`ParameterError::Length`] if there is no time `i`.
     pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
         let channel = index(&self.names, channel)?;
         let at =
@@ -109,29 +112,31 @@ impl Bands {
     /// Quantile `p` of a channel over time.
     ///
     /// # Errors
-    /// [`ParameterError`] as of [`at`](Bands::at) and [`Distribution::quantile`].
+    /// As [`at`](Bands::at) and [`Distribution::quantile`].
     pub fn band(&self, channel: &str, p: f64) -> Result<Vec<f64>, ParameterError> {
         (0..self.times.len()).map(|i| self.at(channel, i)?.quantile(p)).collect()
     }
-    /// Mean of a channel over time; not a number at times that no member reached.
+    /// Mean of a channel over time; NaN at a time without a finite value.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`].
     pub fn mean(&self, channel: &str) -> Result<Vec<f64>, ParameterError> {
         (0..self.times.len()).map(|i| Ok(self.at(channel, i)?.mean())).collect()
     }
-    /// The distribution of the largest magnitude of a channel in a run.
+    /// The distribution of the peak of a channel: the maximum of |x| over a run.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`] for one that is not among the [`peaks`](Ensemble::peaks) asked for.
+    /// [`ParameterError::NoSuchChannel`] for a channel that was not requested by [`peaks`](Ensemble::peaks).
     pub fn peak(&self, channel: &str) -> Result<&Distribution, ParameterError> {
         Ok(&self.peaks[index(&self.peak_names, channel)?])
     }
-    /// The distribution of the number of impacts of contact `i` in a run, if [`rattle`](Ensemble::rattle) was asked for.
+    /// The distribution of the number of impacts of contact `i` in a run; `None` without
+    /// [`rattle`](Ensemble::rattle) or without such a contact.
     pub fn impacts(&self, i: usize) -> Option<&Distribution> {
         self.impacts.get(i)
     }
-    /// How the mean [peak](Bands::peak) of a channel came to rest: members, mean and standard error, at powers of two.
+    /// Convergence of the mean [peak](Bands::peak) of a channel: (members, mean, standard error) after 1, 2,
+    /// 4, 8, ... members.
     ///
     /// # Errors
     /// As [`peak`](Bands::peak).

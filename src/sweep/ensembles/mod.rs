@@ -1,4 +1,4 @@
-//! Many members of a random model.
+//! Ensembles: many members of a random model.
 
 pub(crate) mod bands;
 pub(crate) mod members;

@@ -1,4 +1,4 @@
-//! What is swept: axes, grids, random parameters.
+//! The points of a sweep: axes, grids, lists, random parameters.
 
 pub(crate) mod points;
 pub(crate) mod sobol;

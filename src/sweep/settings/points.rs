@@ -1,9 +1,9 @@
-//! What is swept: axes, grids and lists of points.
+//! The points of a sweep: axes, grids, lists.
 
 use crate::error::{ParameterError, check};
 use std::ops::Index;
 
-/// The values that one parameter takes, increasing or as listed.
+/// The values of one parameter: equally spaced and increasing, or a list in any order.
 ///
 /// ```
 /// use gear_dynamics::sweep::Axis;
@@ -18,10 +18,11 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// `count` equally spaced values, both ends included.
+    /// `count` equally spaced values x_i = from + (to - from) i/(count - 1), both ends included.
     ///
     /// # Errors
-    /// Ends that are not finite or not in order, or so far apart that their distance is not finite; fewer than two values or more than 2²⁶.
+    /// An end that is not finite or beyond ±1e50; `to` not above `from`, or more than 1e50 above it; fewer
+    /// than 2 values or more than 2²⁶.
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
         check::quantity(format!("start of axis {name}"), from)?;
         check::quantity(format!("end of axis {name}"), to)?;
@@ -51,17 +52,17 @@ impl Axis {
         Ok(Axis { name: name.into(), values: values.to_vec() })
     }
 
-    /// Its name.
+    /// The name of the parameter.
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// Its values.
+    /// The values of the parameter.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 }
 
-/// The points of a sweep: a grid of axes, the last one running fastest, or a list.
+/// The points of a sweep: a grid of axes or a list. In a grid the last axis varies fastest.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
@@ -79,7 +80,7 @@ pub struct Points {
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
     Grid(Vec<Axis>),
-    /// All rows one after the other.
+    /// The rows of all points, concatenated.
     List(Vec<f64>),
 }
 
@@ -87,7 +88,7 @@ impl Points {
     /// Every combination of the values of the axes.
     ///
     /// # Errors
-    /// No axis at all, two of one name, more points than can be counted.
+    /// No axis; two axes of the same name; more than `usize::MAX` points.
     pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
         if axes.is_empty() {
             return Err(ParameterError::Empty { name: "axes of the grid".into(), least: 1 });
@@ -104,15 +105,16 @@ impl Points {
         Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
     }
 
-    /// One axis.
+    /// The values of one axis as points.
     pub fn along(axis: Axis) -> Self {
         Points { names: vec![axis.name.clone()], kind: Kind::Grid(vec![axis]) }
     }
 
-    /// Named columns, one row for each point.
+    /// A list of points: named columns, one row for each point.
     ///
     /// # Errors
-    /// No rows, rows of another length than the names, two columns of one name, values that are not finite.
+    /// No rows or no names; a row whose length differs from the number of names; two columns of the same
+    /// name; a value that is not finite.
     pub fn list(names: &[&str], rows: &[Vec<f64>]) -> Result<Self, ParameterError> {
         if rows.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
@@ -124,7 +126,7 @@ impl Points {
         Ok(Points { names: different(names.iter().copied())?, kind: Kind::List(rows.concat()) })
     }
 
-    /// The same from rows that follow one another.
+    /// A [`list`](Points::list) from concatenated rows.
     pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
         if values.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
@@ -137,14 +139,14 @@ impl Points {
         Ok(Points { names: different(names.iter().map(String::as_str))?, kind: Kind::List(values) })
     }
 
-    /// How many points.
+    /// The number of points.
     pub fn len(&self) -> usize {
         match &self.kind {
             Kind::Grid(axes) => axes.iter().map(|axis| axis.values.len()).product(),
             Kind::List(values) => values.len() / self.names.len(),
         }
     }
-    /// Never: a sweep has at least one point.
+    /// Always `false`: a sweep has at least one point.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -153,7 +155,8 @@ impl Points {
         &self.names
     }
 
-    /// Neighbours in a row along which a state may be carried: the last axis of a grid, or the whole list.
+    /// The number of consecutive points along which a state may be carried from run to run: the length of the
+    /// last axis of a grid, or of the whole list.
     pub(crate) fn line(&self) -> usize {
         match &self.kind {
             Kind::Grid(axes) => axes.last().map_or(1, |axis| axis.values.len()),
@@ -161,10 +164,10 @@ impl Points {
         }
     }
 
-    /// Point `index`.
+    /// Point `index`, counted from 0.
     ///
     /// # Panics
-    /// If there is no such point.
+    /// If `index` is not below the number of points.
     pub fn point(&self, index: usize) -> Point<'_> {
         assert!(index < self.len(), "point {index} of {}", self.len());
         let values = match &self.kind {
@@ -188,7 +191,7 @@ impl Points {
     }
 }
 
-/// The names, if no two are the same.
+/// The names as a list; an error if two are the same.
 fn different<'n>(names: impl Iterator<Item = &'n str>) -> Result<Vec<String>, ParameterError> {
     let names: Vec<String> = names.map(str::to_owned).collect();
     match names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
@@ -214,15 +217,15 @@ pub struct Point<'p> {
 }
 
 impl Point<'_> {
-    /// Its place in the sweep.
+    /// The index of the point in the sweep, counted from 0.
     pub fn index(&self) -> usize {
         self.index
     }
-    /// Its values, in the order of the names.
+    /// The parameter values, in the order of the names.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
-    /// The value of a parameter, if there is one of that name.
+    /// The value of parameter `name`; `None` if there is no such parameter.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.names.iter().position(|n| n == name).map(|i| self.values[i])
     }
@@ -231,6 +234,8 @@ impl Point<'_> {
 impl Index<&str> for Point<'_> {
     type Output = f64;
 
+    /// The value of parameter `name`.
+    ///
     /// # Panics
     /// If there is no parameter of that name.
     fn index(&self, name: &str) -> &f64 {

@@ -1,4 +1,4 @@
-//! Random parameters, and which of them matter.
+//! Random parameters and their Sobol indices.
 
 use crate::drives::held::CounterRng;
 use crate::error::{ParameterError, check};
@@ -8,12 +8,15 @@ use std::sync::Arc;
 
 type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 
-/// Parameters that are not known but for their distributions. A sample is a function of seed and number: any of them can be had in any order.
+/// Parameters that are known by their distributions only. A sample is a pure function of the seed and its
+/// number k: samples can be drawn in any order.
 ///
 /// ```
 /// use gear_dynamics::sweep::RandomParameters;
 /// use rand_distr::{Normal, Uniform};
-/// let tolerances = RandomParameters::new(7).with("half_backlash", Uniform::new(4e-5, 6e-5)?).with("stiffness", Normal::new(3.1e8, 1e7)?);
+/// let tolerances = RandomParameters::new(7)
+///     .with("half_backlash", Uniform::new(4e-5, 6e-5)?)
+///     .with("stiffness", Normal::new(3.1e8, 1e7)?);
 /// let points = tolerances.points(100)?;
 /// assert!((4e-5..6e-5).contains(&points.point(42)["half_backlash"]));
 /// assert_eq!(tolerances.sample(42), points.point(42).values());
@@ -36,22 +39,23 @@ impl std::fmt::Debug for RandomParameters {
 }
 
 impl RandomParameters {
-    /// No parameter yet.
+    /// A list without parameters; add them by [`with`](RandomParameters::with).
     pub fn new(seed: u64) -> Self {
         RandomParameters { seed, names: Vec::new(), draws: Vec::new() }
     }
-    /// One more, independent of the others.
+    /// Adds a parameter that is statistically independent of the others.
     pub fn with<D: Draw<f64> + Send + Sync + 'static>(mut self, name: &str, distribution: D) -> Self {
         self.names.push(name.into());
         self.draws.push(Arc::new(move |rng: &mut CounterRng| distribution.sample(rng)));
         self
     }
-    /// The parameters of sample `k`, in the order they were named.
+    /// The parameter values of sample `k`, in the order in which the parameters were added.
     pub fn sample(&self, k: u64) -> Vec<f64> {
         self.draw(0, k)
     }
+    /// Sample `k` of matrix 0 (A) or 1 (B).
     fn draw(&self, matrix: u64, k: u64) -> Vec<f64> {
-        // Streams of parameters lie beside those of held processes, which count from 0.
+        // Parameter i draws from stream 2³² + i; the streams of held processes count from 0.
         const BESIDE: u64 = 1 << 32;
         let number =
             |(i, draw): (usize, &Drawn)| draw(&mut CounterRng::new(self.seed, k, BESIDE + i as u64, matrix));
@@ -60,15 +64,16 @@ impl RandomParameters {
     /// Samples 0 to `count - 1` as the points of a sweep.
     ///
     /// # Errors
-    /// No samples, no parameters, more than 2²⁶ numbers; a distribution that draws what is not a number.
+    /// No samples; no parameters; more than 2²⁶ numbers; a distribution that draws a value that is not
+    /// finite.
     pub fn points(&self, count: usize) -> Result<Points, ParameterError> {
         check::count("numbers of the samples", &[count, self.names.len()], check::NUMBERS)?;
         Points::flat(&self.names, (0..count as u64).flat_map(|k| self.sample(k)).collect())
     }
-    /// The points that Sobol indices of `samples` samples need.
+    /// The points needed for Sobol indices from `samples` samples: `samples` × (number of parameters + 2).
     ///
     /// # Errors
-    /// As [`points`](RandomParameters::points); fewer than two samples.
+    /// As [`points`](RandomParameters::points); fewer than 2 samples.
     pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
         if samples < 2 {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
@@ -93,15 +98,18 @@ impl RandomParameters {
     }
 }
 
-/// The points at which a measure has to be known for its Sobol indices: for each sample two independent draws A and B, and A with each
-/// parameter in turn from B.   Source: Saltelli et al., Comput. Phys. Commun. 181 (2010) 259.
+/// The points at which a measure must be evaluated for its Sobol indices.
+///
+/// Each sample has two independent draws A and B, and for every parameter i the draw A_i: A with parameter i
+/// taken from B.   Source: Saltelli et al., Comput. Phys. Commun. 181 (2010) 259.
 ///
 /// ```
 /// use gear_dynamics::sweep::RandomParameters;
 /// use rand_distr::StandardNormal;
 /// let design = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(4000)?;
 /// let points = design.points();
-/// let measure: Vec<f64> = (0..points.len()).map(|i| 2.0 * points.point(i)["x"] + points.point(i)["y"]).collect();
+/// let measure: Vec<f64> =
+///     (0..points.len()).map(|i| 2.0 * points.point(i)["x"] + points.point(i)["y"]).collect();
 /// let indices = design.indices(&measure)?;
 /// assert!((indices[0].first - 0.8).abs() < 3.0 * indices[0].first_error);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -112,42 +120,55 @@ pub struct SobolDesign {
     parameters: usize,
 }
 
-/// The share of one parameter in the variance of a measure.
+/// The share `[1]` of one parameter in the variance of a measure.
 ///
 /// ```
-/// let index = gear_dynamics::sweep::SobolIndex { name: "x".into(), first: 0.3, first_error: 0.01, total: 0.4, total_error: 0.01 };
+/// let index = gear_dynamics::sweep::SobolIndex {
+///     name: "x".into(),
+///     first: 0.3,
+///     first_error: 0.01,
+///     total: 0.4,
+///     total_error: 0.01,
+/// };
 /// assert!(index.total >= index.first);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIndex {
-    /// Which parameter.
+    /// Name of the parameter.
     pub name: String,
-    /// Alone.
+    /// First-order index S_i `[1]`: the share of the parameter alone.
     pub first: f64,
-    /// Standard error of it; infinite where the measure varies in one sample alone.
+    /// Standard error of S_i `[1]`; infinite if the measure varies in one sample only.
     pub first_error: f64,
-    /// With all its interactions.
+    /// Total index T_i `[1]`: the share of the parameter with all its interactions.
     pub total: f64,
-    /// Standard error of it, as above.
+    /// Standard error of T_i `[1]`; infinite if the measure varies in one sample only.
     pub total_error: f64,
 }
 
 impl SobolDesign {
-    /// The points, to be swept.
+    /// The points to sweep, `n + 2` for each sample with n parameters: A_1 .. A_n, A, B.
     pub fn points(&self) -> &Points {
         &self.points
     }
 
-    /// The indices of a measure given at all points. Samples with a value that is not a number are left out.
+    /// The Sobol indices of a measure f that is given at all points.
     ///
-    /// S_i = E[f(B) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
+    /// S_i = E[(f(B) - m) (f(A_i) - f(A))]/V,   T_i = E[(f(A) - f(A_i))²]/(2 V)
     ///
-    /// Standard errors by the jackknife over samples: numerator, mean and V hang on the same ones.   Source: Efron & Stein, Ann. Stat. 9 (1981) 586.
-    /// Two of them hold the index in about 95 % of the designs. Of a strongly skewed measure few samples make most of the variance, and a design
-    /// without them has bars that are too short: of e^(x + y/2), x and y normal, they hold it in 88 to 93 % at 200 samples, 91 to 96 % at 1000.
+    /// E is the mean over the samples; m and V are the mean and the variance of f over all A and B. Samples
+    /// with a value that is not finite are left out.
+    ///
+    /// The standard errors are jackknife estimates over the samples, since numerator, mean and V depend on
+    /// the same samples.   Source: Efron & Stein, Ann. Stat. 9 (1981) 586. The interval of ±2 standard errors
+    /// contains the index in about 95 % of the designs. In a strongly skewed measure few samples make most of
+    /// the variance, and a design without these samples has standard errors that are too small. Example: for
+    /// e^(x + y/2), x and y normal, the interval contains the index in 88 to 93 % of the designs at 200
+    /// samples and in 91 to 96 % at 1000.
     ///
     /// # Errors
-    /// A list of another length; a measure that does not vary, or whose variance lies outside 1e-50 .. 1e50; less than two good samples.
+    /// A list whose length is not the number of points; a measure that does not vary, or whose variance lies
+    /// outside 1e-50 .. 1e50; fewer than 2 samples with finite values.
     pub fn indices(&self, measure: &[f64]) -> Result<Vec<SobolIndex>, ParameterError> {
         check::length("measure", measure.len(), self.points.len())?;
         let n = self.parameters;
@@ -173,7 +194,7 @@ impl SobolDesign {
                 };
                 let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
                 let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
-                // In units of the deviation about the mean, so that sums of squares do not cancel.
+                // (f - m)/√V: without the mean, sums of squares do not cancel.
                 let unit = variance.sqrt();
                 let sample = |s: &&[f64]| [s[i], s[n], s[n + 1]].map(|x| (x - mean) / unit);
                 let [first_error, total_error] = jackknife(&samples.iter().map(sample).collect::<Vec<_>>());
@@ -183,9 +204,11 @@ impl SobolDesign {
     }
 }
 
-/// Standard errors of S and T from values at A_i, A and B: √((m - 1)/m Σ (x_k - x̄)²), x_k without sample k.
+/// Jackknife standard errors of S_i and T_i from m samples of the values at A_i, A and B:
+/// √((m - 1)/m Σ (x_k - x̄)²), with x_k the index without sample k and x̄ the mean of the x_k.
 fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
-    // Sums over samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2.
+    // Sums over the samples of a + b, a² + b², b (mixed - a), mixed - a, (mixed - a)²/2; mixed is the value
+    // at A_i.
     let terms = |[mixed, a, b]: &[f64; 3]| {
         [a + b, a * a + b * b, b * (mixed - a), mixed - a, 0.5 * (mixed - a) * (mixed - a)]
     };
@@ -207,6 +230,6 @@ fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
         without[0].add((left[2] - mean * left[3]) / (m - 1.0) / variance);
         without[1].add(left[4] / (m - 1.0) / variance);
     }
-    // The standard error of the mean of m values, times m - 1.
+    // √((m - 1)/m Σ (x_k - x̄)²) is (m - 1) times the standard error of the mean of the x_k.
     without.map(|all| if all.not_finite() > 0 { f64::INFINITY } else { all.standard_error() * (m - 1.0) })
 }

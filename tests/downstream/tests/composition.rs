@@ -19,7 +19,7 @@ use gear_dynamics::{
 
 fn knock(stiffness: f64) -> Machine<Knock> {
     let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };
-    shape.machine(&[("speed", 0.9), ("stiffness", stiffness)]).unwrap()
+    Machine::with_constants(shape, &[("speed", 0.9), ("stiffness", stiffness)]).unwrap()
 }
 
 fn start() -> State {
@@ -31,7 +31,8 @@ fn pair<N: Nonlinearity>(law: N) -> Machine<SpurPair<N>> {
     let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
     let shape = SpurPair(Mesh::new(stiffness, error, law));
-    shape.machine(&[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)]).unwrap()
+    Machine::with_constants(shape, &[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)])
+        .unwrap()
 }
 
 fn rattling() -> Machine<SpurPair<Backlash>> {

@@ -1,0 +1,98 @@
+//! A contact law chosen at run time.
+
+use crate::contact::laws::backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
+use crate::contact::laws::no_pull::NoPullBacklash;
+use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::laws::power::PowerLaw;
+use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::dual::Dual;
+use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+
+/// Any of the built-in laws, or one's own as `Other`: for a model whose meshes differ.
+///
+/// ```
+/// use gear_dynamics::{contact::{Cubic, MixedLaw, Nonlinearity}, Backlash};
+/// let laws: [MixedLaw; 2] = [MixedLaw::Backlash(Backlash::new(1.0)?), MixedLaw::Cubic(Cubic::new(1.0, 0.5)?)];
+/// assert_eq!(laws.map(|law| law.at(2.0)), [1.0, 6.0]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum MixedLaw<N = Linear> {
+    /// f(x) = x.
+    Linear(Linear),
+    /// Cubic.
+    Cubic(Cubic),
+    /// Symmetric dead zone.
+    Backlash(Backlash),
+    /// Asymmetric dead zone.
+    Asymmetric(AsymmetricBacklash),
+    /// Dead zone whose half width moves.
+    VaryingSpeed(VaryingBacklash),
+    /// Rounded dead zone.
+    Smoothed(SmoothedBacklash),
+    /// Powers of the depth.
+    Power(PowerLaw),
+    /// Dead zone whose damping never pulls.
+    NoPull(NoPullBacklash),
+    /// A law of one's own.
+    Other(N),
+}
+
+/// Runs an expression on whichever law it is.
+macro_rules! each_law {
+    ($self:ident, $law:ident => $body:expr) => {
+        match $self {
+            MixedLaw::Linear($law) => $body,
+            MixedLaw::Cubic($law) => $body,
+            MixedLaw::Backlash($law) => $body,
+            MixedLaw::Asymmetric($law) => $body,
+            MixedLaw::VaryingSpeed($law) => $body,
+            MixedLaw::Smoothed($law) => $body,
+            MixedLaw::Power($law) => $body,
+            MixedLaw::NoPull($law) => $body,
+            MixedLaw::Other($law) => $body,
+        }
+    };
+}
+
+impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
+    #[inline(always)]
+    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
+        each_law!(self, law => law.force(x, rate, lower, upper))
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
+        each_law!(self, law => law.force_on(piece, x, rate, lower, upper))
+    }
+    #[inline(always)]
+    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
+        each_law!(self, law => law.force_on_all(pieces, x, rate, lower, upper))
+    }
+    fn switches(&self) -> usize {
+        each_law!(self, law => law.switches())
+    }
+    #[inline(always)]
+    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
+        each_law!(self, law => law.switch(switch, x, rate))
+    }
+    #[inline(always)]
+    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
+        each_law!(self, law => law.switch_rate(switch, x, rate, second))
+    }
+    #[inline(always)]
+    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
+        each_law!(self, law => law.switch_contact(switch, mesh, second))
+    }
+    fn edges(&self, angle: f64, side: Side) -> Edges {
+        each_law!(self, law => law.edges(angle, side))
+    }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        each_law!(self, law => law.next_edge(angle))
+    }
+    fn moves(&self) -> bool {
+        each_law!(self, law => law.moves())
+    }
+}
