@@ -60,7 +60,10 @@ fn main() -> Outcome<()> {
     let folder = gallery("basins")?;
     let mut csv = Csv::new(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut pictures = Vec::new();
-    let pair = Machine::with_constants(SpurPair { law: Backlash::new(1.0)? }, &[("speed", 0.69), ("amplitude", 0.25)])?;
+    let pair = Machine::with_constants(
+        SpurPair { law: Backlash::new(1.0)? },
+        &[("speed", 0.69), ("amplitude", 0.25)],
+    )?;
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts =
             Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;

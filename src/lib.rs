@@ -69,10 +69,10 @@ pub use crate::ode::methods::dop853::Dop853;
 pub use crate::ode::methods::rk4::Rk4;
 pub use crate::ode::methods::rk45::Rk45;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
-pub use crate::periodic::balance::solve::Balance;
+pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::shooting::multiple::Shooting;
-pub use crate::sweep::schedule::sweep::Sweep;
+pub use crate::sweep::settings::sweep::Sweep;
 
 /// Guide pages: theory, a model of one's own, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
 pub mod guide {

@@ -7,12 +7,13 @@ pub(crate) mod multipliers;
 pub(crate) mod shooting;
 
 pub use crate::periodic::balance::equations::residual::BalanceEquations;
-pub use crate::periodic::balance::error::{BalanceError, BalanceNote};
+pub use crate::periodic::balance::error::BalanceError;
 pub use crate::periodic::balance::integrals::Integrals;
+pub use crate::periodic::balance::note::BalanceNote;
 pub use crate::periodic::balance::orbit::FourierOrbit;
 pub use crate::periodic::balance::quality::proof::Proof;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
-pub use crate::periodic::balance::solve::Balance;
+pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::balance::switching::contacts::ContactHistory;
 pub use crate::periodic::flow::variation::{Transition, Variation};
 pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};

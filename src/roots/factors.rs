@@ -1,14 +1,11 @@
 //! LU factors of a Jacobian.
 
-use crate::roots::blocks::Elimination;
+use crate::roots::elimination::Elimination;
 use crate::roots::matrix::Matrix;
-use faer::MatMut;
-use faer::MatRef;
-use faer::linalg::solvers::PartialPivLu;
-use faer::linalg::solvers::Solve;
-use nalgebra::DMatrix;
-use nalgebra::DVectorViewMut;
-use nalgebra::Dyn;
+use crate::roots::norms::floating;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{MatMut, MatRef};
+use nalgebra::{DMatrix, DVectorViewMut, Dyn};
 
 /// LU factors of a [`Matrix`].
 pub(crate) enum Factors {
@@ -65,23 +62,6 @@ impl Factors {
     }
 }
 
-/// If U is singular to rounding, the largest entry of its null vector.
-pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
-    // Each pivot against its own column: equations may be of very different size.
-    let vanishes = |i: usize| {
-        let size = (0..=i).fold(0.0, |m: f64, k| m.max(u(k, i).abs()));
-        u(i, i).is_nan() || u(i, i).abs() <= 16.0 * f64::EPSILON * size
-    };
-    let column = (0..n).find(|&i| vanishes(i))?;
-    let mut null = vec![0.0; column + 1];
-    null[column] = 1.0;
-    for i in (0..column).rev() {
-        let sum: f64 = (i + 1..=column).map(|j| u(i, j) * null[j]).sum();
-        null[i] = -sum / u(i, i);
-    }
-    (0..=column).max_by(|&a, &b| null[a].abs().total_cmp(&null[b].abs()))
-}
-
 #[cfg(test)]
 mod tests {
     use crate::model::equations::{Model, Periodic, State};
@@ -91,7 +71,7 @@ mod tests {
     use crate::ode::methods::dop853::Dop853;
     use crate::periodic::balance::orbit::FourierOrbit;
     use crate::periodic::balance::series::harmonics::Harmonics;
-    use crate::periodic::balance::solve::Balance;
+    use crate::periodic::balance::settings::Balance;
     use crate::roots::factors::Factors;
     use crate::roots::residual::Residual;
 

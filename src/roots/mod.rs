@@ -2,6 +2,7 @@
 
 pub(crate) mod blocks;
 pub(crate) mod broyden;
+pub(crate) mod elimination;
 pub(crate) mod factors;
 pub(crate) mod matrix;
 pub(crate) mod newton;

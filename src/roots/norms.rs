@@ -1,12 +1,5 @@
 //! Scalar products and largest components.
 
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::slopes::{Slopes, accelerate};
-use crate::ode::step::{Observer, Step};
-use std::f64::consts::TAU;
-use std::ops::ControlFlow;
-
 /// aᵀ b.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -16,6 +9,29 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(crate) fn largest(x: &[f64]) -> f64 {
     let any_nan = x.iter().any(|x| x.is_nan());
     if any_nan { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
+}
+
+/// x - r (rᵀ x), r of length 1.
+pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
+    let along = dot(r, x);
+    x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
+}
+
+/// If U is singular to rounding, the largest entry of its null vector.
+pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
+    // Each pivot against its own column: equations may be of very different size.
+    let vanishes = |i: usize| {
+        let size = (0..=i).fold(0.0, |m: f64, k| m.max(u(k, i).abs()));
+        u(i, i).is_nan() || u(i, i).abs() <= 16.0 * f64::EPSILON * size
+    };
+    let column = (0..n).find(|&i| vanishes(i))?;
+    let mut null = vec![0.0; column + 1];
+    null[column] = 1.0;
+    for i in (0..column).rev() {
+        let sum: f64 = (i + 1..=column).map(|j| u(i, j) * null[j]).sum();
+        null[i] = -sum / u(i, i);
+    }
+    (0..=column).max_by(|&a, &b| null[a].abs().total_cmp(&null[b].abs()))
 }
 
 #[cfg(test)]
@@ -29,10 +45,4 @@ mod tests {
             assert!(crate::roots::norms::largest(&x).is_nan());
         }
     }
-}
-
-/// x - r (rᵀ x), r of length 1.
-pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
-    let along = dot(r, x);
-    x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
 }

@@ -4,7 +4,6 @@ use crate::error::ParameterError;
 use crate::ode::error::IntegrateError;
 use crate::periodic::lyapunov::exponents::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
-use crate::sweep::rows::table::Rows;
 use thiserror::Error;
 
 /// Why a sweep as a whole cannot be run.
@@ -61,28 +60,6 @@ pub enum SweepError {
         /// The first row that does not fit.
         row: usize,
     },
-}
-
-/// Why rows were not merged or resumed, with the rows themselves: nothing that was computed is lost. `?` makes a [`SweepError`] of it.
-///
-/// ```
-/// use gear_dynamics::sweep::{Rows, SweepError};
-/// let refused = Rows::merge(Vec::new()).unwrap_err();
-/// assert_eq!((refused.error, refused.rows.len()), (SweepError::Parts { row: 0 }, 0));
-/// ```
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("{error}")]
-pub struct RowsError {
-    /// Why.
-    pub error: SweepError,
-    /// The rows that were given, parts in the order of their points.
-    pub rows: Vec<Rows>,
-}
-
-impl From<RowsError> for SweepError {
-    fn from(refused: RowsError) -> SweepError {
-        refused.error
-    }
 }
 
 /// Why one point of a sweep has no answer; the others stand.

@@ -7,7 +7,6 @@ use crate::contact::laws::power::PowerLaw;
 use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
-use crate::dual::Dual;
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 

@@ -1,9 +1,5 @@
 //! The trait of all contact laws.
 
-use crate::contact::laws::backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
-use crate::contact::laws::no_pull::NoPullBacklash;
-use crate::contact::laws::power::PowerLaw;
-use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::dual::Dual;
@@ -68,7 +64,7 @@ impl Edges {
 /// ```
 ///
 /// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see
-/// [`NoPullBacklash`].
+/// [`NoPullBacklash`](crate::contact::NoPullBacklash).
 pub trait Nonlinearity: PartialEq {
     /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and it is the same in any unit: f(c x; ∓c b) = c f(x; ∓b) for
     /// c > 0, whatever the rate. Default: no.

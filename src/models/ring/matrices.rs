@@ -2,11 +2,9 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
+use crate::models::ring::params::mean;
 use crate::models::ring::shape::Ring;
-use nalgebra::DMatrix;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -149,26 +147,4 @@ impl<N: Nonlinearity> Ring<N> {
         eigenvalues.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         Ok(Modes { frequencies, shapes, eigenvalues })
     }
-}
-
-/// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
-pub(crate) const MOST_JUMPS: usize = 10_000;
-
-/// The mean of a wave over its own period, between its edges by Gauss panels.
-pub(crate) fn mean(wave: &Wave) -> f64 {
-    const PANELS: usize = 64;
-    let period = TAU / f64::from(wave.order());
-    let (mut sum, mut angle) = (0.0, 0.0);
-    while angle < period {
-        let end = wave.next_edge(angle).map_or(period, |edge| edge.min(period));
-        for i in 0..PANELS {
-            let h = (end - angle) / PANELS as f64;
-            let middle = angle + (i as f64 + 0.5) * h;
-            sum += crate::analysis::quadrature::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| {
-                wave.value(x, Side::After)
-            });
-        }
-        angle = end;
-    }
-    sum / period
 }

@@ -1,6 +1,7 @@
 //! The closed-loop ring of gears of Yao 2020.
 
 pub(crate) mod algebra;
+pub(crate) mod columns;
 pub(crate) mod matrices;
 pub(crate) mod params;
 pub(crate) mod relative;

@@ -5,8 +5,8 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::Mesh;
 use crate::error::{ParameterError, check};
 use crate::excitation::fourier::Fourier;
+use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::models::ring::matrices::{MOST_JUMPS, mean};
 use std::f64::consts::TAU;
 
 /// Most gears of a ring: its matrices, of 2n + 1 rows, then have at most 2²⁶ numbers.
@@ -268,4 +268,26 @@ impl RingSet {
         let mesh_damping = vec![check::not_negative("mesh_damping", self.mesh_damping)?; self.gears];
         Ok(RingParams { motor, gears: vec![gear; self.gears], meshes, mesh_damping, omega })
     }
+}
+
+/// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
+pub(crate) const MOST_JUMPS: usize = 10_000;
+
+/// The mean of a wave over its own period, between its edges by Gauss panels.
+pub(crate) fn mean(wave: &Wave) -> f64 {
+    const PANELS: usize = 64;
+    let period = TAU / f64::from(wave.order());
+    let (mut sum, mut angle) = (0.0, 0.0);
+    while angle < period {
+        let end = wave.next_edge(angle).map_or(period, |edge| edge.min(period));
+        for i in 0..PANELS {
+            let h = (end - angle) / PANELS as f64;
+            let middle = angle + (i as f64 + 0.5) * h;
+            sum += crate::analysis::quadrature::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| {
+                wave.value(x, Side::After)
+            });
+        }
+        angle = end;
+    }
+    sum / period
 }

@@ -11,7 +11,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
-use crate::models::ring::algebra::{Columns, STRIDE};
+use crate::models::ring::columns::{Columns, STRIDE};
 use crate::models::ring::params::{Gear, RingParams, Shaft};
 use crate::scalar::Scalar;
 

@@ -1,16 +1,9 @@
 //! Rigid stops: impacts at the end of a step, and contacts that come to rest.
 
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::model::rigid_stops::rigid_edges;
 use crate::ode::edges::exit::Exit;
-use crate::ode::edges::locate::Locator;
-use crate::ode::error::IntegrateError;
-use crate::ode::step::Crossing;
-use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::engine::{Engine, halves};
-use crate::ode::stepping::vector::Vector;
 
 /// Impacts at one instant, per contact, before they count as without end.
 const ROUNDS: usize = 16;
@@ -33,13 +26,13 @@ const LOW: u8 = 4;
 /// The last impact of a contact.
 #[derive(Clone, Copy)]
 pub(crate) struct Flight {
-    since: f64,
+    pub(crate) since: f64,
     /// Speed over the stop at which it left.
-    speed: f64,
+    pub(crate) speed: f64,
     /// Flights in a row that were too low.
-    low: u8,
+    pub(crate) low: u8,
     /// Height of the highest flight.
-    highest: f64,
+    pub(crate) highest: f64,
 }
 
 impl Flight {
@@ -64,13 +57,13 @@ impl Flight {
 
 /// The rigid stops of one run; empty for a model without.
 pub(crate) struct Stops {
-    rigid: Vec<[bool; 2]>,
+    pub(crate) rigid: Vec<[bool; 2]>,
     /// Velocities behind the impacts at the end of the step, if there are any.
     pub(crate) v: Vec<f64>,
     pub(crate) met: bool,
-    flights: Vec<Flight>,
+    pub(crate) flights: Vec<Flight>,
     /// The shortest flight that has just ended: the next is no longer by orders.
-    flew: f64,
+    pub(crate) flew: f64,
 }
 
 impl Stops {

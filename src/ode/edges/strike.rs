@@ -3,7 +3,6 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::model::rigid_stops::rigid_edges;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::{APPROACHES, LONGER, ROUNDING, SHORTEST};

@@ -1,11 +1,16 @@
 //! Harmonic balance: periodic orbits as Fourier series, with the proof of how good they are.
 
+pub(crate) mod admission;
+pub(crate) mod amplitudes;
 pub(crate) mod equations;
 pub(crate) mod error;
 pub(crate) mod integrals;
+pub(crate) mod note;
 pub(crate) mod orbit;
 pub(crate) mod quadrature;
 pub(crate) mod quality;
+pub(crate) mod reading;
 pub(crate) mod series;
+pub(crate) mod settings;
 pub(crate) mod solve;
 pub(crate) mod switching;

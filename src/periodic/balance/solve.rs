@@ -4,103 +4,19 @@ use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
-use crate::ode::budget::{Budget, Meter};
+use crate::ode::budget::Meter;
 use crate::periodic::balance::equations::metered::Metered;
 use crate::periodic::balance::equations::residual::BalanceEquations;
 use crate::periodic::balance::error::BalanceError;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::roots::broyden::{Broyden, FirstJacobian};
+use crate::periodic::balance::settings::{Balance, Roots};
+use crate::roots::broyden::FirstJacobian;
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
 
-/// Harmonic balance of a periodic model.
-///
-/// The coefficients z of q(t) = Σ_k c_k cos kωt + s_k sin kωt are sought for which q'' - a(u(t), q, q') has no component at the kept
-/// orders.   Source: Liu 2021, Eqs. (13)-(17), corrected; with exact switching it converges to the orbits of the equation itself.
-///
-/// A solve looks at the drives where its integrals do. A pulse narrower than that has to be announced by [`next_edge`](crate::Model::next_edge);
-/// [`Integrals::Panels`] and [`prove`](Balance::prove) seek pulses down to 1e-5 of the period by themselves.
-///
-/// ```
-/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
-/// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
-/// let balance = Balance::new(Harmonics::up_to(200));
-/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
-/// assert!(orbit.residual() < 1e-9);
-/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
-/// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
-/// ```
-///
-/// A model without period is refused by the compiler:
-///
-/// ```compile_fail,E0277
-/// use gear_dynamics::{Balance, Harmonics, Model, periodic::FourierOrbit};
-/// struct Pendulum;
-/// impl Model for Pendulum {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
-/// }
-/// fn solve(guess: &FourierOrbit) {
-///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
-/// }
-/// ```
-#[derive(Clone, Debug)]
-pub struct Balance {
-    harmonics: Harmonics,
-    pub(crate) integrals: Integrals,
-    roots: Roots,
-    pub(crate) budget: Budget,
-}
-
-#[derive(Clone, Debug)]
-enum Roots {
-    Newton(Newton),
-    Broyden(Broyden),
-}
-
 impl Balance {
-    /// Exact integrals, Newton's method, the default [`Budget`].
-    pub fn new(harmonics: Harmonics) -> Self {
-        Balance {
-            harmonics,
-            integrals: Integrals::Exact,
-            roots: Roots::Newton(Newton::new()),
-            budget: Budget::new(),
-        }
-    }
-    /// The most work of one call: every residual that the root finder evaluates is a step, and so is every step of the flows that
-    /// [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to) shoot with.
-    pub fn budget(self, budget: Budget) -> Self {
-        Balance { budget, ..self }
-    }
-    /// How the integrals are taken.
-    pub fn integrals(self, integrals: Integrals) -> Self {
-        Balance { integrals, ..self }
-    }
-    /// Solve by Newton's method with these settings.
-    pub fn newton(self, newton: Newton) -> Self {
-        Balance { roots: Roots::Newton(newton), ..self }
-    }
-    /// Solve by Broyden's method with these settings.
-    pub fn broyden(self, broyden: Broyden) -> Self {
-        Balance { roots: Roots::Broyden(broyden), ..self }
-    }
-    /// The harmonics.
-    pub fn harmonics(&self) -> &Harmonics {
-        &self.harmonics
-    }
-    /// The same balance on other harmonics. A given first Jacobian does not fit them: the equations' own takes its place.
-    pub fn on(&self, harmonics: Harmonics) -> Self {
-        let roots = match self.roots.clone() {
-            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
-            roots => roots,
-        };
-        Balance { harmonics, roots, integrals: self.integrals, budget: self.budget.clone() }
-    }
-
     /// The equations, with unknowns scaled by the size of the coordinates of `near`.
     ///
     /// # Errors
@@ -139,7 +55,7 @@ impl Balance {
 
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
-        crate::periodic::balance::series::couplings::refuse_stops(model)?;
+        crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
@@ -238,7 +154,7 @@ impl Balance {
         Ok(orbit)
     }
 
-    /// The Jacobian with every contact held on one flank, for [`Broyden::first`]: taken at `near`, in the unknowns that are scaled by `near`. A
+    /// The Jacobian with every contact held on one flank, for [`Broyden::first`](crate::roots::Broyden::first): taken at `near`, in the unknowns that are scaled by `near`. A
     /// solve scales its unknowns by its own guess, so `near` has to be that guess.
     ///
     /// # Errors
@@ -258,7 +174,7 @@ impl Balance {
         flank: Piece,
         near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
-        crate::periodic::balance::series::couplings::refuse_stops(model)?;
+        crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }

@@ -1,4 +1,4 @@
-//! Contacts held on their pieces, for models that cannot hold them.
+//! Contacts fixed on their pieces, also for models without `accel_on_pieces`.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -7,16 +7,17 @@ use crate::model::equations::{Jacobian, Model};
 use crate::model::rigid_stops::rigid_edges;
 use std::cell::RefCell;
 
-/// A model whose contacts can be held on pieces: by the model itself, and for a model without
-/// [`accel_on_pieces`](Model::accel_on_pieces) by its acceleration just inside the piece, continued linearly past the edge.
+/// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y: a model whose contacts can be fixed on pieces.
 ///
-/// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y, y_i the state moved back inside along the gradient of the deflection. Linear
-/// laws are continued exactly.
+/// A model with [`accel_on_pieces`](Model::accel_on_pieces) is used as it is. For other models the
+/// acceleration just inside the piece is continued linearly past the edge by the formula above. y_i is the
+/// state moved back inside the piece along the gradient of the deflection, and φ is a share of Δ. Linear
+/// contact laws are continued exactly.
 pub(crate) struct Continued<'m, M: ?Sized> {
     model: &'m M,
-    /// Whether there is nothing to add.
+    /// Whether the model needs no continuation: it has `accel_on_pieces` or no contacts.
     own: bool,
-    /// Rigid stops, past which the acceleration goes on by itself.
+    /// Edges that are rigid stops; past them the acceleration is not continued.
     rigid: Vec<[bool; 2]>,
     /// Sizes of coordinates and velocities.
     scale: &'m [f64],
@@ -25,26 +26,27 @@ pub(crate) struct Continued<'m, M: ?Sized> {
 
 struct Room {
     contacts: Vec<Contact>,
-    /// Of the distance past the piece, one contact after the other.
+    /// Gradients of the distance past the piece, one contact after the other.
     gradients: Vec<f64>,
-    /// Contacts that left their piece, with how far inside they are put.
+    /// Contacts outside their piece, each with its distance from the edge after the move inside.
     left: Vec<(usize, f64)>,
-    /// The state inside, and further inside.
+    /// The states y_i and y_i + φ Δ.
     inside: Vec<f64>,
     further: Vec<f64>,
     a: Vec<f64>,
 }
 
-/// A contact is put inside its piece by this share of its gap, far above the rounding of a deflection.
+/// Distance from the edge after the move inside a piece, as a share of the gap: far above the rounding error
+/// of a deflection.
 const INSIDE: f64 = 1e-9;
 
-/// Differences of a deflection, in shares of size.
+/// Step of the differences of a deflection, as a share of the size of the component.
 const STEP: f64 = 1e-4;
 
-/// Projections onto all edges: one is enough unless contacts share coordinates.
+/// Maximum number of projections onto all edges. One is enough unless contacts share coordinates.
 const SWEEPS: usize = 8;
 
-/// How far a contact is past the edge of a piece, negative inside.
+/// Distance of a contact past the edge of a piece; negative inside the piece.
 pub(crate) fn past(piece: Piece, c: &Contact) -> f64 {
     match piece {
         Piece::Lower => c.deflection - c.lower,
@@ -93,7 +95,11 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
         Continued { model, own, rigid: rigid_edges(model), scale, room: RefCell::new(room) }
     }
 
-    /// Moves the state inside the pieces; how far past its edge it was further inside `further` is, as a share. `None`: it is there.
+    /// Computes `inside` = y_i and `further` = y_i + φ Δ and returns φ; `None` if the state is inside all
+    /// pieces.
+    ///
+    /// Each projection moves y by -(p + m)/|S g|² S² g, with p the distance past the edge, m the margin, g =
+    /// ∂p/∂y and S = diag(scale).
     fn move_inside(&self, room: &mut Room, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64]) -> Option<f64> {
         let (model, n) = (self.model, q.len());
         let Room { contacts, gradients, left, inside, further, .. } = room;
@@ -101,7 +107,8 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
         left.clear();
         let gap = |c: &Contact| Some(c.upper - c.lower).filter(|gap| gap.is_finite());
         for (i, (c, &piece)) in contacts.iter().zip(pieces).enumerate() {
-            // Without a gap the size of the deflection has to do, which its gradient tells.
+            // If the gap is zero or infinite, the margin is a share of the size of the deflection; it is set
+            // below.
             let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
             let past = past(piece, c);
             let near = usize::from(c.deflection - c.upper >= c.lower - c.deflection);
@@ -132,7 +139,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
                 past(pieces[*i], &contacts[*i])
             };
             gradient(&mut h, inside, self.scale, slope);
-            // Nothing lies inside a gap of width zero.
+            // A gap of width zero has no inside: its margin stays 0.
             if *margin == 0.0 && !(pieces[*i] == Piece::Gap && closed(&contacts[*i])) {
                 *margin = INSIDE * slope.iter().zip(self.scale).map(|(g, s)| (g * s).abs()).sum::<f64>();
             }

@@ -3,38 +3,9 @@
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::ode::edges::stops::Flight;
+use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{Saltation, distance, edge_rate};
 use crate::roots::norms::dot;
-
-/// What the derivative of an impact is taken in.
-pub(crate) struct Impact {
-    u: Vec<f64>,
-    q: Vec<f64>,
-    /// Velocities behind the impact, of the motion and of neighbours.
-    behind: Vec<f64>,
-    v: Vec<f64>,
-    /// ∂V along the direction (-share, δq, δv).
-    slope: Vec<f64>,
-    direction: [Vec<f64>; 2],
-    flights: Vec<Flight>,
-}
-
-impl Impact {
-    pub(crate) fn new<M: Model + ?Sized>(model: &M) -> Self {
-        let zeros = || vec![0.0; model.dof()];
-        let flights = vec![Flight::NONE; model.contacts()];
-        Impact {
-            flights,
-            u: vec![0.0; model.drives()],
-            q: zeros(),
-            behind: zeros(),
-            v: zeros(),
-            slope: zeros(),
-            direction: [zeros(), zeros()],
-        }
-    }
-}
 
 /// Differences of the velocities behind an impact are taken over this share of the size of the motion.
 const STEP: f64 = 3e-4;

@@ -4,11 +4,9 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::model::rigid_stops::rigid_edges;
 use crate::ode::step::Step;
-use crate::periodic::flow::continued::{Continued, gradient};
-use crate::periodic::flow::rebound::Impact;
-use crate::periodic::flow::tangent::Tangent;
+use crate::periodic::flow::continued::gradient;
+use crate::periodic::flow::impact::Impact;
 use crate::roots::norms::dot;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h', h the distance past the edge, h' = ∇h·f⁻ + ∂h/∂t its rate: the jump of the differences where the
@@ -29,7 +27,7 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) on_edge: Vec<f64>,
     pub(crate) before: Vec<f64>,
     pub(crate) jump: Vec<f64>,
-    moved: Vec<f64>,
+    pub(crate) moved: Vec<f64>,
     /// Coordinates and velocities of the motion and its differences behind the edges.
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
@@ -60,30 +58,6 @@ pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
 /// How fast that edge moves.
 pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
     if lower { c.lower_rate } else { c.upper_rate }
-}
-
-impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
-    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
-        let (model, n) = (&tangent.model, tangent.n);
-        Saltation {
-            model,
-            n,
-            scale: tangent.scale,
-            u: vec![0.0; model.drives()],
-            pieces: vec![Piece::Gap; model.contacts()],
-            contacts: vec![Contact::default(); model.contacts()],
-            gradient: vec![0.0; 2 * n],
-            on_edge: vec![0.0; 2 * n],
-            before: vec![0.0; n],
-            jump: vec![0.0; n],
-            moved: vec![0.0; 2 * n],
-            q: vec![0.0; n * (1 + tangent.columns)],
-            v: vec![0.0; n * (1 + tangent.columns)],
-            rigid: rigid_edges(model),
-            rests: None,
-            impact: Impact::new(model),
-        }
-    }
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {

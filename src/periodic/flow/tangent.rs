@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::model::rigid_stops::rigid_edges;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
 use crate::ode::error::IntegrateError;
@@ -11,6 +12,7 @@ use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::Saltation;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -302,5 +304,29 @@ impl<M: Model + ?Sized> Observer for Monitor<'_, '_, M> {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
+    }
+}
+
+impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
+    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+        let (model, n) = (&tangent.model, tangent.n);
+        Saltation {
+            model,
+            n,
+            scale: tangent.scale,
+            u: vec![0.0; model.drives()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            contacts: vec![Contact::default(); model.contacts()],
+            gradient: vec![0.0; 2 * n],
+            on_edge: vec![0.0; 2 * n],
+            before: vec![0.0; n],
+            jump: vec![0.0; n],
+            moved: vec![0.0; 2 * n],
+            q: vec![0.0; n * (1 + tangent.columns)],
+            v: vec![0.0; n * (1 + tangent.columns)],
+            rigid: rigid_edges(model),
+            rests: None,
+            impact: Impact::new(model),
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The flow with its derivative.
+//! The flow and its derivative with respect to the start.
 
 use crate::model::equations::{Model, State};
 use crate::ode::budget::{Budget, Meter};
@@ -12,13 +12,13 @@ use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
-/// Runs a model together with the derivative of its motion by the start, tooth edges handled: located, and with the jump of the
-/// derivative (saltation matrix) where a contact force jumps.
+/// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' at an edge.
 ///
-/// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' across them.
+/// Integrates a model and the derivative of its motion with respect to the start. Tooth edges are located.
+/// Where a contact force jumps, the derivative jumps by the saltation matrix.
 ///
-/// Both accelerations at an edge come from [`accel_on_pieces`](Model::accel_on_pieces); of a model without it, from the acceleration on
-/// either side of the edge.
+/// Both accelerations at an edge come from [`accel_on_pieces`](Model::accel_on_pieces). If the model does not
+/// implement it, they are computed from the accelerations on the two sides of the edge.
 ///
 /// ```
 /// use gear_dynamics::{Model, State, periodic::Variation};
@@ -44,21 +44,23 @@ impl Default for Variation {
 }
 
 impl Variation {
-    /// To 1e-12 of the range of motion, within the default [`Budget`].
+    /// Defaults: tolerance 1e-12, the default [`Budget`].
     pub fn new() -> Self {
         Variation { tolerance: 1e-12, budget: Budget::new() }
     }
-    /// Local error of the motion, as a share of the range of each coordinate and velocity or the rounding of its terms, whichever is larger;
-    /// that of the derivative is ten times larger, as a share of what each of its columns has grown to.
+    /// Local error of the motion, as a share of the range of each coordinate and velocity `[1]`, in [1e-16,
+    /// 1). Default: 1e-12. The rounding error of the terms replaces it where that is larger.
+    ///
+    /// The local error of the derivative is ten times larger, as a share of the current size of each column.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Variation { tolerance, ..self }
     }
-    /// The most steps and time of a run.
+    /// Maximum number of steps and maximum time of a run.
     pub fn budget(self, budget: Budget) -> Self {
         Variation { budget, ..self }
     }
 
-    /// From `start` to `t_end`.
+    /// Integrates from `start` to `t_end`.
     ///
     /// # Errors
     /// [`IntegrateError`].
@@ -89,7 +91,7 @@ impl Variation {
     }
 }
 
-/// A run over a span of time and its derivative by the start.
+/// Result of [`Variation`]: the end of a run and its derivative with respect to the start.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, periodic::Variation};
@@ -100,26 +102,26 @@ impl Variation {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transition {
-    /// Where it ends.
+    /// State at the end.
     pub state: State,
     /// ∂(q, v)(t1)/∂(q, v)(t0), in the units of the model.
     pub matrix: DMatrix<f64>,
-    /// Tooth edges crossed.
+    /// Number of tooth edges crossed.
     pub crossings: u64,
 }
 
-/// A solver good enough to see how far things move.
+/// The solver of the coarse run that measures the ranges of motion.
 pub(crate) fn coarse(start: &State) -> Dop853 {
     Dop853::new().rtol(1e-9).atol(1e-12 * largest(start))
 }
 
-/// The largest coordinate or velocity; 1 if there is none.
+/// max |q_i|, |v_i|; 1 if that is 0 or not finite.
 fn largest(start: &State) -> f64 {
     let largest = start.q.iter().chain(&start.v).fold(0.0, |m: f64, x| m.max(x.abs()));
     if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
 }
 
-/// A run within a budget.
+/// A run of a solver within a budget.
 pub(crate) fn metered<M: Model + ?Sized>(
     solver: &Dop853,
     model: &M,
@@ -140,7 +142,8 @@ pub(crate) fn metered<M: Model + ?Sized>(
     }
 }
 
-/// The end of a run and its derivative, both differences and their change in units of size.
+/// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)), and the number of
+/// crossings.
 pub(crate) fn transition<M: Model + ?Sized>(
     model: &M,
     scale: &[f64],
@@ -155,7 +158,7 @@ pub(crate) fn transition<M: Model + ?Sized>(
     Ok((tangent.motion(&end), matrix, crossings))
 }
 
-/// S X S⁻¹.
+/// S X S⁻¹, S = diag(scale): from units of `scale` to the units of the model.
 pub(crate) fn unscaled(scaled: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(scale.len(), scale.len(), |i, j| scaled[(i, j)] * scale[i] / scale[j])
 }

@@ -1,4 +1,4 @@
-//! Directions in which small differences grow, carried along a motion and kept orthonormal.
+//! Directions of perturbation growth: integrated along a motion and kept orthonormal.
 
 use crate::model::equations::{Model, State};
 use crate::ode::budget::{Exhausted, Meter};
@@ -7,13 +7,15 @@ use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::roots::norms::dot;
 
-/// A direction that has shrunk to less than this, or is so near the ones before it, is known too badly: the flow holds it to a share of 1.
+/// Minimum length of a direction after a part of a period, without its components along the directions before
+/// it `[1]`. The directions start with length 1 and the error of the integration is a share of 1, so a
+/// shorter direction is too inaccurate.
 const LEAST: f64 = 1e-3;
 
-/// Most halvings of a part of a period.
+/// Maximum number of halvings of a part of a period.
 const HALVINGS: u32 = 40;
 
-/// Why a run ends before its end.
+/// Errors of a run, without the exponents so far.
 pub(crate) enum Failure {
     Flow(IntegrateError),
     Exhausted(Exhausted),
@@ -43,29 +45,32 @@ impl Failure {
     }
 }
 
-/// The motion and its directions, part by part.
+/// Integration of a motion and its directions, part by part.
 pub(crate) struct Flow<'f, 'm> {
     pub(crate) tangent: &'f Tangent<'m, dyn Model + 'm>,
     /// Local error of the flow.
     pub(crate) tolerance: f64,
     pub(crate) meter: &'f Meter<'f>,
     pub(crate) directions: Directions<'f>,
-    /// How often parts are halved at present.
+    /// Current number of halvings of a part.
     pub(crate) halvings: u32,
 }
 
 impl Flow<'_, '_> {
-    /// Runs to `until`; the growth is that of the whole part. Directions are made orthonormal as often as they need it.
+    /// Integrates one part, to `until`. `directions.growth` then holds ln of the growth over the whole part.
+    ///
+    /// The part is halved, and the directions are made orthonormal after each interval, until no
+    /// direction shrinks below [`LEAST`].
     pub(crate) fn part(&mut self, all: &mut State, until: f64) -> Result<(), Failure> {
         self.directions.growth.fill(0.0);
         let (from, mut done) = (all.t, 0.0);
-        // One part in 2^halvings, the share done a whole number of them.
+        // One step is the share 2^-halvings of the part; `done` is always a multiple of it.
         self.halvings = self.halvings.saturating_sub(1);
         while done < 1.0 {
             let share = (-f64::from(self.halvings)).exp2();
             let next = done + share;
             let end = if next < 1.0 { from + (until - from) * next } else { until };
-            // The tolerance is no finer than the rounding of the motion, which may have grown.
+            // The tolerance depends on the state: it is not below the rounding error of the motion.
             let solver = self.tangent.solver(self.tolerance, all);
             let ahead = self.tangent.run_metered(&solver, all.clone(), end, Some(self.meter))?.0;
             self.meter.left()?;
@@ -84,11 +89,11 @@ impl Flow<'_, '_> {
     }
 }
 
-/// The directions of one run.
+/// The directions of one run, in units of `scale`.
 pub(crate) struct Directions<'s> {
     columns: Vec<f64>,
     lengths: Vec<f64>,
-    /// ln of what has been divided out.
+    /// Σ ln r_kk of each direction: the logarithm of its growth.
     pub(crate) growth: Vec<f64>,
     scale: &'s [f64],
 }
@@ -103,7 +108,9 @@ impl<'s> Directions<'s> {
         }
     }
 
-    /// Directions at random, orthonormal; the same for the same start.   Source: splitmix64 of Steele, Lea & Flood, OOPSLA 2014.
+    /// Draws random orthonormal directions: components uniform in [-1, 1) times their size, then
+    /// Gram-Schmidt. The seed is computed from the start: equal starts give equal directions. Source:
+    /// splitmix64 of Steele, Lea & Flood, OOPSLA 2014.
     pub(crate) fn draw(&mut self, start: &State, all: &mut State) {
         let numbers = start.q.iter().chain(&start.v).chain([&start.t]);
         let mut seed = numbers.fold(0_u64, |seed, x| mixed(seed.wrapping_add(x.to_bits())));
@@ -120,8 +127,10 @@ impl<'s> Directions<'s> {
         self.growth.fill(0.0);
     }
 
-    /// Gram-Schmidt in units of size: the columns of R on the diagonal are the growth. The direction that is shortest, or not a number, and its
-    /// length.
+    /// Gram-Schmidt in units of `scale`: w_k = y_k - Σ_{j<k} e_j (e_jᵀ y_k), r_kk = |w_k|, e_k = w_k/r_kk.
+    /// The growth of direction k is r_kk.
+    ///
+    /// Returns the index and the length of the shortest direction; a length that is not finite counts as 0.
     fn measure(&mut self, all: &State) -> (usize, f64) {
         let (m, count) = (self.scale.len(), self.growth.len());
         let n = m / 2;
@@ -146,7 +155,7 @@ impl<'s> Directions<'s> {
         least
     }
 
-    /// Goes on with what was measured.
+    /// Continues with the measured e_k as new directions and adds ln r_kk to the growth.
     fn accept(&mut self, all: &mut State) {
         let m = self.scale.len();
         let n = m / 2;

@@ -1,4 +1,4 @@
-//! Lyapunov exponents as a result.
+//! Lyapunov exponents: result and errors.
 
 use crate::error::ParameterError;
 use crate::model::equations::State;
@@ -7,7 +7,7 @@ use crate::ode::error::IntegrateError;
 use crate::periodic::lyapunov::growth::Growth;
 use thiserror::Error;
 
-/// Lyapunov exponents with their convergence.
+/// Lyapunov exponents with their standard errors and their convergence.
 ///
 /// ```
 /// use gear_dynamics::{Lyapunov, NfgPair, NfgParams};
@@ -20,15 +20,15 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exponents {
     pub(crate) span: f64,
-    /// One for each direction, the one that grows most first.
+    /// Growth of each direction; after [`in_order`](Exponents::in_order) the largest mean first.
     pub(crate) grown: Vec<Growth>,
-    /// Least standard error.
+    /// Standard error per period caused by the flow; the minimum of the standard error.
     pub(crate) floor: f64,
     pub(crate) state: State,
 }
 
 impl Exponents {
-    /// The largest first.
+    /// Sorts the exponents, the largest first.
     pub(crate) fn in_order(mut self) -> Self {
         self.grown.sort_by(|a, b| b.mean().total_cmp(&a.mean()));
         self
@@ -42,20 +42,24 @@ impl Exponents {
     pub fn per_period(&self) -> Vec<f64> {
         self.grown.iter().map(Growth::mean).collect()
     }
-    /// Standard error of [`per_period`](Exponents::per_period): two of them hold the exponent in 95 % of all cases. Infinite with fewer than three
-    /// periods.
+    /// Standard error of [`per_period`](Exponents::per_period). The interval of ± two standard errors
+    /// contains the exponent in 95 % of all cases. Infinite with fewer than three periods.
     ///
-    /// It is the root of the sum of three squares: the scatter of the growth (up to 16 projections on sine tapers, with Student's t), good if
-    /// growth is correlated for less than about 1/16 of the run; where in a turn of the direction the run begins and ends; and 10 times the
-    /// tolerance of the flow.
+    /// It is √(a² + b² + c²):
+    /// - a: the scatter of the growth, from up to 16 projections on sine tapers, with Student's t. Valid if
+    ///   the growth is correlated over less than about 1/16 of the run.
+    /// - b: the effect of the angle of a rotating direction at the start and at the end of the run.
+    /// - c: 10 times the tolerance of the flow.
     ///
-    /// With complex multipliers whose argument is near a simple fraction of a turn, the direction drifts slowly from period to period. A run
-    /// shorter than that drift has bars up to two times too small: 20 periods of a dead zone with μ = -0.32 ± 0.50 i (122°) were held by two
-    /// bars in 6 of 10 cases.
+    /// If complex multipliers have an argument near a simple fraction of 2π, the direction drifts slowly from
+    /// period to period. If the run is shorter than this drift, the standard error is up to two times too
+    /// small. Example: 20 periods of a dead zone with μ = -0.32 ± 0.50 i (122°); two standard errors
+    /// contained the exponent in 6 of 10 cases.
     pub fn standard_error(&self) -> Vec<f64> {
         self.grown.iter().map(|growth| growth.error().hypot(self.floor)).collect()
     }
-    /// The estimate of exponent `i` per period after each period measured: how it converges.
+    /// Estimates of exponent `i` per period after 1, 2, ... measured periods: the convergence of the
+    /// exponent.
     ///
     /// # Panics
     /// If there is no exponent `i`.
@@ -66,17 +70,17 @@ impl Exponents {
         });
         running.enumerate().map(|(k, sum)| sum / (k + 1) as f64).collect()
     }
-    /// Periods that were measured.
+    /// Number of measured periods.
     fn measured(&self) -> usize {
         self.grown.first().map_or(0, |growth| growth.periods.len())
     }
-    /// Where the motion has come to.
+    /// State that the motion has reached.
     pub fn state(&self) -> &State {
         &self.state
     }
 }
 
-/// Why exponents are missing.
+/// Errors of [`Lyapunov`](crate::Lyapunov).
 ///
 /// ```
 /// use gear_dynamics::{Lyapunov, NfgPair, NfgParams, periodic::LyapunovError};
@@ -88,33 +92,38 @@ impl Exponents {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LyapunovError {
-    /// A setting or a start that cannot be used.
+    /// A setting or the start is not valid.
     #[error("Lyapunov exponents: {0}")]
     Parameter(#[from] ParameterError),
-    /// The integration ended early.
-    #[error("after {} periods: {error}", so_far.measured())]
+    /// The integration failed.
+    #[error("the integration failed after {} measured periods: {error}", so_far.measured())]
     Flow {
-        /// Why.
+        /// Error of the integration.
         error: IntegrateError,
-        /// The exponents over the periods before.
+        /// Exponents over the periods measured before.
         so_far: Box<Exponents>,
     },
     /// The [`Budget`](crate::Budget) is spent.
-    #[error("after {} periods: {exhausted}", so_far.measured())]
+    #[error("the run was stopped after {} measured periods: {exhausted}", so_far.measured())]
     Exhausted {
-        /// Which limit.
+        /// The limit that was reached.
         exhausted: Exhausted,
-        /// The exponents over the periods before.
+        /// Exponents over the periods measured before.
         so_far: Box<Exponents>,
     },
-    /// A direction that vanishes at once: small differences are lost, as where a force sticks, and the exponent is that of no flow.
-    #[error("after {} periods: direction {direction} vanishes at t = {t}: the flow is singular there", so_far.measured())]
+    /// The length of a direction falls to zero at one instant, for example where a body sticks. The flow is
+    /// singular there and the direction has no finite exponent.
+    #[error(
+        "direction {direction} shrinks to zero at t = {t} after {} measured periods: \
+         the flow is singular there",
+        so_far.measured()
+    )]
     Vanished {
-        /// Which direction, counted from 1.
+        /// The direction, counted from 1.
         direction: usize,
-        /// When.
+        /// Time at which it vanishes.
         t: f64,
-        /// The exponents over the periods before.
+        /// Exponents over the periods measured before.
         so_far: Box<Exponents>,
     },
 }

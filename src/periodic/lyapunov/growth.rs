@@ -1,45 +1,48 @@
-//! How fast one direction grows along a run, and how well that is known.
+//! Growth of one direction along a run, with its standard error.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
-/// Logarithms of the growth of one direction: period by period, and part by part at both ends of the span that is measured.
+/// Logarithms of the growth of one direction: for each period, and for each part of a period at both ends of
+/// the measured span.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Growth {
     pub(crate) periods: Vec<f64>,
-    /// The whole growth, averaged over each period: a direction that turns shows in it no more than its mean.
+    /// Cumulative growth, averaged over the parts of each period. The average removes the fluctuation of a
+    /// rotating direction within the period.
     averages: Vec<f64>,
-    /// The whole growth, its sum over the period under way, and its value where that begins.
+    /// Cumulative growth, its sum over the parts of the current period, and its value at the start of that
+    /// period.
     whole: f64,
     sum: f64,
     begun: f64,
-    /// Parts of a period.
+    /// Number of parts of a period.
     parts: usize,
-    /// The parts before the span, up to [`ENDS`] periods of them, once directions are half aligned; of a run that has none, the first ones of
-    /// the span.
+    /// Growth of the last parts before the span, at most [`ENDS`] periods, from the second half of the
+    /// alignment. Without alignment: growth of the first parts of the span.
     head: VecDeque<f64>,
     /// Whether the head lies before the span.
     before: bool,
-    /// The last parts of the span, as many as there are in the head.
+    /// Growth of the last parts of the span, at most [`ENDS`] periods.
     tail: VecDeque<f64>,
 }
 
-/// Most periods looked at before the span and at its end.
+/// Maximum number of periods inspected before the span and at its end.
 const ENDS: usize = 8;
 
-/// Most tapers, and the periods that one of them needs.
+/// Maximum number of tapers, and number of periods per taper.
 const TAPERS: usize = 16;
 
 const PERIODS: usize = 5;
 
-/// Two errors, in units of the standard deviation: of a sine of random phase, whose kurtosis is 1.5 and whose largest value √2, and of a normal
-/// variable, whose kurtosis is 3. Both hold 93 to 95 %.
+/// Two standard errors in units of the standard deviation: for a sine of random phase (kurtosis 1.5, maximum
+/// √2) and for a normal variable (kurtosis 3). They contain 92 % and 95 % of the values.
 const SINE: f64 = 1.404;
 
 const NORMAL: f64 = 2.0;
 
-/// Half of the 97.725 % quantile of Student's t for 1, 2, ... degrees of freedom: two errors hold 95.45 %.   Source: GUM (JCGM 100:2008),
-/// Table G.2.
+/// Half of the 97.725 % quantile of Student's t for 1, 2, ... degrees of freedom: two standard errors contain
+/// 95.45 %.   Source: GUM (JCGM 100:2008), Table G.2.
 #[rustfmt::skip]
 const STUDENT: [f64; TAPERS - 1] = [
     6.985, 2.265, 1.655, 1.435, 1.325, 1.26, 1.215, 1.185, 1.16, 1.14, 1.125, 1.115, 1.105, 1.10, 1.09,
@@ -51,7 +54,8 @@ impl Growth {
         Growth { periods, averages, whole: 0.0, sum: 0.0, begun: 0.0, parts, head, before: false, tail }
     }
 
-    /// A part before the span. Those of the first half of all periods to align tell of directions that are not aligned yet.
+    /// Adds the growth of one part before the span. The caller omits the first half of the alignment, in
+    /// which the directions are not aligned yet.
     pub(crate) fn align(&mut self, growth: f64) {
         self.before = true;
         self.head.push_back(growth);
@@ -59,7 +63,7 @@ impl Growth {
             self.head.pop_front();
         }
     }
-    /// A part of the span.
+    /// Adds the growth of one part of the span.
     pub(crate) fn measure(&mut self, growth: f64) {
         if !self.before && self.head.len() < ENDS * self.parts {
             self.head.push_back(growth);
@@ -71,14 +75,14 @@ impl Growth {
         self.whole += growth;
         self.sum += self.whole;
     }
-    /// A period of the span is over.
+    /// Closes one period of the span.
     pub(crate) fn period(&mut self) {
         self.periods.push(self.whole - self.begun);
         self.averages.push(self.sum / self.parts as f64);
         (self.begun, self.sum) = (self.whole, 0.0);
     }
 
-    /// Per period.
+    /// Mean growth per period; NaN without periods.
     pub(crate) fn mean(&self) -> f64 {
         if self.periods.is_empty() {
             f64::NAN
@@ -87,14 +91,20 @@ impl Growth {
         }
     }
 
-    /// The standard error of the mean: two of them hold it in 95 % of all cases. Infinite with fewer than three periods.
+    /// Standard error of the mean: the interval of ± two standard errors contains the exponent in 95 % of all
+    /// cases. Infinite with fewer than three periods.
     pub(crate) fn error(&self) -> f64 {
         if self.periods.len() < 3 { f64::INFINITY } else { self.diffusion().hypot(self.ends()) }
     }
 
-    /// What chance does: the spectrum of the growth at frequency 0, from its projections on the first K sine tapers, over the length of the
-    /// span, with Student's t for K - 1 degrees of freedom. It holds if growth is correlated for less than about 1/K of the span. Tapers
-    /// end in zero, so that they do not see a direction turn.   Source: Riedel & Sidorenko, IEEE Trans. Signal Process. 43, 188 (1995).
+    /// t √(S/N), S = Σ_k (Σ_i w_ki (g_i - ḡ))²/(K - Σ_k (Σ_i w_ki)²/(N - 1)): the error by the scatter of the
+    /// growth.
+    ///
+    /// g_i is the growth from period to period, N the number of periods, w_k the first K sine tapers, S the
+    /// spectral density of the growth at frequency 0, and t the entry of [`STUDENT`] for K - 1 degrees of
+    /// freedom. The error is valid if the growth is correlated over less than about 1/K of the span. The
+    /// tapers end in zero, so that the rotation of a direction at the ends does not contribute. Source:
+    /// Riedel & Sidorenko, IEEE Trans. Signal Process. 43, 188 (1995).
     fn diffusion(&self) -> f64 {
         let steps: Vec<f64> = self.averages.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let n = steps.len();
@@ -115,11 +125,16 @@ impl Growth {
         STUDENT[count - 2] * (square / freedom / (n + 1) as f64).sqrt()
     }
 
-    /// What the ends of the span do: a direction that turns grows by fits and starts, and a mean depends on where in a turn it begins and ends. The
-    /// scatter of the means over spans of the same length, moved back part by part.
+    /// c σ/(2 length): the error by the ends of the span.
+    ///
+    /// A rotating direction grows unevenly, so the mean depends on its angle at the start and at the end of
+    /// the span. σ is the standard deviation of the growth over spans of equal length that are moved back
+    /// part by part. The factor c of two standard errors is interpolated linearly in the kurtosis between
+    /// [`SINE`] and [`NORMAL`].
     fn ends(&self) -> f64 {
         let periods = self.periods.len();
-        // Before the span all that is there; within it the span has to be shortened.
+        // Number of moves. With a head before the span: all parts of the head. Otherwise the span is
+        // shortened by the moves: 1/8 of its periods, at most `ENDS`.
         let moves = if self.before {
             self.head.len().min(self.tail.len())
         } else {
@@ -128,7 +143,7 @@ impl Growth {
         let length =
             if self.before { periods as f64 } else { periods as f64 - moves as f64 / self.parts as f64 };
         let (head, tail) = (self.head.len(), self.tail.len());
-        // The sum over a span without that over the last one.
+        // sums[i]: growth over the span moved back by i parts minus growth over the last span.
         let gained = |i: usize| if self.before { self.head[head - i] } else { self.head[moves - i] };
         let sums = (1..=moves).scan(0.0, |sum, i| {
             *sum += gained(i) - self.tail[tail - i];

@@ -1,4 +1,4 @@
-//! Lyapunov exponents: the mean growth of small differences along a motion.
+//! Lyapunov exponents: the mean growth rates of small perturbations along a motion.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
@@ -15,20 +15,26 @@ use crate::periodic::lyapunov::growth::Growth;
 use std::fmt;
 use std::ops::ControlFlow;
 
-/// λ_i = lim 1/t ln(growth of the i-th direction), by QR: small differences follow the variational equations, tooth edges handled, and are
-/// made orthonormal again and again; the logarithms of what is divided out are summed.   Source: Benettin et al., Meccanica 15, 9 (1980).
+/// λ_i = lim 1/t Σ ln r_ii, with r_ii the lengths of the directions before each normalisation: Lyapunov
+/// exponents by QR.
 ///
-/// The first directions are drawn at random from the start, the same for the same start: none lies in a part of the model that others do not
-/// reach. Where a direction all but vanishes within a part of a period, that part is halved.
+/// Small perturbations follow the variational equations, with their jumps at tooth edges. They are made
+/// orthonormal at regular intervals.   Source: Benettin et al., Meccanica 15, 9 (1980).
 ///
-/// A rigid mode adds two exponents of zero.
+/// The initial directions are random, so that each has components in every part of the model. Equal starts
+/// give equal directions. If a direction shrinks to less than 1e-3 within a part of a period, that part is
+/// halved.
+///
+/// Each rigid mode adds two exponents of zero.
 ///
 /// ```
 /// use gear_dynamics::{Lyapunov, Model, Periodic, State};
 /// struct Swing; // q'' + 3 q' + 2 q = cos 2t: exponents -1 and -2
 /// impl Model for Swing {
 ///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0]; }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
+///     }
 /// }
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
@@ -50,7 +56,7 @@ pub struct Lyapunov {
 }
 
 impl fmt::Debug for Lyapunov {
-    /// What decides the result: all but the budget.
+    /// Shows all settings except the budget: those that determine the result.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Lyapunov { count, settle, align, periods, renormalisations, tolerance, budget: _ } = self;
         let mut shown = f.debug_struct("Lyapunov");
@@ -66,8 +72,8 @@ impl Default for Lyapunov {
 }
 
 impl Lyapunov {
-    /// The full spectrum over 200 periods, after 100 to settle and 10 more for the directions to align, made orthonormal 16 times a
-    /// period, the flow held to 1e-9.
+    /// Defaults: all exponents, 100 settling periods, 10 alignment periods, 200 measured periods, 16
+    /// renormalisations per period, tolerance 1e-9, the default [`Budget`].
     pub fn new() -> Self {
         Lyapunov {
             count: None,
@@ -79,47 +85,49 @@ impl Lyapunov {
             budget: Budget::new(),
         }
     }
-    /// Only the largest `count`: 1 costs least.
+    /// Computes only the `count` largest exponents. Default: all. `count = 1` is the fastest.
     pub fn count(self, count: usize) -> Self {
         Lyapunov { count: Some(count), ..self }
     }
-    /// Periods to settle before anything is measured.
+    /// Number of settling periods before the directions are drawn. Default: 100.
     pub fn settle(self, settle: usize) -> Self {
         Lyapunov { settle, ..self }
     }
-    /// Periods for the directions to align.
+    /// Number of alignment periods: the directions turn into the directions of growth. Default: 10.
     pub fn align(self, align: usize) -> Self {
         Lyapunov { align, ..self }
     }
-    /// Periods to measure.
+    /// Number of measured periods. Default: 200.
     pub fn periods(self, periods: usize) -> Self {
         Lyapunov { periods, ..self }
     }
-    /// How often the directions are made orthonormal in a period, at the least; up to 65536.
+    /// Minimum number of renormalisations of the directions per period, 1 to 65536. Default: 16.
     pub fn renormalisations(self, renormalisations: usize) -> Self {
         Lyapunov { renormalisations, ..self }
     }
-    /// Local error of the flow, as a share of the range of each coordinate and velocity.
+    /// Local error of the flow, as a share of the range of each coordinate and velocity `[1]`. Default: 1e-9.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Lyapunov { tolerance, ..self }
     }
-    /// How many steps and how much time it may take; settling counts.
+    /// Maximum number of steps and maximum time of one call, settling included.
     pub fn budget(self, budget: Budget) -> Self {
         Lyapunov { budget, ..self }
     }
 
-    /// Along the motion from `start`.
+    /// Computes the exponents along the motion from `start`.
     ///
     /// # Errors
-    /// [`LyapunovError`], with the exponents over the periods that succeeded.
+    /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
+    /// so far.
     pub fn run<M: Periodic + ?Sized>(&self, model: &M, start: &State) -> Result<Exponents, LyapunovError> {
         self.run_over(model, start, model.period())
     }
 
-    /// The same for a model that does not repeat: `span` takes the place of the period.
+    /// [`run`](Lyapunov::run) for a model that is not periodic: `span` replaces the period.
     ///
     /// # Errors
-    /// [`LyapunovError`], with the exponents over the spans that succeeded.
+    /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the spans measured so
+    /// far.
     pub fn run_over<M: Model + ?Sized>(
         &self,
         model: &M,
@@ -129,7 +137,8 @@ impl Lyapunov {
         self.run_while(model, start, span, &|| true)
     }
 
-    /// The same as long as `go_on` says so; afterwards the exponents are those of the spans that are done.
+    /// [`run_over`](Lyapunov::run_over) while `go_on` returns `true`. Then it returns the exponents over the
+    /// spans measured so far.
     pub(crate) fn run_while<M: Model + ?Sized>(
         &self,
         model: &M,
@@ -200,8 +209,9 @@ impl Lyapunov {
         Ok(exponents.in_order())
     }
 
-    /// Runs to where the motion has settled; `state` is always the last one reached. The sizes are those of the last period, or of the first
-    /// one if nothing is to settle.
+    /// Integrates the settling periods; `state` is always the last state reached. `sizes` are taken over the
+    /// last settling period. Without settling periods they are taken over the first period, and `state` stays
+    /// at the start.
     fn settle_down(
         &self,
         model: &dyn Model,
@@ -234,7 +244,7 @@ impl Lyapunov {
         Ok(())
     }
 
-    /// What can be told without a model.
+    /// Checks the settings that do not depend on the model.
     pub(crate) fn check_settings(&self) -> Result<(), ParameterError> {
         let count = self.count.unwrap_or(1);
         for (name, value) in
@@ -246,7 +256,7 @@ impl Lyapunov {
         }
         if self.renormalisations > MOST {
             let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
-            return Err(ParameterError::OutOfRange { name, value, allowed: "1 to 65536 a period" });
+            return Err(ParameterError::OutOfRange { name, value, allowed: "[1, 65536] per period" });
         }
         check::tolerance("tolerance", self.tolerance).map(drop)
     }
@@ -259,7 +269,7 @@ impl Lyapunov {
             );
         }
         if count > components {
-            let allowed = "1 to the number of coordinates and velocities";
+            let allowed = "[1, number of coordinates and velocities]";
             return Err(
                 ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into()
             );
@@ -269,13 +279,14 @@ impl Lyapunov {
     }
 }
 
-/// Most renormalisations in a period.
+/// Maximum number of renormalisations per period.
 const MOST: usize = 1 << 16;
 
-/// The flow is off by local errors of its own, which scatter does not show: the standard error per period is this share of its tolerance at least.
+/// Minimum standard error per period, in tolerances of the flow. The scatter of the growth does not show the
+/// local errors of the flow.
 const FLOOR: f64 = 10.0;
 
-/// Keeps the last state and counts steps.
+/// Stores the last state and counts the steps against the budget.
 struct Last<'s> {
     state: &'s mut State,
     meter: &'s Meter<'s>,

@@ -266,13 +266,14 @@ impl Shooting {
         let looser = segments
             .round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter)
             .ok();
-        ShootingOrbit::new(model, segments, round, looser, self, first, corrections)
-    }
-
-    pub(crate) fn flow(&self) -> f64 {
-        self.flow_tolerance
-    }
-    pub(crate) fn periods(&self) -> usize {
-        self.multiple
+        ShootingOrbit::new(
+            model,
+            segments,
+            round,
+            looser,
+            self.multiple,
+            self.flow_tolerance,
+            (first, corrections),
+        )
     }
 }

@@ -11,7 +11,6 @@ use crate::periodic::flow::tangent::{NONE, finest};
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
-use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::{Round, Segments};
 use nalgebra::DMatrix;
 
@@ -57,9 +56,9 @@ impl ShootingOrbit {
         segments: &Segments<'_, dyn Model + '_>,
         round: Round,
         looser: Option<Round>,
-        shooting: &Shooting,
-        first: f64,
-        corrections: Vec<f64>,
+        periods: usize,
+        flow: f64,
+        (first, corrections): (f64, Vec<f64>),
     ) -> Result<Self, ShootingError> {
         let monodromy = segments.monodromy(&round);
         let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
@@ -77,8 +76,8 @@ impl ShootingOrbit {
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = ShootingOrbit {
             end: segments.end(),
-            multiple: shooting.periods(),
-            least: shooting.periods(),
+            multiple: periods,
+            least: periods,
             scale: segments.scale().to_vec(),
             range: segments.range().to_vec(),
             drift: segments.drift(&round.slack),
@@ -86,7 +85,7 @@ impl ShootingOrbit {
             multipliers: multipliers.with_error(error),
             first,
             crossings: round.crossings,
-            flow: shooting.flow(),
+            flow,
             states: round.states.clone(),
             corrections: corrections.clone(),
         };

@@ -1,4 +1,4 @@
-//! Fixed-step engines over a table of drives.
+//! Engines with a fixed step: RK4 over a table of drives.
 
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::machine::Machine;
@@ -15,20 +15,25 @@ use crate::sweep::lanes::meter::{Kind, Meters, Reading};
 use crate::sweep::lanes::number::{Lanes, Number};
 use std::collections::VecDeque;
 
-/// Steps between two looks at whether the sweep is cancelled.
+/// Number of steps between two checks for cancellation.
 const STRETCH: usize = 64;
 
-/// States looked at within a period, or some more, for the range of the motion: at irregular steps, so that none of its frequencies keeps in step.
+/// Approximate number of states sampled within a period to find the range of the motion. The steps between
+/// them are irregular, so that no frequency of the motion is aliased.
 const LOOKS: usize = 48;
 
-/// RK4 with a fixed number of steps per period, W runs side by side in the lanes of the processor's vectors: the drives come from a table
-/// that is made once for all runs. For every [`Machine`]; two runs share lanes if and only if their [shapes](Shape) are equal, and one that
-/// shares with no other runs alone.
+/// Engine for every [`Machine`]: RK4 with a fixed number of steps per period, W runs side by side in the
+/// lanes of the vector registers.
 ///
-/// Steps go straight across tooth edges, as RK4 of the papers do; 64 steps in the shortest period of a drive keep that error small, and
-/// [`check_every`](crate::Sweep::check_every) measures it. Jumps of the drives have to fall on whole steps: a model where they
-/// do not gets a [`TableError::EdgeOffGrid`]. A row is a function of its point alone: the same bits for any W, instructions, threads, order
-/// and neighbours. W = 16 suits all; 32 is faster for one or two degrees of freedom and for small rings, 8 for a ring of 16.
+/// The drives come from a table that is computed once for all runs that share lanes. Two runs share lanes if
+/// and only if their [shapes](Shape) are equal. A run whose shape no other run has runs alone.
+///
+/// Steps cross the edges of contacts without locating them, as in the papers (Liu 2021, Yao 2020). 64 steps
+/// in the shortest period of a drive keep this error small; [`check_every`](crate::Sweep::check_every)
+/// measures it. Drive edges must fall on whole steps, else the point fails with [`TableError::EdgeOffGrid`].
+/// A row depends on its point only: its bits are the same for any W, instruction set, number of threads,
+/// order and neighbouring lanes. W = 16 suits all models. W = 32 is faster for one or two degrees of freedom
+/// and for small rings, W = 8 for a ring of 16.
 ///
 /// ```
 /// use gear_dynamics::sweep::{InstructionSet, LaneRk4};
@@ -36,7 +41,7 @@ const LOOKS: usize = 48;
 /// assert_eq!(engine.steps(), 4032);
 /// ```
 ///
-/// A model that is no machine does not compile:
+/// A model that is not a [`Machine`] does not compile:
 ///
 /// ```compile_fail,E0277
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, Model, ParameterError, State, Sweep};
@@ -57,15 +62,15 @@ pub struct LaneRk4<const W: usize> {
 }
 
 impl<const W: usize> LaneRk4<W> {
-    /// Steps per period of the model.
+    /// An engine with this number of steps per period of the model. Default: [`InstructionSet::Best`].
     pub fn new(steps: usize) -> Self {
         LaneRk4 { steps, set: InstructionSet::Best }
     }
-    /// Other instructions than the best.
+    /// The instruction set. Default: [`InstructionSet::Best`].
     pub fn instructions(self, set: InstructionSet) -> Self {
         LaneRk4 { set, ..self }
     }
-    /// Steps per period.
+    /// Steps per period of the model.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -98,7 +103,7 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
                     continue;
                 }
             };
-            // As many as there are lanes, of those that share them.
+            // Up to W runs that share lanes with the first one.
             let (mut runs, mut pending) = (vec![run], Vec::new());
             let mut drawn = std::mem::take(&mut waiting);
             let shares = |job: &Job<Machine<G>>| leader.model.shares_lanes_with(&job.model);
@@ -133,7 +138,7 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
     }
 }
 
-/// The table and the first run over it. `None`: cancelled.
+/// The table of a job and the job's run over it; `None` if cancelled.
 fn lead<G: Shape>(
     job: &Job<Machine<G>>,
     steps: usize,
@@ -144,14 +149,14 @@ fn lead<G: Shape>(
     Ok(table.map(|table| (table, run)))
 }
 
-/// A run that cannot be made: its line goes on with the next point.
+/// Stores the error of a run that cannot be made. Returns the next job of its line, if any.
 fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointError) -> Option<Job<M>> {
     source.put(index, Err(error));
     source.next(Some((index, &[])))
 }
 
-/// RK4 with a fixed number of steps per period for any periodic model, one run at a time over a table of all its drives. Otherwise as
-/// [`LaneRk4`].
+/// Engine for any periodic model: RK4 with a fixed number of steps per period, one run at a time over a table
+/// of all drives of the model. Edges are treated as by [`LaneRk4`].
 ///
 /// ```
 /// assert_eq!(gear_dynamics::sweep::TableRk4::new(4032).steps(), 4032);
@@ -162,11 +167,11 @@ pub struct TableRk4 {
 }
 
 impl TableRk4 {
-    /// Steps per period of the model.
+    /// An engine with this number of steps per period of the model.
     pub fn new(steps: usize) -> Self {
         TableRk4 { steps }
     }
-    /// Steps per period.
+    /// Steps per period of the model.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -215,7 +220,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
     }
 }
 
-/// Steps that go straight across edges meet no rigid stop.
+/// Refuses a model with a rigid stop: an impact needs a located edge, and fixed steps do not locate edges.
 fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
     match first_stop(model) {
         Some(contact) => Err(IntegrateError::StopNotLocated { contact }.into()),
@@ -223,12 +228,12 @@ fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
     }
 }
 
-/// What a lane needs of a job.
+/// The data of a job that its lane needs.
 struct Run {
     index: usize,
     start: State,
     period: f64,
-    /// The drives that are the lane's own.
+    /// The drives that differ from lane to lane; they are constant in time.
     constants: Vec<f64>,
 }
 
@@ -248,26 +253,28 @@ impl Run {
     }
 }
 
-/// The length of stretch `k` of a period: by the golden section, evenly spread about its mean without a pattern.
+/// Length of stretch `k` of a period in steps: 1 + round(2 (m - 1) frac(k/φ)), with mean m =
+/// max(floor(steps/[`LOOKS`]), 1) and golden ratio φ. The lengths are evenly distributed about m and do not
+/// repeat.
 fn irregular(steps: usize, k: f64) -> usize {
     let mean = (steps / LOOKS).max(1) as f64;
     1 + ((k * 0.618_033_988_749_894_9).fract() * 2.0 * (mean - 1.0)).round() as usize
 }
 
-/// A run in a lane.
+/// The run that occupies a lane.
 struct Slot {
     index: usize,
     track: Track,
 }
 
-/// Runs over one table.
+/// Runs over the same table.
 struct Batch<'a, M> {
     plan: &'a Plan,
     table: &'a Table,
     kinds: &'a [Kind],
     set: InstructionSet,
     shares: &'a dyn Fn(&Job<M>) -> bool,
-    /// Runs that need another table.
+    /// Jobs that need another table.
     waiting: &'a mut VecDeque<Job<M>>,
     source: &'a mut dyn Source<M>,
 }
@@ -277,7 +284,7 @@ impl<M: Periodic> Batch<'_, M> {
         Bundle::new(algebra, self.table, Meters::new(self.kinds, self.plan.layout.contacts))
     }
 
-    /// One run of any model.
+    /// One run of a model that need not be a [`Machine`].
     fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, run: &Run) {
         let mut bundle = self.bundle::<f64, _>(algebra);
         let mut slots = [Some(self.load(&mut bundle, 0, run))];
@@ -294,6 +301,7 @@ impl<M: Periodic> Batch<'_, M> {
         }
     }
 
+    /// Puts the start, the step and the constant drives of a run into a lane.
     fn load<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
         let (drives, State { q, v, .. }) = (bundle.u.len(), &run.start);
         for (u, x) in bundle.u[drives - run.constants.len()..].iter_mut().zip(&run.constants) {
@@ -306,7 +314,7 @@ impl<M: Periodic> Batch<'_, M> {
         Slot { index: run.index, track: Track::new(self.plan, q, v) }
     }
 
-    /// One period of all lanes. `false`: cancelled.
+    /// Advances all lanes by one period. Returns `false` if cancelled.
     fn period<S: Number, A: Algebra<S>>(
         &mut self,
         algebra: &A,
@@ -333,7 +341,8 @@ impl<M: Periodic> Batch<'_, M> {
         true
     }
 
-    /// What a period did to one lane. The state of a run that is over, if its line goes on.
+    /// Evaluates a period of one lane. If its run is over, stores the row or the error and returns the index
+    /// of the point and its last state (empty after an error).
     fn account<S: Number>(
         &mut self,
         bundle: &mut Bundle<S>,
@@ -364,7 +373,7 @@ impl<M: Periodic> Batch<'_, M> {
             }
             Next::Diverged => {
                 let Slot { index, track } = slot.take()?;
-                // Numbers that are none would slow the other lanes down.
+                // NaN or infinity in this lane would slow the other lanes down.
                 bundle.q.iter_mut().chain(&mut bundle.v).for_each(|x| x.set_lane(lane, 0.0));
                 self.source.put(index, Err(PointError::Diverged { period: track.periods }));
                 Some((index, Vec::new()))
@@ -374,7 +383,7 @@ impl<M: Periodic> Batch<'_, M> {
 }
 
 impl<G: Shape> Batch<'_, Machine<G>> {
-    /// Runs of machines, each lane refilled as it finishes.
+    /// Runs of machines. A lane whose run is over takes the next job that shares lanes; other jobs wait.
     fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[Run]) {
         let mut bundle = self.bundle::<S, _>(algebra);
         let mut slots: Vec<Option<Slot>> = (0..S::WIDTH).map(|_| None).collect();
@@ -407,6 +416,7 @@ impl<G: Shape> Batch<'_, Machine<G>> {
         }
     }
 
+    /// As [`load`](Batch::load); counts the point if it runs alone.
     fn load_one<S: Number>(&mut self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
         if S::WIDTH == 1 {
             self.source.alone(1);

@@ -2,7 +2,7 @@
 
 use crate::analysis::returns::{Ranges, is_own_multiple};
 use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
-use crate::sweep::rows::table::Layout;
+use crate::sweep::rows::layout::Layout;
 
 /// What a sweep asks of each run.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! The results of an ensemble.
 
 use crate::error::ParameterError;
-use crate::sweep::ensembles::members::Ensemble;
 use crate::sweep::ensembles::moments::Distribution;
 use crate::sweep::error::PointError;
 
@@ -24,9 +23,11 @@ pub(crate) struct Seen {
 /// }
 /// let family = |member: u64| Ok::<_, ParameterError>((Fall(member as f64), State::at_rest(1)));
 /// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
-/// let end = bands.at("q1", 2)?;
 /// // q = -g t²/2 with g = 0 .. 4: RK4 is exact on a parabola.
-/// assert_eq!((bands.times()[2], end.min(), end.mean()), (2.0, -8.0, -4.0));
+/// assert_eq!(
+///     (bands.times()[2], bands.at("q1", 2)?.min(), bands.at("q1", 2)?.mean()),
+///     (2.0, -8.0, -4.0)
+/// );
 /// assert!((bands.band("q1", 0.5)?[1] + 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -47,13 +48,13 @@ pub struct Bands {
 }
 
 impl Bands {
-    pub(crate) fn new(ensemble: &Ensemble) -> Self {
+    pub(crate) fn new(times: &[f64], channels: &[String], peaks: &[String]) -> Self {
         Bands {
-            times: ensemble.times.clone(),
-            names: ensemble.channels.clone(),
-            values: vec![Distribution::new(); ensemble.channels.len() * ensemble.times.len()],
-            peak_names: ensemble.peaks.clone(),
-            peaks: vec![Distribution::new(); ensemble.peaks.len()],
+            times: times.to_vec(),
+            names: channels.to_vec(),
+            values: vec![Distribution::new(); channels.len() * times.len()],
+            peak_names: peaks.to_vec(),
+            peaks: vec![Distribution::new(); peaks.len()],
             impacts: Vec::new(),
             convergence: Vec::new(),
             members: 0,
@@ -126,12 +127,13 @@ impl Bands {
     /// The distribution of the peak of a channel: the maximum of |x| over a run.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`] for a channel that was not requested by [`peaks`](Ensemble::peaks).
+    /// [`ParameterError::NoSuchChannel`] for a channel that was not requested by
+    /// [`peaks`](crate::sweep::Ensemble::peaks).
     pub fn peak(&self, channel: &str) -> Result<&Distribution, ParameterError> {
         Ok(&self.peaks[index(&self.peak_names, channel)?])
     }
     /// The distribution of the number of impacts of contact `i` in a run; `None` without
-    /// [`rattle`](Ensemble::rattle) or without such a contact.
+    /// [`rattle`](crate::sweep::Ensemble::rattle) or without such a contact.
     pub fn impacts(&self, i: usize) -> Option<&Distribution> {
         self.impacts.get(i)
     }

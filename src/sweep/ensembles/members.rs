@@ -1,4 +1,4 @@
-//! Many members of a random model, reduced as they come.
+//! The members of a random model, reduced to distributions as they finish.
 
 use crate::analysis::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
@@ -19,10 +19,13 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
 use thiserror::Error;
 
-/// Members of a random model: its channels over time and its impacts, seen once for each member and never stored.
+/// Runs many members of a random model and keeps the distributions of channels, peaks and impact counts. The
+/// runs themselves are not stored.
 ///
-/// A member is a function of its number: a [`Held`](crate::drives::Held) process [with that member](crate::drives::HeldProcess::with_member), parameters
-/// [drawn for it](crate::sweep::RandomParameters), or both. What comes out does not depend on threads; memory does not depend on the number of members.
+/// A member is a function of its number: a [`Held`](crate::drives::Held) process [with that
+/// member](crate::drives::HeldProcess::with_member), parameters [drawn for
+/// it](crate::sweep::RandomParameters), or both. The results do not depend on the number of threads. The
+/// memory does not depend on the number of members.
 ///
 /// ```
 /// use gear_dynamics::{sweep::Ensemble, Model, ParameterError, Rk4, State};
@@ -31,9 +34,12 @@ use thiserror::Error;
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -self.0 * q[0]; }
 /// }
-/// let family = |member: u64| Ok::<_, ParameterError>((Spring(1.0 + 0.01 * member as f64), State::new(0.0, &[1.0], &[0.0])));
+/// let family = |member: u64| {
+///     Ok::<_, ParameterError>((Spring(1.0 + 0.01 * member as f64), State::new(0.0, &[1.0], &[0.0])))
+/// };
 /// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q1"]).run(&Rk4::new(0.05), family)?;
-/// assert!((bands.at("q1", 4)?.mean() - 0.52).abs() < 0.01); // near cos 1, the springs being stiffer
+/// // A little below cos 1 = 0.54, since the stiffnesses are 1 to 1.09.
+/// assert!((bands.at("q1", 4)?.mean() - 0.52).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -50,41 +56,45 @@ pub struct Ensemble {
 /// ```
 /// use gear_dynamics::sweep::{EnsembleError, PointError};
 /// let error = EnsembleError::AllFailed { members: 3, first: PointError::Model("no torque".into()) };
-/// assert_eq!(error.to_string(), "all of 3 members failed, the first one: no model: no torque");
+/// assert_eq!(error.to_string(), "all 3 members failed; error of member 0: no model: no torque");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    /// A channel that the model does not have, a number that cannot be used.
+    /// A channel that the model does not have, or too many distributions.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// No member came to its end.
-    #[error("all of {members} members failed, the first one: {first}")]
+    /// No member reached the end time.
+    #[error("all {members} members failed; error of member 0: {first}")]
     AllFailed {
-        /// How many there were.
+        /// Number of members.
         members: u64,
-        /// Why member 0 did.
+        /// Error of member 0.
         first: PointError,
     },
-    /// Cancelled before a member was done.
-    #[error("cancelled before one of {members} members was done")]
+    /// The ensemble was cancelled before any member finished.
+    #[error("the ensemble was cancelled before any of its {members} members finished")]
     Cancelled {
-        /// How many there were.
+        /// Number of members.
         members: u64,
     },
 }
 
-/// For each thread, members that are run before all are added up, in the order of their numbers: sums do not depend on threads.
+/// Maximum number of members per thread in one batch. The results of a batch are added in the order of the
+/// member numbers, so that sums do not depend on the number of threads.
 const WAITING: u64 = 128;
 
-/// Most members: more than an hour at a microsecond each.
+/// Maximum number of members: more than an hour of computing at 1 µs each.
 const MOST_MEMBERS: u64 = u32::MAX as u64;
 
-/// Most distributions, a channel at a time each: two gigabytes when all are full.
+/// Maximum number of distributions, channels × spans: two gigabytes if all their bins are in use.
 const MOST_FIGURES: usize = 1 << 18;
 
 impl Ensemble {
-    /// Members 0, 1, ... from time 0 to `end`, seen at `spans + 1` equally spaced times.
+    /// Members 0, 1, ... from time 0 to `end`, sampled at `spans + 1` equally spaced times, both ends
+    /// included.
+    ///
+    /// Default: no channels, no peaks, no impacts.
     ///
     /// # Errors
     /// No members or more than 2³² - 1; no spans or more than 2¹⁸; an end that is not positive and finite.
@@ -113,24 +123,24 @@ impl Ensemble {
             rattle: false,
         })
     }
-    /// Channels whose distribution at every time is wanted: at most 2¹⁸ distributions.
+    /// Requests the distribution of these channels at every time. Maximum: channels × spans = 2¹⁸.
     pub fn channels(self, names: &[&str]) -> Self {
         Ensemble { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
-    /// Channels of which the distribution of the largest magnitude in a run is wanted: that of the whole run, found inside the steps as by
-    /// [`Statistics`], not among the times.
+    /// Requests the distribution of the peak of these channels: the maximum of |x| over the whole run, found
+    /// inside the steps by [`Statistics`], not among the sampled times.
     pub fn peaks(self, names: &[&str]) -> Self {
         Ensemble { peaks: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
-    /// The distribution of the impacts of each contact is wanted.
+    /// Requests the distribution of the number of impacts of each contact.
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
 
-    /// Runs all members; the family gives each its model and its start, at time 0.
+    /// Runs all members. `family` maps a member number to the model and its start, which must be at time 0.
     ///
     /// # Errors
-    /// [`EnsembleError`].
+    /// [`EnsembleError`]. A member that fails is counted by [`Bands::failed`] if another one succeeds.
     pub fn run<M, I, X>(
         &self,
         solver: &I,
@@ -144,10 +154,11 @@ impl Ensemble {
         self.run_watched(solver, family, &Monitor::new())
     }
 
-    /// The same with somebody looking on, after every member; there are no rows to show. When cancelled, the members done so far make the result.
+    /// As [`run`](Ensemble::run), with a [`Monitor`] that is informed after every member; it gets no rows.
+    /// After cancelling, the result holds the members that finished.
     ///
     /// # Errors
-    /// [`EnsembleError`].
+    /// As [`run`](Ensemble::run); [`EnsembleError::Cancelled`] if no member finished.
     pub fn run_watched<M, I, X>(
         &self,
         solver: &I,
@@ -173,17 +184,17 @@ impl Ensemble {
                     None
                 }
             });
-        // A name that the first model does not have is a mistake of the whole.
+        // A channel that the first model does not have is an error of the whole ensemble.
         if let Some(model) = &model {
             let probe = Probe::new(model);
             self.channels.iter().chain(&self.peaks).try_for_each(|name| probe.index(name).map(|_| ()))?;
         } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
-        let mut bands = Bands::new(self);
+        let mut bands = Bands::new(&self.times, &self.channels, &self.peaks);
         let (mut next, shown) = (0, AtomicUsize::new(0));
         while next < self.members && !watch.is_cancelled() {
-            // Few members with many figures wait as long as many with few.
+            // The more distributions, the fewer members a batch: this bounds the memory of their results.
             let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
             let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
             let run = |member| {
@@ -213,7 +224,7 @@ impl Ensemble {
         }
     }
 
-    /// One member, or nothing when cancelled.
+    /// The results of one member; `None` if cancelled.
     fn member<M: Model, I: Integrator, X: Display>(
         &self,
         solver: &I,
@@ -228,7 +239,7 @@ impl Ensemble {
             return Err(PointError::Start(ParameterError::OutOfRange {
                 name,
                 value,
-                allowed: "0: members begin at time 0",
+                allowed: "[0, 0]: every member starts at time 0",
             }));
         }
         let mut probe = Probe::new(&model);
@@ -258,7 +269,7 @@ impl Ensemble {
                 look(*t, Side::Before, &y);
                 left = rest;
             }
-            // Neither stops a run.
+            // Neither statistics nor rattle stop a run.
             if !peaks.is_empty() {
                 let _ = statistics.step(step);
             }

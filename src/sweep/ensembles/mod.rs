@@ -1,5 +1,6 @@
-//! Ensembles: many members of a random model.
+//! Random models: ensembles, distributions, random parameters, Sobol indices.
 
 pub(crate) mod bands;
 pub(crate) mod members;
 pub(crate) mod moments;
+pub(crate) mod sobol;

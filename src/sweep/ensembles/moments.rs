@@ -1,25 +1,31 @@
-//! What is kept of a random number that is seen many times.
+//! The distribution of a random number, in constant memory.
 
 use crate::error::{ParameterError, check};
 use std::collections::VecDeque;
 
-/// Values kept as they are, before they are sorted into bins.
+/// Number of values at which the values kept so far are sorted into bins.
 const PILOT: usize = 512;
 
-/// Bins at the most, and over the range of the pilot at the least.
+/// Maximum number of bins.
 const BINS: usize = 1024;
 
+/// Minimum number of bins over the range of the first [`PILOT`] values.
 const LEAST: usize = 256;
 
-/// Values beyond this size are squared in a unit of their own, a power of two.
+/// From the first value above this magnitude, deviations are multiplied by [`LARGE_UNIT`] before they are
+/// squared.
 const LARGE: f64 = 1e140;
 
+/// 2⁻⁶⁰⁰.
 const LARGE_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 
-/// Count, mean, variance, extremes and quantiles of a number that is seen once for every member, in a memory that does not grow with their
-/// number: up to 512 values are kept; from then on they are counted in at most 1024 bins, whose width doubles as often as a value asks for it,
-/// so that a quantile is off by a bin at the most ([`resolution`](Distribution::resolution)), 1/256 of the range of all values. Values that are
-/// not finite are [counted apart](Distribution::not_finite).
+/// Count, mean, variance, extremes and quantiles of a number of which one value is added for every member.
+/// The memory does not grow with the number of values.
+///
+/// The first 511 values are kept. From the 512th on, all values are counted in at most 1024 bins. The bin
+/// width doubles whenever a value needs more bins. A quantile is then accurate to one bin width
+/// ([`resolution`](Distribution::resolution)), which is at most 1/256 of the range of all values. Values that
+/// are not finite are [counted separately](Distribution::not_finite).
 ///
 /// ```
 /// use gear_dynamics::sweep::Distribution;
@@ -37,15 +43,16 @@ pub struct Distribution {
     mean: f64,
     /// Σ ((x - mean) unit)².
     square: f64,
-    /// 1 unless a value is so large that its square overflows.
+    /// 1, or 2⁻⁶⁰⁰ after a value so large that its square might overflow.
     unit: f64,
     min: f64,
     max: f64,
     pilot: Vec<f64>,
-    /// Bin i holds the x with floor(x/width) = first + i.
+    /// Bin i counts the values x with floor(x/width) = first + i.
     bins: VecDeque<u64>,
     first: f64,
-    /// A power of two, so that two bins are one of twice the width, to the bit; 0 while all values are kept.
+    /// A power of two, so that two bins merge into one of twice the width without rounding; 0 while all
+    /// values are kept.
     width: f64,
 }
 
@@ -56,7 +63,7 @@ impl Default for Distribution {
 }
 
 impl Distribution {
-    /// Nothing seen yet.
+    /// A distribution without values.
     pub fn new() -> Self {
         Distribution {
             count: 0,
@@ -73,14 +80,17 @@ impl Distribution {
         }
     }
 
-    /// Of given values.
+    /// The distribution of given values.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut all = Distribution::new();
         values.into_iter().for_each(|x| all.add(x));
         all
     }
 
-    /// Sees a value. Mean and variance by Welford's recurrence.
+    /// Adds a value. Mean and sum of squares by Welford's recurrence, with n the new count and m' the new
+    /// mean:
+    ///
+    /// m' = m + (x - m)/n,   S' = S + (x - m)(x - m')
     pub fn add(&mut self, x: f64) {
         if !x.is_finite() {
             self.not_finite += 1;
@@ -105,17 +115,19 @@ impl Distribution {
         }
     }
 
+    /// Sorts the kept values into bins. The width is the largest power of two up to range/[`LEAST`].
     fn sort_in(&mut self) {
-        // Not below what numbers of this size can resolve.
+        // Bins narrower than 1e-12 of the largest magnitude would only resolve rounding.
         let resolved = 1e-12 * self.max.abs().max(self.min.abs());
         let wanted = (self.max / LEAST as f64 - self.min / LEAST as f64).max(resolved).max(f64::MIN_POSITIVE);
-        // The largest power of two that is not above it.
+        // The largest power of two that is not above `wanted`: its exponent bits alone.
         self.width = f64::from_bits(wanted.to_bits() & f64::INFINITY.to_bits());
         for x in std::mem::take(&mut self.pilot) {
             self.bin(x);
         }
     }
 
+    /// Counts a value in bin floor(x/width), after doubling the width until at most [`BINS`] bins are needed.
     fn bin(&mut self, x: f64) {
         let mut place = (x / self.width).floor();
         if self.bins.is_empty() {
@@ -135,11 +147,12 @@ impl Distribution {
         self.bins[(place - self.first) as usize] += 1;
     }
 
+    /// Number floor(x/width) of the last bin.
     fn last(&self) -> f64 {
         self.first + self.bins.len().max(1) as f64 - 1.0
     }
 
-    /// Makes one bin of every two.
+    /// Merges the bins in pairs (2k, 2k + 1) and doubles the width.
     fn double(&mut self) {
         let first = (0.5 * self.first).floor();
         let odd = usize::from(self.first > 2.0 * first);
@@ -150,26 +163,28 @@ impl Distribution {
         (self.bins, self.first, self.width) = (wide, first, 2.0 * self.width);
     }
 
-    /// Finite values seen: all figures are of these.
+    /// Number n of finite values. All other figures are of these values.
     pub fn count(&self) -> u64 {
         self.count
     }
-    /// Values seen that are infinite or not a number, such as those of a [column](crate::sweep::Rows::column) where a point failed.
+    /// Number of values that are infinite or NaN, such as those of a [column](crate::sweep::Rows::column)
+    /// where a point failed.
     pub fn not_finite(&self) -> u64 {
         self.not_finite
     }
-    /// Mean; not a number with no values.
+    /// Mean; NaN without values.
     pub fn mean(&self) -> f64 {
         if self.count > 0 { self.mean } else { f64::NAN }
     }
-    /// Σ (x - mean)²/(n - 1) in the unit of the squares.
+    /// unit² Σ (x - mean)²/(n - 1); 0 with fewer than two values.
     fn scaled_variance(&self) -> f64 {
         if self.count > 1 { self.square / (self.count - 1) as f64 } else { 0.0 }
     }
-    /// Σ (x - mean)²/(n - 1).
+    /// Variance Σ (x - mean)²/(n - 1); 0 with fewer than two values.
     ///
     /// # Errors
-    /// [`ParameterError::Overflow`] for values so far apart that it is beyond the largest number; their mean and its standard error are not.
+    /// [`ParameterError::Overflow`] for values so far apart that the variance exceeds the largest `f64`. Mean
+    /// and standard error are still finite then.
     pub fn variance(&self) -> Result<f64, ParameterError> {
         check::representable(
             "variance",
@@ -177,7 +192,7 @@ impl Distribution {
             &[self.min, self.max],
         )
     }
-    /// Standard error of the mean; infinite with fewer than two values.
+    /// Standard error of the mean, √(variance/n); infinite with fewer than two values.
     pub fn standard_error(&self) -> f64 {
         if self.count > 1 {
             (self.scaled_variance() / self.count as f64).sqrt() / self.unit
@@ -185,27 +200,30 @@ impl Distribution {
             f64::INFINITY
         }
     }
-    /// The mean with `z` standard errors either side: z = 1.96 holds the true mean 19 times in 20.
+    /// The interval mean ± z standard errors. For z = 1.96 it contains the true mean in 95 % of the cases.
     pub fn confidence(&self, z: f64) -> [f64; 2] {
         [self.mean() - z * self.standard_error(), self.mean() + z * self.standard_error()]
     }
-    /// Least value.
+    /// Minimum; +∞ without values.
     pub fn min(&self) -> f64 {
         self.min
     }
-    /// Largest value.
+    /// Maximum; -∞ without values.
     pub fn max(&self) -> f64 {
         self.max
     }
-    /// How far a quantile may be off: 0 while all values are kept.
+    /// Maximum error of a quantile: the bin width, or 0 while all values are kept.
     pub fn resolution(&self) -> f64 {
         self.width
     }
 
-    /// The value below which a share `p` of all lies.
+    /// Quantile: the value below which a share `p` of all values lies.
+    ///
+    /// While all values are kept: linear interpolation at place p (n - 1) of the sorted values, counted from
+    /// 0. With bins: linear interpolation within the bin in which the count reaches p n.
     ///
     /// # Errors
-    /// A share outside [0, 1], and no values.
+    /// A share outside [0, 1]; no values.
     pub fn quantile(&self, p: f64) -> Result<f64, ParameterError> {
         if !(0.0..=1.0).contains(&check::finite("share of a quantile", p)?) {
             return Err(ParameterError::OutOfRange {
@@ -223,7 +241,7 @@ impl Distribution {
             let at = p * (sorted.len() - 1) as f64;
             let (below, above) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
             let apart = above - below;
-            // Values of either sign near the largest number.
+            // The difference of two values of opposite sign near the largest `f64` overflows.
             let between =
                 if apart.is_finite() { apart * at.fract() } else { above * at.fract() - below * at.fract() };
             return Ok(below + between);
@@ -241,8 +259,9 @@ impl Distribution {
         Ok(self.max)
     }
 
-    /// Counts over `spans` equal spans between the extremes, with the middle of each span; which span a value falls in is known to the width
-    /// of a bin.
+    /// Histogram over `spans` equal spans from minimum to maximum: (middle of the span, number of values in
+    /// it). Binned values count at the middle of their bin, so a value may be assigned to a span up to half a
+    /// bin width away.
     ///
     /// # Errors
     /// No spans or more than 2²⁴; no values.

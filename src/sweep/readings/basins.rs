@@ -1,11 +1,12 @@
-//! Which motions the rows of a sweep ended on.
+//! The motions on which the runs of a sweep ended: attractors and their basins.
 
 use crate::error::check;
 use crate::sweep::error::SweepError;
 use crate::sweep::rows::row::Row;
 use crate::sweep::rows::table::Rows;
 
-/// The motions on which runs ended, told apart by their strobed states: basins of attraction, when the points of the sweep are starts.
+/// The motions on which the runs of a sweep ended, distinguished by their strobed states. If the points of
+/// the sweep are starts, the labels are the basins of attraction.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
@@ -27,7 +28,7 @@ pub struct Attractors {
     list: Vec<Attractor>,
 }
 
-/// One motion.
+/// One motion on which runs ended.
 ///
 /// ```
 /// let one = gear_dynamics::sweep::Attractor { period: Some(1), states: vec![vec![0.0, 1.0]], rows: 12 };
@@ -35,28 +36,33 @@ pub struct Attractors {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attractor {
-    /// Periods after which it repeats; all motions that do not are put together as one.
+    /// Periods after which the motion repeats. All motions that do not repeat are one attractor with `None`.
     pub period: Option<usize>,
-    /// Its strobed states, coordinates then velocities; none when it does not repeat.
+    /// One strobed state for each period, coordinates then velocities; empty if the motion does not repeat.
     pub states: Vec<Vec<f64>>,
-    /// How many rows ended on it.
+    /// Number of rows that ended on this motion.
     pub rows: usize,
 }
 
 impl Attractors {
-    /// Of rows with strobed states; two motions are the same when some shift in time brings their states within `tolerance`, in units of the
-    /// largest coordinate and the largest velocity of all.
+    /// The attractors of rows with strobed states.
+    ///
+    /// Two motions of p periods with strobed states a_k and b_k are the same if a shift s < p exists with max
+    /// |a_k - b_(k + s mod p)|/scale ≤ `tolerance` for all k. The scale of a coordinate is the maximum
+    /// |coordinate| of all strobed states, that of a velocity the maximum |velocity|. A motion with more
+    /// periods than strobed states counts as one that does not repeat.
     ///
     /// # Errors
-    /// [`SweepError::Setting`] when no strobed states were asked for; a tolerance that is not positive and finite.
+    /// [`SweepError::Setting`] if the rows have no strobed states; a tolerance that is not positive and
+    /// finite.
     pub fn of(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
         check::positive("tolerance of one motion", tolerance)?;
-        // Without any row there is no motion, whatever was asked for.
+        // No rows, no motions: not an error.
         if rows.layout.strobes == 0 && rows.iter().next().is_some() {
             return Err(SweepError::Setting {
                 name: "strobe",
                 value: 0.0,
-                allowed: "at least the longest period to be told apart",
+                allowed: "at least the number of periods of the longest orbit",
             });
         }
         let n = rows.layout.dof;
@@ -101,7 +107,8 @@ impl Attractors {
     pub fn list(&self) -> &[Attractor] {
         &self.list
     }
-    /// On which motion the row of point `index` ended, if it has a row.
+    /// Index in [`list`](Attractors::list) of the motion on which the row of point `index` ended; `None` if
+    /// the point has no row.
     pub fn label(&self, index: usize) -> Option<usize> {
         index.checked_sub(self.first).and_then(|place| self.labels.get(place).copied().flatten())
     }

@@ -1,4 +1,4 @@
-//! Bifurcation diagrams, up and down.
+//! Bifurcation diagrams along increasing and decreasing index of the axis.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
@@ -7,15 +7,18 @@ use crate::sweep::error::SweepError;
 use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::row::Row;
 use crate::sweep::rows::table::Rows;
-use crate::sweep::schedule::sweep::{Sweep, WarmStart};
 use crate::sweep::settings::points::Point;
+use crate::sweep::settings::sweep::Sweep;
+use crate::sweep::settings::sweep::WarmStart;
 use std::fmt::Display;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
 
-/// A bifurcation diagram: a sweep over one parameter, up and down, each run starting from where the one before it ended.
+/// A bifurcation diagram: a sweep over one parameter along the axis (up) and back (down). Each run starts
+/// from the state in which the previous one ended.
 ///
-/// How long to settle and to draw, how closely a motion has to return, exponents: all that is the [`Sweep`]'s to say.
+/// Settling periods, measured periods, the tolerance of a periodic motion and Lyapunov exponents are settings
+/// of the [`Sweep`].
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
@@ -37,19 +40,20 @@ pub struct Bifurcation {
 }
 
 impl Bifurcation {
-    /// Draws a coordinate or velocity (`q1`, `v1`, ...) once in every measured period.
+    /// Samples a coordinate or velocity (`q1`, `v1`, ...) once per measured period.
     pub fn strobed(sweep: Sweep, channel: &str) -> Self {
         Bifurcation { sweep, channel: channel.into(), strobed: true }
     }
-    /// Draws the least and the largest value of a channel in every measured period.
+    /// Takes the minimum and the maximum of a channel in every measured period.
     pub fn extremes(sweep: Sweep, channel: &str) -> Self {
         Bifurcation { sweep, channel: channel.into(), strobed: false }
     }
 
-    /// Runs up and down; the first run of each way starts from `start`.
+    /// Runs both branches, up and down. The first run of each branch starts from `start`.
     ///
     /// # Errors
-    /// As [`Sweep::run`]; a sweep over more than one parameter; for strobed values a channel that is no coordinate or velocity.
+    /// As [`Sweep::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
+    /// coordinate or velocity.
     pub fn run<M, E, X, Y>(
         &self,
         engine: &E,
@@ -65,8 +69,8 @@ impl Bifurcation {
         self.run_watched(engine, family, start, &Monitor::new())
     }
 
-    /// The same with somebody looking on: progress is that of both ways together, rows are those of either way. When cancelled, the points done
-    /// so far make the diagram.
+    /// As [`run`](Bifurcation::run), with a [`Monitor`]. Its progress counts both branches together; it gets
+    /// the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
     /// As [`run`](Bifurcation::run).
@@ -96,7 +100,7 @@ impl Bifurcation {
         if !names.contains(&self.channel.as_str()) {
             names.push(&self.channel);
         }
-        // All measured periods are drawn.
+        // Strobed states of all measured periods: the sweep limits the count to these.
         let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
         let done = [const { AtomicUsize::new(0) }; 2];
         let way = |way: usize, carry: WarmStart| {
@@ -128,7 +132,7 @@ impl Bifurcation {
     }
 }
 
-/// Where `q1`, `v1`, ... stand in a state.
+/// The index of `q1`, `v1`, ... in a state.
 fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
     let names: Vec<String> =
         ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
@@ -136,25 +140,30 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
     place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
 }
 
-/// What is drawn at one value of the parameter, on one way.
+/// The values of a diagram at one value of the parameter, on one branch.
 ///
 /// ```
-/// let point = gear_dynamics::sweep::DiagramPoint { index: 0, parameter: 150.0, values: vec![1.0, 2.0], period: Some(2) };
+/// let point = gear_dynamics::sweep::DiagramPoint {
+///     index: 0,
+///     parameter: 150.0,
+///     values: vec![1.0, 2.0],
+///     period: Some(2),
+/// };
 /// assert_eq!(point.values.len(), 2);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiagramPoint {
-    /// Its place on the axis.
+    /// Index of the point on the axis, counted from 0.
     pub index: usize,
     /// The value of the parameter.
     pub parameter: f64,
-    /// What is drawn.
+    /// Strobed values, or minimum and maximum, of every measured period.
     pub values: Vec<f64>,
-    /// Periods after which the motion repeats, if it does.
+    /// Periods after which the motion repeats; `None` if it does not.
     pub period: Option<usize>,
 }
 
-/// A finished diagram.
+/// The result of a [`Bifurcation`]: the branches up and down.
 ///
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
@@ -176,21 +185,24 @@ pub struct Diagram {
 }
 
 impl Diagram {
-    /// What is drawn on the way along the axis, in its order, without the points that failed.
+    /// The branch along the axis, in its order, without the points that failed.
     pub fn up(&self) -> &[DiagramPoint] {
         &self.up
     }
-    /// What is drawn on the way back, in the order of the axis as well.
+    /// The branch back along the axis, also in the order of the axis, without the points that failed.
     pub fn down(&self) -> &[DiagramPoint] {
         &self.down
     }
-    /// All figures of both ways, with the errors of points that failed.
+    /// All figures of the branches up and down, with the errors of the points that failed.
     pub fn rows(&self) -> [&Rows; 2] {
         [&self.up_rows, &self.down_rows]
     }
 
-    /// The values of the parameter at which the two ways end on different motions: a value drawn on one of them lies farther from all values of
-    /// the other than this share of the range of the whole diagram. Nothing is claimed where it is [undecided](Diagram::undecided).
+    /// The values of the parameter at which the two branches end on different motions.
+    ///
+    /// The motions are different if a value x of one branch has min |x - y| > `tolerance` × (max - min) over
+    /// all values y of the other. Max and min are those of the whole diagram. [Undecided](Diagram::undecided)
+    /// values of the parameter are left out.
     ///
     /// # Errors
     /// A tolerance that is not positive and finite.
@@ -208,8 +220,8 @@ impl Diagram {
         Ok(self.decided().filter_map(differ).collect())
     }
 
-    /// The values of the parameter of which nothing can be said: neither way repeats (chaos, not settled, or a step too coarse for
-    /// [`periodic_within`](Sweep::periodic_within)), or one of them failed.
+    /// The values of the parameter at which hysteresis cannot be decided: neither branch repeats (chaos, not
+    /// settled, or a step too coarse for [`periodic_within`](Sweep::periodic_within)), or a branch failed.
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();
@@ -219,7 +231,7 @@ impl Diagram {
             .collect()
     }
 
-    /// Both ways at the places where at least one of them repeats.
+    /// The points of both branches at which at least one branch repeats.
     fn decided(&self) -> impl Iterator<Item = (&DiagramPoint, &DiagramPoint)> {
         let down = |a: &DiagramPoint| {
             self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i])

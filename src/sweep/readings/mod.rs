@@ -1,4 +1,4 @@
-//! What rows say together: attractors, bifurcation diagrams.
+//! Evaluation of all rows of a sweep: attractors, bifurcation diagrams.
 
 pub(crate) mod basins;
 pub(crate) mod bifurcation;

@@ -2,8 +2,9 @@
 
 use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::rows::hash::Hash;
-use crate::sweep::rows::table::{Layout, Rows};
-use crate::sweep::schedule::sweep::Sweep;
+use crate::sweep::rows::layout::Layout;
+use crate::sweep::rows::table::Rows;
+use crate::sweep::settings::sweep::Sweep;
 
 /// What every list of bytes begins with: name and version of the form.
 const MARK: u64 = u64::from_le_bytes(*b"gd-rows3");

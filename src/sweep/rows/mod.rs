@@ -2,5 +2,7 @@
 
 pub(crate) mod bytes;
 pub(crate) mod hash;
+pub(crate) mod layout;
+pub(crate) mod merge;
 pub(crate) mod row;
 pub(crate) mod table;

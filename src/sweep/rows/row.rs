@@ -182,3 +182,31 @@ impl Row<'_> {
             .collect())
     }
 }
+
+impl Rows {
+    /// Point `index`: its row, its error, or `None` if it was not reached or is not of this chunk.
+    pub fn row(&self, index: usize) -> Option<Result<Row<'_>, &PointError>> {
+        if !self.range.contains(&index) {
+            return None;
+        }
+        if let Some(error) = self.errors.get(&index) {
+            return Some(Err(error));
+        }
+        let place = index - self.range.start;
+        let stride = self.layout.stride();
+        self.done[place].then(|| Ok(Row { rows: self, index, data: &self.data[place * stride..][..stride] }))
+    }
+
+    /// All rows that were reached, in order.
+    pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
+        self.range.clone().filter_map(|index| self.row(index)?.ok())
+    }
+
+    /// One column over all points, NaN where a point has no row: for pictures and for [Sobol indices](crate::sweep::SobolDesign).
+    pub fn column(&self, of: impl Fn(&Row<'_>) -> f64) -> Vec<f64> {
+        self.range
+            .clone()
+            .map(|index| self.row(index).and_then(Result::ok).map_or(f64::NAN, |row| of(&row)))
+            .collect()
+    }
+}

@@ -1,4 +1,4 @@
 //! A sweep and how it is run.
 
 pub(crate) mod block;
-pub(crate) mod sweep;
+pub(crate) mod run;

@@ -1,4 +1,4 @@
-//! The points of a sweep: axes, grids, lists, random parameters.
+//! What is run: the points of a sweep and its settings.
 
 pub(crate) mod points;
-pub(crate) mod sobol;
+pub(crate) mod sweep;

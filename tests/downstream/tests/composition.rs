@@ -31,8 +31,11 @@ fn pair<N: Nonlinearity>(law: N) -> Machine<SpurPair<N>> {
     let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
     let shape = SpurPair(Mesh::new(stiffness, error, law));
-    Machine::with_constants(shape, &[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)])
-        .unwrap()
+    Machine::with_constants(
+        shape,
+        &[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)],
+    )
+    .unwrap()
 }
 
 fn rattling() -> Machine<SpurPair<Backlash>> {

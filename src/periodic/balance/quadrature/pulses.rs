@@ -2,10 +2,10 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
+use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::gauss::{drive_edges, nodes, panels};
 use crate::periodic::balance::quadrature::resolution::Drives;
-use crate::periodic::balance::series::amplitudes::sizes;
 use crate::periodic::balance::series::couplings::holds_pieces;
 use crate::periodic::balance::series::harmonics::Harmonics;
 

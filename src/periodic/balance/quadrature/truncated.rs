@@ -6,7 +6,7 @@ use crate::dual::Dual;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape};
-use crate::periodic::balance::equations::assembly::Layout;
+use crate::periodic::balance::series::assembly::Layout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::slope_series::Table;

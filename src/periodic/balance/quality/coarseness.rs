@@ -3,9 +3,10 @@
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::periodic::balance::equations::residual::{BalanceEquations, Method};
-use crate::periodic::balance::error::{BalanceError, BalanceNote};
+use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::note::BalanceNote;
+use crate::periodic::balance::orbit::AT_REST;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
-use crate::periodic::balance::series::amplitudes::AT_REST;
 use crate::periodic::balance::series::couplings::even;
 use crate::periodic::balance::series::transform::unpack;
 use crate::roots::factors::Factors;

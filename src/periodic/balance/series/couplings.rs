@@ -2,11 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Model, Periodic};
-use crate::model::rigid::rigid_motions;
-use crate::model::rigid_stops::first_stop;
+use crate::model::equations::{Jacobian, Periodic};
 use crate::model::slopes::Slopes;
-use crate::periodic::balance::error::BalanceError;
 
 /// How one acceleration depends on one coordinate or velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,20 +107,9 @@ pub(crate) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
-/// Motions of the whole that nothing holds.
-pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
-    let rigid = rigid_motions(model, model.period());
-    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
-}
-
 /// Whether a model offers held pieces.
 pub(crate) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);
     model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
-}
-
-/// No series holds velocities that jump.
-pub(crate) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
-    first_stop(model).map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

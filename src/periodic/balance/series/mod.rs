@@ -1,6 +1,6 @@
 //! Series and samples: orders, transforms, couplings, amplitudes.
 
-pub(crate) mod amplitudes;
+pub(crate) mod assembly;
 pub(crate) mod couplings;
 pub(crate) mod grid;
 pub(crate) mod harmonics;

@@ -1,10 +1,7 @@
 //! How large the coordinates of an orbit are: the scales of its unknowns.
 
-use crate::periodic::balance::orbit::FourierOrbit;
+use crate::periodic::balance::orbit::{AT_REST, FourierOrbit};
 use crate::roots::norms::largest;
-
-/// Coordinates smaller than this share of the largest rest.
-pub(crate) const AT_REST: f64 = 1e-6;
 
 /// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
 pub(crate) fn sizes(orbit: &FourierOrbit) -> Vec<f64> {

@@ -1,0 +1,145 @@
+//! What is read off an orbit: histories, contacts, the exact orbit beside it.
+
+use crate::error::{ParameterError, check};
+use crate::model::equations::{Periodic, State};
+use crate::ode::budget::{Budget, Meter};
+use crate::ode::integrator::Integrator;
+use crate::ode::trajectory::{Failed, Trajectory};
+use crate::periodic::balance::orbit::{FourierOrbit, hermite_extreme};
+use crate::periodic::balance::quadrature::resolution::samples_along;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
+use crate::periodic::balance::switching::contacts::ContactHistory;
+use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::switching::stencil::Stencil;
+use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::orbit::ShootingOrbit;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+impl FourierOrbit {
+    /// Projects a run onto harmonics: one span is integrated from `start`, which has to lie on a settled orbit, and transformed.
+    ///
+    /// # Errors
+    /// [`Failed`] if the integration fails, or `start` does not fit the model.
+    pub fn project<I: Integrator, M: Periodic + ?Sized>(
+        integrator: &I,
+        model: &M,
+        start: &State,
+        harmonics: &Harmonics,
+    ) -> Result<Self, Failed> {
+        let span = model.period() * harmonics.periods() as f64;
+        let (m, n) = (samples_for(harmonics.highest()), start.q.len());
+        if let Err(error) =
+            harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS))
+        {
+            return Err(Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(n, start.t)) });
+        }
+        let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
+        let run = integrator.sample(model, start, &times)?;
+        let mut transform = Transform::new(m);
+        let mut coefficients = vec![0.0; n * harmonics.unknowns()];
+        for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
+            let mut buffer: Vec<Complex64> = (0..m).map(|s| run.q(s)[j].into()).collect();
+            transform.analyse(&mut buffer);
+            for (i, &order) in harmonics.orders().iter().enumerate() {
+                // The run starts at some phase of the drives.
+                let turn = Complex64::cis(-TAU * (order as f64 * (start.t / span)).fract());
+                write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
+            }
+        }
+        Ok(FourierOrbit::of(harmonics, span, coefficients, n))
+    }
+
+    /// The orbit of the equation itself near this series, by multiple shooting: to 1e-12 of its range, with its monodromy. Its first
+    /// correction tells how far off the series was; above 0.1 there was no orbit near.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<ShootingOrbit, ShootingError> {
+        self.polish_within(model, &Budget::new())
+    }
+
+    /// The same within a budget of steps and time, all flows together.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn polish_within<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        budget: &Budget,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        self.polish_metered(&model, &budget.begin())
+    }
+
+    pub(crate) fn polish_metered(
+        &self,
+        model: &dyn Periodic,
+        meter: &Meter<'_>,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
+        Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
+    }
+
+    /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
+    ///
+    /// # Errors
+    /// More than 2²⁶ numbers.
+    pub fn history(&self, samples: usize) -> Result<Trajectory, ParameterError> {
+        let n = self.dof();
+        check::count("numbers of the history", &[samples, 2 * n], check::NUMBERS)?;
+        if samples == 0 {
+            return Ok(Trajectory::empty(n, 0.0));
+        }
+        let fine = samples.max(2 * self.harmonics.highest() + 1).div_ceil(samples.max(1)) * samples;
+        let mut z = vec![vec![Complex64::ZERO; fine]; n];
+        let mut transform = Transform::new(fine);
+        for (j, z) in z.iter_mut().enumerate() {
+            spread(self.coefficients(j), &self.harmonics, self.frequency(), z);
+            transform.synthesise(z);
+        }
+        let mut trajectory = Trajectory::empty(n, 0.0);
+        let mut y = vec![0.0; 2 * n];
+        for s in 0..samples {
+            let (at, t) = (s * (fine / samples), self.span * s as f64 / samples as f64);
+            for j in 0..n {
+                let rigid = self.mean_acceleration[j];
+                (y[j], y[n + j]) = (z[j][at].re + 0.5 * rigid * t * t, z[j][at].im + rigid * t);
+            }
+            trajectory.push(t, &y);
+        }
+        Ok(trajectory)
+    }
+
+    /// Highest less lowest value of coordinate j, extremes found between samples too.
+    ///
+    /// # Panics
+    /// If there is no coordinate j.
+    pub fn peak_to_peak(&self, j: usize) -> f64 {
+        let mut z = vec![Complex64::ZERO; samples_for(self.harmonics.highest())];
+        spread(self.coefficients(j), &self.harmonics, self.frequency(), &mut z);
+        Transform::new(z.len()).synthesise(&mut z);
+        let h = self.span / z.len() as f64;
+        let range = (0..z.len()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| {
+            let (a, b) = (z[s], z[(s + 1) % z.len()]);
+            let inner = if a.im * b.im < 0.0 { hermite_extreme(a, b, h) } else { a.re };
+            [low.min(a.re).min(inner), high.max(a.re).max(inner)]
+        });
+        range[1] - range[0]
+    }
+
+    /// What each contact does over one span: intervals on its pieces, with exact ends.
+    ///
+    /// # Errors
+    /// A model with another number of coordinates.
+    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Result<Vec<ContactHistory>, ParameterError> {
+        check::length("coordinates of the orbit", self.dof(), model.dof())?;
+        let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
+        grid.set(&self.coefficients);
+        let mut switching = Switching::new(model.contacts(), grid.samples());
+        switching.locate(&mut grid, Stencil::get());
+        Ok((0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
+    }
+}
