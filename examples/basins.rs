@@ -8,7 +8,7 @@ use gear_dynamics::contact::{Contact, PieceChoice};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
-use gear_dynamics::{Backlash, ParameterError, RattleState, Shape, State, Sweep};
+use gear_dynamics::{Backlash, Machine, ParameterError, RattleState, Shape, State, Sweep};
 use support::{Csv, Map, Outcome, gallery, maps};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance
@@ -120,7 +120,7 @@ fn main() -> Outcome<()> {
     let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
     for amplitude in amplitudes.values() {
         let share = |state: RattleState| {
-            let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.state(0) == state;
+            let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.rattle_state(0) == state;
             100.0 * rows.iter().filter(ends).count() as f64 / (COARSE * COARSE) as f64
         };
         let [none, one, both] =

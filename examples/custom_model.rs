@@ -57,7 +57,7 @@ fn main() -> Outcome<()> {
         let (mut rattle, mut statistics) = (Rattle::new(&idler), Statistics::new(&idler, &["deflection"])?);
         solver.run(&idler, &steady, 400.0, &mut (&mut rattle, &mut statistics))?;
         let (contact, d) = (rattle.contact(0), statistics.summary("deflection")?.peak_to_peak());
-        let (state, apart) = (contact.state(), contact.loss_fraction());
+        let (state, apart) = (contact.rattle_state(), contact.loss_fraction());
         println!("frequency {omega}: {state}, peak-to-peak {d:.4}, apart {:.1}%", 100.0 * apart);
         csv.row(&[&omega, &state, &d, &apart])?;
         let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800)?)?;

@@ -54,7 +54,7 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
     solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
     let contact = rattle.contact(0);
     Ok(Run {
-        state: contact.state(),
+        state: contact.rattle_state(),
         q: statistics.summary("q1")?,
         elastic: statistics.summary("elastic part")?,
         deflection: statistics.summary("deflection")?,
@@ -180,7 +180,7 @@ fn main() -> Outcome<()> {
         let runs = runs?;
         for (speed, run) in speeds.iter().zip(&runs) {
             let [p2p, f_p2p, deflection] = [run.q, run.elastic, run.deflection].map(|s| s.peak_to_peak());
-            let state = run.state as u8;
+            let state = run.state.rsv();
             csv.row(&[
                 &name,
                 speed,
@@ -196,7 +196,7 @@ fn main() -> Outcome<()> {
         }
         let curve =
             |of: &dyn Fn(&Run) -> f64| speeds.iter().zip(&runs).map(|(s, r)| (*s, of(r))).collect::<Vec<_>>();
-        states = states.with(name, Mark::Dots, curve(&|r| f64::from(r.state as u8)));
+        states = states.with(name, Mark::Dots, curve(&|r| f64::from(r.state.rsv())));
         ppv = ppv.with(name, Mark::Line, curve(&|r| r.q.peak_to_peak()));
         elastic = elastic.with(name, Mark::Line, curve(&|r| r.elastic.peak_to_peak()));
         deflection = deflection.with(name, Mark::Line, curve(&|r| r.deflection.peak_to_peak()));

@@ -6,7 +6,7 @@ mod support;
 
 use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row};
 use gear_dynamics::{
-    Integrator, NfgPair, NfgParams, ParameterError, Periodic, Rk4, State, Statistics, Sweep,
+    Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, State, Statistics, Sweep,
 };
 use std::time::Instant;
 use support::{Csv, Map, Outcome, gallery, maps, progress};
@@ -64,7 +64,7 @@ fn main() -> Outcome<()> {
         csv.row(&[
             &row.point()["omega_1"],
             &row.point()["load"],
-            &(row.state(0) as u8),
+            &(row.rattle_state(0).rsv()),
             &row.channel("q1")?.peak_to_peak(),
         ])?;
     }
@@ -84,11 +84,8 @@ fn main() -> Outcome<()> {
     let share = |of: &dyn Fn(&Row<'_>) -> bool| {
         100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64
     };
-    for state in 0..4 {
-        let name = rows.iter().find(|row| row.state(0) as u8 == state).map(|row| row.state(0).to_string());
-        if let Some(name) = name {
-            println!("{name:10} {:5.1}% of the points", share(&|row| row.state(0) as u8 == state));
-        }
+    for state in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral, RattleState::Floating] {
+        println!("{state:10} {:5.1}% of the points", share(&|row| row.rattle_state(0) == state));
     }
     println!(
         "sensitive  {:5.1}% of the points: chaos, or only just touching",
@@ -103,7 +100,7 @@ fn main() -> Outcome<()> {
         &[
             map(
                 "rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating",
-                rows.column(|row| f64::from(row.state(0) as u8)),
+                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
             ),
             map(
                 "log10 of the peak-to-peak of the deflection [m]",

@@ -15,7 +15,7 @@
 //!
 //! let mut rattle = Rattle::new(&pair);
 //! let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
-//! assert_eq!(rattle.contact(0).state(), RattleState::Bilateral);
+//! assert_eq!(rattle.contact(0).rattle_state(), RattleState::Bilateral);
 //! assert_eq!(turn.stats.crossings, 252);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

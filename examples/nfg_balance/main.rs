@@ -238,7 +238,7 @@ fn load_limits_of_p() -> Outcome<()> {
                     let Ok(next) = balance.solve_truncating_forces(&pair, &orbit) else {
                         return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
                     };
-                    match next.contacts(&pair)?[0].statistics.state() {
+                    match next.contacts(&pair)?[0].statistics.rattle_state() {
                         RattleState::Bilateral => {
                             return Ok((lost.unwrap_or(f64::NAN), load + STEP, "meets the back flank"));
                         }
@@ -494,7 +494,7 @@ fn main() -> Outcome<()> {
                             &reading,
                             &branch,
                             x,
-                            &(point.state as u8),
+                            &(point.state.rsv()),
                             &point.ppv,
                             &point.elastic,
                             &stable,
@@ -525,7 +525,7 @@ fn main() -> Outcome<()> {
                 };
                 let mark = || if *r == 0 { Mark::Line } else { Mark::Dots };
                 let name = format!("{reading} {branch}");
-                states = states.with(&name, mark(), curve(|p| f64::from(p.state as u8)));
+                states = states.with(&name, mark(), curve(|p| f64::from(p.state.rsv())));
                 ppv = ppv.with(&name, mark(), curve(|p| p.ppv));
                 elastic = elastic.with(&name, mark(), curve(|p| p.elastic));
             }

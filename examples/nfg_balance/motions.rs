@@ -91,7 +91,7 @@ pub fn broyden() -> Result<Balance, BalanceError> {
 pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     /// Hardly less than the true extremes: 500 in each period of the highest order.
     const SAMPLES: usize = 32_768;
-    let state = orbit.contacts(pair)?[0].statistics.state();
+    let state = orbit.contacts(pair)?[0].statistics.rattle_state();
     let elastic = Summary::of(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
     // Of the published equations linearised along the series: the paper gives none.
     let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
@@ -144,7 +144,7 @@ fn seen(
     stable: &'static str,
 ) -> Outcome<Point> {
     let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
-    Ok(Point { state: rattle.contact(0).state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
+    Ok(Point { state: rattle.contact(0).rattle_state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
 }
 
 pub fn on_cycle(pair: &NfgPair, cycle: &ShootingOrbit) -> Outcome<Point> {

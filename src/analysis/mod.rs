@@ -1,4 +1,4 @@
-//! What to read off a run: statistics, rattle, sections, spectra, the steady state.
+//! Evaluation of runs: statistics, rattle, Poincaré sections, spectra, settling to the steady state.
 
 pub(crate) mod quadrature;
 pub(crate) mod rattle;

@@ -1,4 +1,4 @@
-//! Rattle: whether, how often and on which flanks teeth meet.
+//! Rattle: contact times, impacts and rattle state of every contact.
 
 use crate::analysis::quadrature::GAUSS;
 use crate::contact::piece::Piece;
@@ -8,28 +8,40 @@ use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
-/// The rattle state of a mesh, numbered as rsv in Liu 2021; a mesh that never touches is floating.
+/// The rattle state of a mesh, numbered as rsv in Liu 2021. A mesh whose teeth never touch is floating.
 ///
 /// ```
 /// use gear_dynamics::RattleState;
-/// assert_eq!(RattleState::Bilateral as u8, 2);
+/// assert_eq!(RattleState::Bilateral.rsv(), 2);
 /// assert_eq!(RattleState::Unilateral.to_string(), "unilateral");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RattleState {
-    /// The teeth are never apart: one flank carries throughout or, without backlash, both in turn.
-    None = 0,
-    /// In the gap at times, one flank only.
-    Unilateral = 1,
-    /// Both flanks.
-    Bilateral = 2,
-    /// Never in contact.
-    Floating = 3,
+    /// The teeth never separate: one flank carries throughout or, without backlash, the flanks alternate.
+    None,
+    /// The teeth separate at times and touch on one flank only.
+    Unilateral,
+    /// The teeth touch on both flanks, with impacts.
+    Bilateral,
+    /// The teeth never touch.
+    Floating,
+}
+
+impl RattleState {
+    /// The number rsv of Liu 2021: 0 none, 1 unilateral, 2 bilateral. Floating, which the paper does not have, is 3.
+    pub fn rsv(self) -> u8 {
+        match self {
+            RattleState::None => 0,
+            RattleState::Unilateral => 1,
+            RattleState::Bilateral => 2,
+            RattleState::Floating => 3,
+        }
+    }
 }
 
 impl std::fmt::Display for RattleState {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
+        f.pad(match self {
             RattleState::None => "none",
             RattleState::Unilateral => "unilateral",
             RattleState::Bilateral => "bilateral",
@@ -38,29 +50,30 @@ impl std::fmt::Display for RattleState {
     }
 }
 
-/// What one contact did over a run.
+/// Contact times and impacts of one contact over a run.
 ///
 /// ```
 /// use gear_dynamics::{analysis::ContactStatistics, RattleState};
 /// let contact = ContactStatistics { time: [3.0, 1.0, 0.0], impacts: [5, 0] };
-/// assert_eq!((contact.state(), contact.loss_fraction()), (RattleState::Unilateral, 0.25));
+/// assert_eq!((contact.rattle_state(), contact.loss_fraction()), (RattleState::Unilateral, 0.25));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactStatistics {
-    /// Time on the lower flank, in the gap, on the upper flank.
+    /// Times on the lower flank, in the gap and on the upper flank, in the model's time unit.
     pub time: [f64; 3],
-    /// Impacts on the lower and on the upper flank: entries from the gap, if it has a width, and rebounds from rigid stops.
+    /// Number of impacts on the lower and on the upper flank. An impact is an entry from the gap, if the gap
+    /// has a width, or a rebound from a rigid stop.
     pub impacts: [u64; 2],
 }
 
 impl ContactStatistics {
-    /// The rattle state.
-    pub fn state(&self) -> RattleState {
+    /// The rattle state that follows from the times and the impacts.
+    pub fn rattle_state(&self) -> RattleState {
         let [lower, gap, upper] = self.time.map(|t| t > 0.0);
-        // Rigid stops are met without a time on them.
+        // A contact spends no time on a rigid stop: an impact shows that it touched.
         let [lower, upper] = [lower || self.impacts[0] > 0, upper || self.impacts[1] > 0];
         match (lower, upper, gap) {
-            // From flank to flank without an impact: there is no backlash.
+            // Both flanks without an impact: the mesh has no backlash.
             (true, true, _) if self.impacts == [0, 0] => RattleState::None,
             (true, true, _) => RattleState::Bilateral,
             (false, false, _) => RattleState::Floating,
@@ -68,27 +81,29 @@ impl ContactStatistics {
             (_, _, false) => RattleState::None,
         }
     }
-    /// Share of the time with the teeth apart.
+    /// Time in the gap over the total time `[1]`; 0 if the total time is 0.
     pub fn loss_fraction(&self) -> f64 {
         let total: f64 = self.time.iter().sum();
         if total > 0.0 { self.time[1] / total } else { 0.0 }
     }
-    /// Impacts on both flanks.
+    /// Number of impacts on both flanks together.
     pub fn impact_count(&self) -> u64 {
         self.impacts.iter().sum()
     }
 }
 
-/// Observes a run and keeps the rattle of every contact. With located edges the pieces are known exactly; otherwise each step is sampled.
-/// A mesh without backlash edges (a linear one) counts as in contact. Where a gap has no width, its flanks take over from one another without
-/// an impact.
+/// Observer that keeps the [`ContactStatistics`] of every contact of a run.
+///
+/// If the solver locates edges, the pieces are known exactly. Otherwise each step is sampled at five Gauss
+/// points. A mesh without backlash edges (a linear mesh) counts as in contact on its upper flank. If the gap
+/// has no width, a change of flank is not an impact.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let mut rattle = Rattle::new(&pair);
 /// Dop853::new().run(&pair, &pair.static_start()?, 0.1 * pair.period(), &mut rattle)?;
-/// assert_eq!(rattle.contact(0).state(), RattleState::None);
+/// assert_eq!(rattle.contact(0).rattle_state(), RattleState::None);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Rattle<'m, M: ?Sized> {
@@ -100,7 +115,7 @@ pub struct Rattle<'m, M: ?Sized> {
 }
 
 impl<'m, M: Model + ?Sized> Rattle<'m, M> {
-    /// Of all contacts of a model.
+    /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
         let contacts = model.contacts();
         let mut probe = Probe::new(model);
@@ -117,22 +132,23 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         }
     }
 
-    /// Contact `i`.
+    /// Statistics of contact `i`; the first contact is 0.
     ///
     /// # Panics
     /// If the model has no contact `i`.
     pub fn contact(&self, i: usize) -> ContactStatistics {
         self.contacts[i]
     }
-    /// All contacts.
+    /// Statistics of all contacts.
     pub fn contacts(&self) -> &[ContactStatistics] {
         &self.contacts
     }
 
-    /// Adds time on a piece; `closed`: the gap has no width there.
+    /// Adds a time on a piece to contact `i`, and an impact if the contact entered a flank.
+    /// `closed`: the gap has no width.
     fn count(&mut self, i: usize, piece: Piece, time: f64, closed: bool) {
         let last = self.last[i];
-        // A law without edges never separates, nor do teeth without backlash.
+        // A contact without edges never separates. In a gap without width a contact stays on its last flank.
         let piece = match piece {
             _ if self.edgeless[i] => Piece::Upper,
             Piece::Gap if closed => last.unwrap_or(Piece::Upper),
@@ -140,7 +156,7 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         };
         let contact = &mut self.contacts[i];
         contact.time[piece as usize] += time;
-        // From flank to flank there is an impact where a gap was passed unseen.
+        // A change from flank to flank is an impact if the gap has a width: it was passed between two samples.
         if last.is_some_and(|last| last != piece && (last == Piece::Gap || !closed)) {
             match piece {
                 Piece::Lower => contact.impacts[0] += 1,
@@ -151,7 +167,8 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         self.last[i] = Some(piece);
     }
 
-    /// Whether the gap of contact `i` has no width at the start of a step, and while the teeth are in it, at the end.
+    /// Whether the gap of contact `i` has no width at the start of a step. While the contact stands in the gap,
+    /// the gap must have no width at the end of the step either.
     fn is_closed(&mut self, i: usize, piece: Piece, step: &Step<'_>) -> bool {
         let start = self.probe.read_contacts(step.t0(), Side::After, step.q0(), step.v0())[i];
         if start.upper > start.lower {
@@ -167,7 +184,7 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
         let (t0, t1) = (step.t0(), step.t1());
         if let Some(pieces) = step.pieces() {
             for (i, &piece) in pieces.iter().enumerate() {
-                // The width of the gap counts where the piece changes.
+                // The width of the gap matters only if the piece changes.
                 let closed = self.last[i] != Some(piece) && self.is_closed(i, piece, step);
                 self.count(i, piece, t1 - t0, closed);
             }

@@ -1,4 +1,4 @@
-//! Named output channels, the same for every solver.
+//! Named output channels of a model.
 
 use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
@@ -6,14 +6,19 @@ use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Model};
 use crate::ode::step::Step;
 
-/// Where the limit of a channel at an edge is looked for first, as a share of the step; then ever further inside, up to the last share.
+/// First and last distance from an edge at which a channel is sampled for its limit there, as shares of the
+/// step.
 const LIMIT: [f64; 2] = [4e-15, 1e-3];
 
-/// Reads every channel of a model at one instant.
+/// Evaluates all channels of a model at one instant.
 ///
-/// Every model has its coordinates `q1`, `q2`, ... and velocities `v1`, ...; then `deflection`, `mesh force` and `contact` (1 touching, 0
-/// in the gap), numbered from 1 when there are several contacts; then [channels of its own](Model::channels). Coordinates, deflections
-/// and forces are in the units of the model and carry none of their own.
+/// The channels of a model, in order:
+/// - the coordinates `q1`, `q2`, ... and the velocities `v1`, `v2`, ...;
+/// - `deflection`, `mesh force` and `contact` (1 touching, 0 in the gap), numbered from 1 if there are
+///   several contacts;
+/// - the model's [own channels](Model::channels).
+///
+/// Coordinates, velocities, deflections and forces have the units of the model; their unit text is empty.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
@@ -31,12 +36,12 @@ pub struct Probe<'m, M: ?Sized> {
     drives: Vec<f64>,
     contacts: Vec<Contact>,
     values: Vec<f64>,
-    /// Values a little further inside a step.
+    /// Values at the farther of two points inside a step.
     inside: Vec<f64>,
 }
 
 impl<'m, M: Model + ?Sized> Probe<'m, M> {
-    /// All channels of a model.
+    /// A probe for all channels of a model.
     pub fn new(model: &'m M) -> Self {
         let (n, contacts) = (model.dof(), model.contacts());
         let mut channels: Vec<Channel> = (1..=n).map(|i| Channel::new(format!("q{i}"), "")).collect();
@@ -65,10 +70,10 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         &self.channels
     }
 
-    /// Where a channel stands.
+    /// Index of a channel in the values.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`], which lists the names there are.
+    /// [`ParameterError::NoSuchChannel`], which lists the channels of the model.
     pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
         self.channels.iter().position(|c| c.name == name).ok_or_else(|| ParameterError::NoSuchChannel {
             name: name.into(),
@@ -76,7 +81,7 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         })
     }
 
-    /// The values of all channels.
+    /// Evaluates all channels at `t`. `side`: the drives before or after a jump at `t`.
     pub fn read(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[f64] {
         self.read_contacts(t, side, q, v);
         let n = q.len();
@@ -91,26 +96,28 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         &self.values
     }
 
-    /// The values last read.
+    /// The values of the last evaluation; zeros before the first.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
-    /// The contacts last read.
+    /// The contacts of the last evaluation.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// The contacts alone.
+    /// Evaluates the contacts only.
     pub fn read_contacts(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[Contact] {
         self.model.drive(t, side, &mut self.drives);
         self.model.contact(&self.drives, q, v, &mut self.contacts);
         &self.contacts
     }
 
-    /// The values at `t` of a step, its ends seen from inside; `y` takes coordinates and velocities.
+    /// The values at the time `t` of a step. At the ends of the step they are the limits from inside it.
+    /// Coordinates and velocities at `t` are written to `y`.
     ///
-    /// At its edge a contact may lie a rounding beside the piece on which the step was made, and a force that jumps there reads wrong: the
-    /// values are then the limit from inside the step.
+    /// Rounding may put a contact on its edge beside the piece of the step; a force that jumps at the edge is
+    /// then wrong. In this case the values are extrapolated from inside the step: c(t) ≈ 2 c(t + δ) - c(t +
+    /// 2δ), with the smallest δ at which both samples lie on the pieces of the step.
     pub(crate) fn read_step(&mut self, step: &mut Step<'_>, t: f64, y: &mut [f64]) -> &[f64] {
         let side = if t == step.t1() { Side::Before } else { Side::After };
         self.read_at(step, t, side, y);
@@ -148,7 +155,7 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         self.read(t, side, q, v);
     }
 
-    /// Whether the contacts last read stand on the pieces of the step.
+    /// Whether the contacts of the last evaluation stand on the pieces of the step.
     fn on_pieces(&self, step: &Step<'_>) -> bool {
         step.pieces()
             .is_none_or(|pieces| pieces.iter().zip(&self.contacts).all(|(piece, c)| *piece == c.piece()))

@@ -110,6 +110,12 @@ pub enum PointError {
         /// Of the first one.
         expected: [usize; 2],
     },
+    /// No row and no error yet.
+    #[error("point {index} has no row: it was not run yet, or it belongs to another chunk")]
+    NotReached {
+        /// Which point of the sweep.
+        index: usize,
+    },
     /// An error read back from bytes.
     #[error("{0}")]
     Told(String),

@@ -118,7 +118,7 @@ fn coexisting_orbits_of_a_spur_pair() {
             assert_eq!(finish.stats.crossings as f64, number("crossings"));
             let expected =
                 if number("crossings") > 0.0 { RattleState::Unilateral } else { RattleState::None };
-            assert_eq!(contact.state(), expected);
+            assert_eq!(contact.rattle_state(), expected);
             assert_eq!(2 * contact.impact_count(), finish.stats.crossings);
         }
     }
@@ -136,7 +136,7 @@ fn rattle_without_located_edges() {
         .run(&model, &start, 10.0 * model.period(), &mut rattle)
         .unwrap();
     let contact = rattle.contact(0);
-    assert_eq!((contact.state(), contact.impact_count()), (RattleState::Unilateral, 10));
+    assert_eq!((contact.rattle_state(), contact.impact_count()), (RattleState::Unilateral, 10));
     assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
 }
 
@@ -275,7 +275,7 @@ fn winding_into_an_orbit_is_no_subharmonic() {
         let rows = sweep
             .run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start)
             .unwrap();
-        let multiple = rows.row(0).unwrap().unwrap().period_multiple();
+        let multiple = rows.get(0).unwrap().period_multiple();
         assert!(multiple.is_none() || multiple == Some(1), "{settle}: {multiple:?}");
     }
 }

@@ -221,7 +221,7 @@ fn reading_p_has_the_papers_coefficients() {
         println!("{} {} {:.1e}", params.speed, case["branch"], largest(&apart) / largest(&expected));
         assert!(largest(&apart) <= 1e-8 * largest(&expected), "{} {}", params.speed, case["branch"]);
         assert_eq!(
-            orbit.contacts(&pair).unwrap()[0].statistics.state() as u64,
+            orbit.contacts(&pair).unwrap()[0].statistics.rattle_state().rsv() as u64,
             case["rsv"].as_u64().unwrap()
         );
         assert!(orbit.is_doubtful(), "15 unknowns always carry a warning");
@@ -267,7 +267,7 @@ fn broyden_takes_the_known_counts() {
         .unwrap();
     let orbit = balance.clone().broyden(Broyden::new()).solve_truncating_forces(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
-    assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.state(), RattleState::Bilateral);
+    assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.rattle_state(), RattleState::Bilateral);
 }
 
 /// Table 2: amplitude ratios of mesh and centre frequency times one constant. The converged ratios are the recomputed ones with the constant

@@ -255,7 +255,7 @@ fn an_elastic_stop_keeps_the_energy() {
     assert_eq!(rattle.contact(0).impact_count() + rattle.contact(1).impact_count(), end.stats.crossings);
     assert_eq!((rattle.contact(0).impacts[0], rattle.contact(1).impacts[1]), (0, 0));
     assert_eq!(
-        (rattle.contact(0).state(), rattle.contact(0).loss_fraction()),
+        (rattle.contact(0).rattle_state(), rattle.contact(0).loss_fraction()),
         (RattleState::Unilateral, 1.0)
     );
     let lossy = solver.end(&Chain(Restitution::new(0.9).unwrap()), &start, 300.0).unwrap();

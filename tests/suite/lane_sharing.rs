@@ -42,14 +42,14 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
     let shares = [0.0, 0.01, 0.02, 0.03];
     let together = sweep(&shares);
     for (i, share) in shares.iter().enumerate() {
-        let (alone, row) = (sweep(&[*share]), together.row(i).unwrap().unwrap());
-        let alone = alone.row(0).unwrap().unwrap();
+        let (alone, row) = (sweep(&[*share]), together.get(i).unwrap());
+        let alone = alone.get(0).unwrap();
         for channel in ["q1", "deflection", "mesh force"] {
             assert_eq!(alone.channel(channel), row.channel(channel), "{what}, {channel}");
         }
         assert_eq!(alone.contact(0), row.contact(0), "{what}");
     }
-    let force = |i: usize| together.row(i).unwrap().unwrap().channel("mesh force").unwrap();
+    let force = |i: usize| together.get(i).unwrap().channel("mesh force").unwrap();
     assert_ne!(force(0), force(3), "{what} changes nothing");
 }
 

@@ -176,7 +176,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
                 part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
             let alone = run(Points::list(&["w"], &points).unwrap(), carry, engine, swing);
             for (row, index) in alone.iter().zip(part) {
-                assert_eq!(row.channel("q1"), rows.row(index).unwrap().unwrap().channel("q1"), "{index}");
+                assert_eq!(row.channel("q1"), rows.get(index).unwrap().channel("q1"), "{index}");
             }
         }
     }
@@ -270,8 +270,8 @@ fn a_check_counts_only_beside_its_row() {
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
-    assert!(matches!(rows.row(2).unwrap(), Err(PointError::Diverged { .. })));
-    let [first, next, last] = [0, 1, 3].map(|i| rows.row(i).unwrap().unwrap());
+    assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
+    let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
     // A few per cent, of which 16 samples in a period may miss (π/16)²/2 at each extreme: far from the value of a row that is not there.
     let q1 = first.channel("q1").unwrap();
     assert!(first.error("q1").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q1"));
@@ -287,16 +287,16 @@ fn a_check_that_fails_is_told() {
     };
     let sweep = along(5).settle(100).check_every(2);
     let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
-    let row = rows.row(2).unwrap().unwrap();
+    let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
     assert!(row.is_sensitive() && row.error("q1").is_none());
-    let [one, two, three, five] = [0, 1, 3, 4].map(|i| rows.row(i).unwrap().unwrap());
+    let [one, two, three, five] = [0, 1, 3, 4].map(|i| rows.get(i).unwrap());
     assert!(!one.is_sensitive() && !two.is_sensitive());
     let most = one.error("q1").unwrap().max(five.error("q1").unwrap());
     assert_eq!((two.error("q1"), three.error("q1")), (Some(most), Some(most)));
     let back = sweep.rows_from_bytes(&rows.to_bytes()).unwrap();
     assert_eq!(back.fingerprint(), rows.fingerprint());
-    let (told, error) = (back.row(2).unwrap().unwrap(), row.checked().unwrap().unwrap_err());
+    let (told, error) = (back.get(2).unwrap(), row.checked().unwrap().unwrap_err());
     assert_eq!(told.checked().unwrap().unwrap_err().to_string(), error.to_string());
 }
 
@@ -393,7 +393,7 @@ fn bytes_are_taken_whole_or_not_at_all() {
     let bytes = rows.to_bytes();
     let back = sweep.rows_from_bytes(&bytes).unwrap();
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), bytes.clone()));
-    assert_eq!(back.row(6).unwrap().unwrap_err().to_string(), "no model: odd");
+    assert_eq!(back.get(6).unwrap_err().to_string(), "no model: odd");
     assert!(matches!(sweep.rows_from_bytes(&[&bytes[..], &[0; 8]].concat()), Err(SweepError::Bytes { .. })));
     for place in 0..bytes.len() {
         assert!(matches!(sweep.rows_from_bytes(&bytes[..place]), Err(SweepError::Bytes { .. })), "{place}");
@@ -594,13 +594,10 @@ fn jumps_without_number() {
     };
     // More of them than a hundred thousand.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
-    let [often, once] = [&often, &once].map(|rows| rows.row(0).unwrap().unwrap().channel("q1").unwrap());
+    let [often, once] = [&often, &once].map(|rows| rows.get(0).unwrap().channel("q1").unwrap());
     // A jump is read 1e-6 of a step off.
     assert!((often.max - once.max).abs() < 1e-9 * once.max, "{often:?} {once:?}");
-    assert!(matches!(
-        run(16, 2.0 / 48.0).row(0).unwrap(),
-        Err(PointError::Table(TableError::EdgeOffGrid { .. }))
-    ));
+    assert!(matches!(run(16, 2.0 / 48.0).get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))));
 }
 
 /// What a cancelled run has not reached is run later: the rows are those of a run that was never stopped, and what is done is not run again.

@@ -168,7 +168,7 @@ fn rings_of_any_speed_share_lanes() {
     assert_eq!(together.alone(), 0);
     for (row, speed) in together.iter().zip(speeds) {
         let alone = sweep(&[speed]);
-        assert_eq!(row.channel("mesh force 2"), alone.row(0).unwrap().unwrap().channel("mesh force 2"));
+        assert_eq!(row.channel("mesh force 2"), alone.get(0).unwrap().channel("mesh force 2"));
     }
     let forces: Vec<f64> = together.iter().map(|row| row.channel("mesh force 2").unwrap().max).collect();
     assert!(forces.windows(2).all(|two| two[0] != two[1]), "{forces:?}");
@@ -446,11 +446,11 @@ fn lanes_refuse_rigid_stops() {
     for rows in
         [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)]
     {
-        assert_eq!(rows.unwrap().row(0).unwrap().unwrap_err(), &refused);
+        assert_eq!(rows.unwrap().get(0).unwrap_err(), refused);
     }
     // From 1/2 it falls for 1 and is back on top after 2.
     let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
-    assert!((rows.row(0).unwrap().unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
+    assert!((rows.get(0).unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
 }
 
 /// Contacts that the algebra asks for and the size does not count, or that have no edges although the law is given some, would never touch.

@@ -200,20 +200,26 @@ fn zero_backlash_does_not_rattle() {
         solver.run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut rattle).unwrap();
         let contact = rattle.contact(0);
         assert_eq!(
-            (contact.state(), contact.impact_count(), contact.loss_fraction()),
+            (contact.rattle_state(), contact.impact_count(), contact.loss_fraction()),
             (RattleState::None, 0, 0.0),
             "{load}: {contact:?}"
         );
         assert!(contact.time[0] > 10.0 && contact.time[2] > 10.0);
         let mut sampled = Rattle::new(&model);
         solver.clone().plain().run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut sampled).unwrap();
-        assert_eq!((sampled.contact(0).state(), sampled.contact(0).impact_count()), (RattleState::None, 0));
+        assert_eq!(
+            (sampled.contact(0).rattle_state(), sampled.contact(0).impact_count()),
+            (RattleState::None, 0)
+        );
     }
     // The smallest backlash is one: each passage ends in an impact.
     let model = Oscillator { half_width: 1e-6, load: 0.0 };
     let mut rattle = Rattle::new(&model);
     let run = solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 60.0, &mut rattle).unwrap();
-    assert_eq!((rattle.contact(0).state(), rattle.contact(0).impact_count()), (RattleState::Bilateral, 19));
+    assert_eq!(
+        (rattle.contact(0).rattle_state(), rattle.contact(0).impact_count()),
+        (RattleState::Bilateral, 19)
+    );
     assert_eq!(run.stats.crossings, 38);
 }
 
@@ -231,15 +237,17 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
         sweep.run(&Located(Dop853::new()), family, start).unwrap(),
     ];
     for rows in &all {
-        let (state, contact) =
-            (rows.row(0).unwrap().unwrap().state(0), rows.row(0).unwrap().unwrap().contact(0));
+        let (state, contact) = (rows.get(0).unwrap().rattle_state(0), rows.get(0).unwrap().contact(0));
         assert!(contact.time[0] > 0.0 && contact.time[2] > 0.0, "the load does not reverse: {contact:?}");
         assert_eq!((state, contact.impact_count()), (RattleState::None, 0), "{contact:?}");
     }
     let (pair, balance) = (make().unwrap(), Balance::new(Harmonics::up_to(70)));
     let contact = &balance.linearised(&pair, Piece::Lower).unwrap().contacts(&pair).unwrap()[0];
     assert!(contact.intervals.len() > 2 && contact.intervals.iter().all(|(.., piece)| *piece != Piece::Gap));
-    assert_eq!((contact.statistics.state(), contact.statistics.impact_count()), (RattleState::None, 0));
+    assert_eq!(
+        (contact.statistics.rattle_state(), contact.statistics.impact_count()),
+        (RattleState::None, 0)
+    );
 }
 
 /// A run in two parts counts each edge once, wherever it was divided: before, on or behind the edge.

@@ -62,7 +62,7 @@ fn orbit(pair: &NfgPair) -> Measured {
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
     let run = solver.sample(pair, &steady.state, &times[..times.len() - 1]).unwrap();
     Measured {
-        state: rattle.contact(0).state(),
+        state: rattle.contact(0).rattle_state(),
         q: statistics.summary("q1").unwrap(),
         deflection: statistics.summary("deflection").unwrap(),
         crossings: finish.stats.crossings / steady.period_multiple as u64,

@@ -13,7 +13,7 @@ fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> 
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(model.clone());
     let begin = |_: &Point<'_>, _: &M| Ok::<_, ParameterError>(start.clone());
     let of = |rows: Rows| {
-        let row = rows.row(0).unwrap().unwrap();
+        let row = rows.get(0).unwrap();
         (row.period_multiple(), row.change())
     };
     let located = Located(Dop853::new().rtol(1e-10).atol(1e-12));
@@ -182,7 +182,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
     let rows =
         sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
-    assert_eq!(rows.row(0).unwrap().unwrap().period_multiple(), Some(1));
+    assert_eq!(rows.get(0).unwrap().period_multiple(), Some(1));
 }
 
 /// A tolerance below rounding is met where states agree to rounding: the return is then reported as none, never as a share of the tolerance.

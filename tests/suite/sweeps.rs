@@ -58,7 +58,7 @@ fn the_same_bits_however_it_is_run() {
         let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()));
         let alone = alone.settle(1).measure(2).channels(&["q1", "v1"]).rattle().strobe(2);
         let alone = alone.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
-        let (a, b) = (alone.iter().next().unwrap(), rows.row(i).unwrap().unwrap());
+        let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
         assert_eq!(a.channel("q1"), b.channel("q1"));
         assert_eq!(a.contact(0), b.contact(0));
         assert!(a.strobes().eq(b.strobes()));
@@ -130,7 +130,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::<4>::new(63 * 64), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
-        assert_eq!(a.state(0), b.state(0));
+        assert_eq!(a.rattle_state(0), b.rattle_state(0));
         let (x, y) = (a.contact(0), b.contact(0));
         // A stay of less than a step may fall between two samples: it is not seen, nor the impact that ends it or the one it is.
         let Missed { flights, short, peaks } = missed(&nfg(&a.point()).unwrap(), 8, 63 * 64, &channels);
@@ -196,8 +196,8 @@ fn chaos_is_flagged_and_periods_are_found() {
     let fine = Sweep::over(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
     let fine = fine.periodic_within(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
-    let (coarse, fine) = (rows.row(3).unwrap().unwrap(), fine.row(0).unwrap().unwrap());
-    assert_eq!(coarse.state(0), fine.state(0));
+    let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
+    assert_eq!(coarse.rattle_state(0), fine.rattle_state(0));
     for channel in ["q1", "deflection"] {
         let [a, b] = [coarse, fine].map(|row| row.channel(channel).unwrap().peak_to_peak());
         assert!((a / b - 1.0).abs() < 0.05, "{channel}: {a} {b}"); // what the flag promises
@@ -224,7 +224,7 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
     let names: Vec<&str> = together.points().names().iter().map(String::as_str).collect();
     for row in together.iter() {
         let alone = run(Points::list(&names, &[row.point().values().to_vec()]).unwrap());
-        let one = alone.row(0).unwrap().unwrap();
+        let one = alone.get(0).unwrap();
         assert_eq!(alone.alone(), 1);
         for channel in ["q1", "deflection 1", "mesh force 2"] {
             assert_eq!(one.channel(channel).ok(), row.channel(channel).ok(), "{channel} of {}", row.index());
@@ -312,7 +312,7 @@ fn states_are_carried_along_a_line() {
             let alone = alone
                 .run(&LaneRk4::<8>::new(1008), pair, |_, _| Ok::<_, ParameterError>(start.clone()))
                 .unwrap();
-            let (a, b) = (alone.iter().next().unwrap(), rows.row(i).unwrap().unwrap());
+            let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
             assert_eq!(a.channel("q1"), b.channel("q1"), "{carry:?} {i}");
             let end = a.strobes().next().unwrap();
             state = State::new(0.0, &end[..1], &end[1..]);
@@ -338,7 +338,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     );
     let whole = sweep.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
     for row in part.iter() {
-        assert_eq!(row.channel("q1"), whole.row(row.index()).unwrap().unwrap().channel("q1"));
+        assert_eq!(row.channel("q1"), whole.get(row.index()).unwrap().channel("q1"));
     }
 }
 
@@ -395,7 +395,7 @@ fn a_family_that_fails_at_some_points() {
     };
     let rows = sweep(9).run(&LaneRk4::<4>::new(STEPS), odd, rest).unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
-    assert_eq!(rows.row(3).unwrap().unwrap_err(), &PointError::Model("odd".into()));
+    assert_eq!(rows.get(3).unwrap_err(), PointError::Model("odd".into()));
     assert!(rows.is_complete() && rows.iter().count() == 5);
     let none = sweep(3).run(&LaneRk4::<4>::new(STEPS), |_| Err::<LanePair, _>("never"), rest).unwrap();
     assert_eq!((none.iter().count(), none.errors().len()), (0, 3));
@@ -411,19 +411,19 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
         ))
     };
     let rows = sweep(3).run(&LaneRk4::<4>::new(STEPS), pair, far).unwrap();
-    assert!(matches!(rows.row(1).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(rows.get(1), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
     // Steps far beyond the limit of stability.
     let coarse = sweep(3).settle(2000).run(&LaneRk4::<4>::new(3), pair, rest).unwrap();
-    assert!((0..3).all(|i| matches!(coarse.row(i).unwrap(), Err(PointError::Diverged { period: 2.. }))));
+    assert!((0..3).all(|i| matches!(coarse.get(i), Err(PointError::Diverged { period: 2.. }))));
     let wrong = sweep(2)
         .run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2)))
         .unwrap();
-    assert!(matches!(wrong.row(0).unwrap(), Err(PointError::Start(ParameterError::Length { .. }))));
+    assert!(matches!(wrong.get(0), Err(PointError::Start(ParameterError::Length { .. }))));
     let late = sweep(2)
         .run(&LaneRk4::<4>::new(STEPS), pair, |_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0])))
         .unwrap();
-    assert!(matches!(late.row(0).unwrap(), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(late.get(0), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
 }
 
 /// Families whose models share no lanes run one by one, and the rows say so; families of several kinds run kind by kind.
@@ -486,7 +486,7 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
     }
     let off = sweep.run(&LaneRk4::<4>::new(4002), wave, start).unwrap();
     assert!(
-        matches!(off.row(0).unwrap(), Err(PointError::Table(TableError::EdgeOffGrid { .. }))),
+        matches!(off.get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))),
         "{:?}",
         off.errors()
     );
@@ -537,14 +537,14 @@ fn up_and_down(speeds: &[f64]) {
         let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
         println!(
             "{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}",
-            a.state(0),
-            b.state(0),
+            a.rattle_state(0),
+            b.rattle_state(0),
             100.0 * (x / y - 1.0),
             a.scatter()
         );
         if !(a.is_sensitive() || b.is_sensitive()) {
             firm += 1;
-            assert_eq!(a.state(0), b.state(0), "{speed}");
+            assert_eq!(a.rattle_state(0), b.rattle_state(0), "{speed}");
             assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
         }
         assert!(
@@ -591,9 +591,9 @@ fn located(scan: &[f64], measure: usize) -> Rows {
 #[test]
 fn thresholds_of_reading_a() {
     let rows = located(&[131.38, 131.48, 164.0], 2);
-    let states: Vec<_> = rows.iter().map(|row| row.state(0)).collect();
+    let states: Vec<_> = rows.iter().map(|row| row.rattle_state(0)).collect();
     assert_eq!(states, [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
-    let last = rows.row(2).unwrap().unwrap();
+    let last = rows.get(2).unwrap();
     assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 2 * 126));
 }
 
@@ -602,7 +602,10 @@ fn thresholds_of_reading_a() {
 fn onset_of_bilateral_rattle_of_reading_a() {
     let scan = [149.0, 149.1, 149.2, 149.3, 149.4, 149.5, 149.6, 149.7, 149.8, 149.9, 150.0, 150.1];
     let rows = located(&scan, 40);
-    let onset =
-        rows.iter().zip(scan).find(|(row, _)| row.state(0) == RattleState::Bilateral).map(|(_, speed)| speed);
+    let onset = rows
+        .iter()
+        .zip(scan)
+        .find(|(row, _)| row.rattle_state(0) == RattleState::Bilateral)
+        .map(|(_, speed)| speed);
     assert!(onset.is_some_and(|speed| (149.6..=150.1).contains(&speed)), "{onset:?}");
 }

@@ -5,10 +5,11 @@ use crate::ode::methods::adaptive::Adaptive;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// DOP853: order 8 with error estimates of orders 5 and 3, adaptive, dense output of order 7.   Source: Hairer, Nørsett & Wanner I,
-/// Sect. II.5 and II.6; coefficients as in the authors' published code.
+/// DOP853: order 8 with error estimates of orders 5 and 3, adaptive, dense output of order 7.   Source:
+/// Hairer, Nørsett & Wanner I, Sect. II.5 and II.6; coefficients as in the authors' published code.
 ///
-/// The method of choice for gears: with located edges each piece of a trajectory is smooth, and a high order pays.
+/// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
+/// efficient.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, Model, State};
@@ -66,7 +67,7 @@ impl Tableau for DormandPrince8 {
         e.stage_end::<HELD, _>(11, &A12);
         e.advance(&B);
     }
-    /// |e5|²/√(|e5|² + 0.01 |e3|²): the two estimates combined.
+    /// |e5|²/√(|e5|² + 0.01 |e3|²): combines both error estimates.
     #[inline(always)]
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
         let [e5, e3] = e.norms([&table::E5, &table::E3]);
@@ -88,7 +89,7 @@ impl Tableau for DormandPrince8 {
     }
 }
 
-/// Rows as (column, coefficient), zeros left out; columns count from 0.
+/// Rows of (column, coefficient) without zeros; columns count from 0.
 #[rustfmt::skip]
 mod table {
     use crate::ode::stepping::row::Row;

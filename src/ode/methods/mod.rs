@@ -1,4 +1,4 @@
-//! The methods.
+//! The Runge-Kutta methods.
 
 pub(crate) mod adaptive;
 pub(crate) mod dop853;

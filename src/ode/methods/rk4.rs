@@ -11,11 +11,12 @@ use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::row::Row;
 use crate::ode::stepping::vector::Vector;
 
-/// The classical Runge-Kutta method of order 4 with a fixed step.   Source: Hairer, Nørsett & Wanner I, Table II.1.2.
+/// The classical Runge-Kutta method of order 4 with a fixed step.   Source: Hairer, Nørsett & Wanner I, Table
+/// II.1.2.
 ///
-/// Steps lie on the grid `start.t + k h`, the last one ends exactly at the end. Tooth edges are located by default and split a step in
-/// two, so that order 4 survives the contact; [`plain`](Rk4::plain) steps straight across them, as the papers do.
-/// Jumps of the drives are never straddled.
+/// Steps end on the grid `start.t + k h`; the last one ends exactly at the end of the run. Default: edges of
+/// the gaps are located and split a step in two, which preserves order 4. With [`plain`](Rk4::plain), steps
+/// run across the edges, as in the papers. No step extends over a drive edge.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State};
@@ -35,16 +36,16 @@ pub struct Rk4 {
 }
 
 impl Rk4 {
-    /// Step h, in the model's time unit.
+    /// Fixed step h, in the model's time unit.
     pub fn new(step: f64) -> Self {
         Rk4 { step, limits: Limits::default() }
     }
-    /// Step straight across tooth edges.
+    /// Does not locate edges of the gaps: steps run across them.
     pub fn plain(mut self) -> Self {
         self.limits.locate = false;
         self
     }
-    /// Give up after this many steps.
+    /// Maximum number of steps. Default: 10⁸.
     pub fn max_steps(mut self, steps: usize) -> Self {
         self.limits.max_steps = steps;
         self
@@ -87,7 +88,7 @@ impl Tableau for Classical {
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
-        // Drives first: the stages then follow each other without a call between them.
+        // The drives are evaluated first, so that no call separates the stages.
         e.drive_probe::<Classical>();
         e.drive_end();
         e.stage::<HELD, _>(1, &A2);

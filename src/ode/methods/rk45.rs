@@ -1,11 +1,12 @@
-//! The Dormand-Prince pair of orders 5 and 4.
+//! The Dormand-Prince method of order 5.
 
 use crate::model::equations::Model;
 use crate::ode::methods::adaptive::Adaptive;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// Dormand-Prince 5(4), adaptive, with dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table II.5.2.
+/// Dormand-Prince 5(4): order 5 with an error estimate of order 4, adaptive, dense output of order 4.
+/// Source: Hairer, Nørsett & Wanner I, Table II.5.2.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk45, State};
@@ -34,7 +35,7 @@ mod table {
     pub const A6: Row<5> = [(0, 9017.0/3168.0), (1, -355.0/33.0), (2, 46732.0/5247.0), (3, 49.0/176.0), (4, -5103.0/18656.0)];
     pub const B: Row<5> = [(0, 35.0/384.0), (2, 500.0/1113.0), (3, 125.0/192.0), (4, -2187.0/6784.0), (5, 11.0/84.0)];
     pub const E: Row<6> = [(0, 71.0/57600.0), (2, -71.0/16695.0), (3, 71.0/1920.0), (4, -17253.0/339200.0), (5, 22.0/525.0), (6, -1.0/40.0)];
-    /// Dense output of Shampine (1986).
+    /// Coefficients of the dense output.   Source: Shampine (1986).
     pub const D: Row<6> = [
         (0, -12715105075.0/11282082432.0), (2, 87487479700.0/32700410799.0), (3, -10690763975.0/1880347072.0),
         (4, 701980252875.0/199316789632.0), (5, -1453857185.0/822651844.0), (6, 69997945.0/29380423.0),

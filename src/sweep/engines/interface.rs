@@ -1,4 +1,4 @@
-//! The engines: how the runs of a sweep are made.
+//! The interface between a sweep and the engine that makes its runs.
 
 use crate::model::equations::{Model, State};
 use crate::ode::probe::Probe;
@@ -6,76 +6,89 @@ use crate::sweep::engines::track::Plan;
 use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::lanes::meter::Kind;
 
-/// Makes the runs of a sweep. There are three, and no others can be written: [`LaneRk4`](crate::sweep::LaneRk4), [`TableRk4`](crate::sweep::TableRk4) and
-/// [`Located`](crate::sweep::Located).
+/// An engine: makes the runs of a sweep. There are three: [`LaneRk4`](crate::sweep::LaneRk4),
+/// [`TableRk4`](crate::sweep::TableRk4) and [`Located`](crate::sweep::Located). Other crates cannot implement
+/// this trait.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
-///     let rows = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1).channels(&["q1"]).run(
+///     let sweep = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
+///     let rows = sweep.channels(&["q1"]).run(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-///     Ok(rows.row(0).ok_or("cancelled")?.map_err(Clone::clone)?.channel("q1")?.mean)
+///     Ok(rows.get(0)?.channel("q1")?.mean)
 /// }
-/// let (lanes, located) = (mean(&LaneRk4::<4>::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);
+/// let (lanes, located) =
+///     (mean(&LaneRk4::<4>::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);
 /// assert!((lanes / located - 1.0).abs() < 1e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot run `{M}`",
-    note = "every engine asks for a model with a period (`impl Periodic`), lanes for a `Machine` made of a `Shape`: `TableRk4` and `Located` run \
-            any periodic model; a model with held random drives has no period: run it in an `Ensemble`"
+    note = "every engine needs a periodic model (`impl Periodic`); `LaneRk4` needs a `Machine` made of a \
+            `Shape`, `TableRk4` and `Located` run any periodic model; a model with a held process has no \
+            period: run it in an `Ensemble`"
 )]
 pub trait SweepEngine<M: Model>: Sync {
-    /// Makes runs until the source has no more.
+    /// Makes runs until the source has no more jobs or is cancelled.
     #[doc(hidden)]
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>);
-    /// Whether it measures these channels, by their place among those of the first model.
+    /// Checks that the engine can measure these channels, given by their index among those of the first
+    /// model.
     ///
     /// # Errors
-    /// [`SweepError::Channel`], [`SweepError::Table`].
+    /// [`SweepError::Channel`] for a channel that the engine does not measure; [`SweepError::Table`] for a
+    /// table without steps or larger than the maximum.
     #[doc(hidden)]
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError>;
-    /// The same with a quarter of the step, for the error estimate; `None` where the engine controls its error itself.
+    /// The engine with a quarter of the step, for the error estimate; `None` if the engine controls its error
+    /// by a tolerance.
     #[doc(hidden)]
     fn finer(&self) -> Option<Self>
     where
         Self: Sized;
-    /// How many runs it makes best at once.
+    /// Number of runs that the engine makes side by side. Default: 1.
     #[doc(hidden)]
     fn batch(&self) -> usize {
         1
     }
 }
 
-/// Runs to be made, and where their rows go.
+/// The source of jobs and the destination of their rows.
 pub trait Source<M> {
-    /// The next run: the one that goes on from the state at which point `after` ended, or any other. `None` when there are no more.
+    /// The next job. `after` is a point that is done and its last state, empty after an error: the next point
+    /// of its line has precedence and may start from this state. `None` if no job is left or the sweep is
+    /// cancelled.
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>>;
-    /// Takes what a run gave: its row and the state in which it ended, coordinates then velocities.
+    /// Stores the result of a run: its row and its last state (coordinates, then velocities), or its error.
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>);
-    /// The rigid modes of the model of a point.
+    /// The rigid-body modes of the model of point `index`.
     fn rigid(&self, index: usize) -> Vec<Vec<f64>>;
-    /// Whether to leave all as it is and return.
+    /// Whether the sweep is cancelled: `work` then returns without further rows.
     fn is_cancelled(&self) -> bool;
-    /// Counts points that ran alone.
+    /// Adds to the number of points that ran alone, without other lanes.
     fn alone(&mut self, points: usize);
 }
 
-/// One run to make.
+/// A run to make.
 pub struct Job<M> {
-    /// The place of its point in the sweep.
+    /// Index of the point in the sweep.
     pub index: usize,
-    /// Its model.
+    /// The model.
     pub model: M,
-    /// Where it starts.
+    /// The start of the run.
     pub start: State,
 }
 
-/// The channels that tables measure, by their place among those of a [`Probe`].
+/// The channels that fixed-step engines measure: coordinates, velocities, and deflection and force of each
+/// contact. `channels` are indices among the channels of a [`Probe`].
+///
+/// # Errors
+/// [`SweepError::Channel`] for any other channel.
 pub(crate) fn kinds<M: Model + ?Sized>(model: &M, channels: &[usize]) -> Result<Vec<Kind>, SweepError> {
     let (n, contacts) = (model.dof(), model.contacts());
     let kind = |&channel: &usize| {

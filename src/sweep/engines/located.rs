@@ -1,4 +1,4 @@
-//! The accurate engine: any solver with located edges.
+//! The accurate engine: an integrator with located edges.
 
 use crate::analysis::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
@@ -14,16 +14,18 @@ use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-/// Runs of a sweep by an [`Integrator`]: located edges, exact extremes, error under the control of its tolerance.
+/// Engine for any periodic model: runs by an [`Integrator`]. It locates edges, finds extremes inside the
+/// steps, and its tolerance controls the error.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
-/// let rows = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1).channels(&["q1"]).run(
+/// let sweep = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
+/// let rows = sweep.channels(&["q1"]).run(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;
-/// assert_eq!(rows.row(0).ok_or("cancelled")?.map_err(Clone::clone)?.period_multiple(), Some(1));
+/// assert_eq!(rows.get(0)?.period_multiple(), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +63,7 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
 type Made = Option<(Vec<f64>, Vec<f64>)>;
 
 impl<I: Integrator> Located<I> {
-    /// A row with the last state, or nothing when cancelled.
+    /// The row and the last state of a run; `None` if cancelled.
     fn one<M: Periodic>(
         &self,
         plan: &Plan,

@@ -1,4 +1,4 @@
-//! The engines: how the runs of a sweep are made.
+//! The engines, which make the runs of a sweep.
 
 pub(crate) mod fixed_step;
 pub(crate) mod interface;

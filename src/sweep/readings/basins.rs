@@ -98,8 +98,7 @@ impl Attractors {
             list[place].rows += 1;
             place
         };
-        let labels =
-            rows.range().map(|index| rows.row(index).and_then(Result::ok).map(|row| label(&row))).collect();
+        let labels = rows.range().map(|index| rows.get(index).ok().map(|row| label(&row))).collect();
         Ok(Attractors { first: rows.range().start, labels, list })
     }
 

@@ -17,7 +17,7 @@ use crate::sweep::settings::points::Point;
 ///     |_, pair| pair.static_start(),
 /// )?;
 /// let row = rows.iter().next().ok_or("no row")?;
-/// assert_eq!(row.contact(0).state(), RattleState::Bilateral);
+/// assert_eq!(row.contact(0).rattle_state(), RattleState::Bilateral);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -71,8 +71,8 @@ impl Row<'_> {
     ///
     /// # Panics
     /// As [`contact`](Row::contact).
-    pub fn state(&self, i: usize) -> RattleState {
-        self.contact(i).state()
+    pub fn rattle_state(&self, i: usize) -> RattleState {
+        self.contact(i).rattle_state()
     }
 
     /// Periods after which the motion repeats, `None` when it does not: chaos, or not settled.
@@ -139,7 +139,8 @@ impl Row<'_> {
         let range =
             |row: &Row<'_>, i: usize| row.data[layout.channel(i) + 3] - row.data[layout.channel(i) + 2];
         let off = |i: usize| (range(self, i) - range(fine, i)).abs() > ANOTHER * range(fine, i);
-        (0..layout.contacts).any(|i| self.state(i) != fine.state(i)) || (0..layout.channels).any(off)
+        (0..layout.contacts).any(|i| self.rattle_state(i) != fine.rattle_state(i))
+            || (0..layout.channels).any(off)
     }
 
     /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at a quarter of the step, that of the extremes
@@ -149,7 +150,7 @@ impl Row<'_> {
         let i = self.rows.names.iter().position(|n| n == channel)?;
         let of = |index: usize| {
             let fine = self.rows.checks.get(&index)?.as_ref().ok()?;
-            let (coarse, at) = (self.rows.row(index)?.ok()?.data, self.rows.layout.channel(i));
+            let (coarse, at) = (self.rows.done_row(index)?.data, self.rows.layout.channel(i));
             Some((0..4).fold(0.0, |m: f64, k| {
                 m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 })
             }))
@@ -184,29 +185,31 @@ impl Row<'_> {
 }
 
 impl Rows {
-    /// Point `index`: its row, its error, or `None` if it was not reached or is not of this chunk.
-    pub fn row(&self, index: usize) -> Option<Result<Row<'_>, &PointError>> {
-        if !self.range.contains(&index) {
-            return None;
-        }
+    /// The row of point `index`.
+    ///
+    /// # Errors
+    /// The error of the point; [`PointError::NotReached`] if it was not run yet or is not of this chunk.
+    pub fn get(&self, index: usize) -> Result<Row<'_>, PointError> {
         if let Some(error) = self.errors.get(&index) {
-            return Some(Err(error));
+            return Err(error.clone());
         }
-        let place = index - self.range.start;
+        self.done_row(index).ok_or(PointError::NotReached { index })
+    }
+
+    fn done_row(&self, index: usize) -> Option<Row<'_>> {
+        let place = index.checked_sub(self.range.start)?;
         let stride = self.layout.stride();
-        self.done[place].then(|| Ok(Row { rows: self, index, data: &self.data[place * stride..][..stride] }))
+        let done = *self.done.get(place)?;
+        done.then(|| Row { rows: self, index, data: &self.data[place * stride..][..stride] })
     }
 
     /// All rows that were reached, in order.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
-        self.range.clone().filter_map(|index| self.row(index)?.ok())
+        self.range.clone().filter_map(|index| self.done_row(index))
     }
 
     /// One column over all points, NaN where a point has no row: for pictures and for [Sobol indices](crate::sweep::SobolDesign).
     pub fn column(&self, of: impl Fn(&Row<'_>) -> f64) -> Vec<f64> {
-        self.range
-            .clone()
-            .map(|index| self.row(index).and_then(Result::ok).map_or(f64::NAN, |row| of(&row)))
-            .collect()
+        self.range.clone().map(|index| self.done_row(index).map_or(f64::NAN, |row| of(&row))).collect()
     }
 }

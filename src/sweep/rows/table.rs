@@ -22,7 +22,7 @@ const MOST_FIGURES: usize = 1 << 28;
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;
-/// let row = rows.row(1).ok_or("cancelled")?.map_err(Clone::clone)?;
+/// let row = rows.get(1)?;
 /// assert!((row.channel("q1")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -135,6 +135,11 @@ impl Rows {
         if self.done[index - self.range.start] {
             self.checks.insert(index, row);
         }
+    }
+
+    /// Whether a point of this chunk has neither a row nor an error.
+    pub(crate) fn is_open(&self, index: usize) -> bool {
+        !self.done[index - self.range.start] && !self.errors.contains_key(&index)
     }
 
     /// The points these rows are of, by their place in the sweep.

@@ -210,7 +210,7 @@ impl Sweep {
 
     /// The lines to be run.
     fn missing(&self, rows: &Rows) -> Vec<usize> {
-        self.lines(rows, |index| rows.row(index).is_none())
+        self.lines(rows, |index| rows.is_open(index))
     }
 
     /// The lines to be checked: counted from the first one of the sweep, so that chunks check the same ones.

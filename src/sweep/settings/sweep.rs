@@ -17,7 +17,7 @@ use crate::sweep::settings::points::Points;
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-///     Ok(rows.row(2).ok_or("cancelled")?.map_err(Clone::clone)?.channel("q1")?.peak_to_peak())
+///     Ok(rows.get(2)?.channel("q1")?.peak_to_peak())
 /// };
 /// let settled = ppv(WarmStart::No, 1)?;
 /// assert!((ppv(WarmStart::Up, 0)? / settled - 1.0).abs() < 1e-3);
@@ -148,7 +148,7 @@ impl Sweep {
 /// A rattle map in ten lines:
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
 /// let map = Sweep::over(Points::grid(vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?])?)
 ///     .settle(4)
 ///     .measure(1)
@@ -159,7 +159,7 @@ impl Sweep {
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-/// assert_eq!(map.iter().filter(|row| row.state(0) as u8 == 2).count(), 7);
+/// assert_eq!(map.iter().filter(|row| row.rattle_state(0) == RattleState::Bilateral).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -81,7 +81,7 @@ fn the_pair_has_one_orbit() {
     let steady = Settle::new().tolerance(1e-9).run(&accurate(), &pair, &loaded()).unwrap();
     let mut rattle = Rattle::new(&pair);
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
-    assert_eq!((steady.period_multiple, rattle.contact(0).state()), (1, RattleState::Unilateral));
+    assert_eq!((steady.period_multiple, rattle.contact(0).rattle_state()), (1, RattleState::Unilateral));
 
     let cycle = Shooting::new().run(&pair, std::slice::from_ref(&steady.state)).unwrap();
     let at = cycle.at(&pair, steady.state.t).unwrap();
@@ -118,7 +118,7 @@ fn the_pair_is_swept() {
         let [fast, one, exact] = [row, one, truth].map(|row| row.channel("mesh force").unwrap().max);
         approx::assert_relative_eq!(fast, one, max_relative = 1e-11);
         approx::assert_relative_eq!(fast, exact, max_relative = 5e-3); // edges are straddled
-        assert_eq!(row.state(0), truth.state(0));
+        assert_eq!(row.rattle_state(0), truth.rattle_state(0));
     }
 }
 
@@ -198,7 +198,7 @@ fn settling_rattle_and_sections() {
         let steady = Settle::new().tolerance(1e-6).run(solver, &model, &start()).unwrap();
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &steady.state, steady.state.t + 4.0 * model.period(), &mut rattle).unwrap();
-        (steady.period_multiple, rattle.contact(0).state(), rattle.contact(0).impact_count())
+        (steady.period_multiple, rattle.contact(0).rattle_state(), rattle.contact(0).impact_count())
     }
     let ours = steady(&Dop853::new());
     assert_eq!(ours, steady(&Heun(0.002)));

@@ -11,7 +11,7 @@ use crate::periodic::balance::switching::instants::Switching;
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let orbit = Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Lower)?;
 /// let contact = &orbit.contacts(&pair)?[0];
-/// assert_eq!(contact.statistics.state(), RattleState::None);
+/// assert_eq!(contact.statistics.rattle_state(), RattleState::None);
 /// assert_eq!(contact.intervals.len(), 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
