@@ -1,4 +1,4 @@
-//! The loop that every solver runs: step, look for edges, tell the observer, go on.
+//! The main loop of all solvers: make a step, locate edges in it, call the observer, prepare the next step.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
@@ -16,9 +16,11 @@ use crate::ode::stepping::engine::{Engine, LARGEST, Tableau};
 use crate::ode::stepping::vector::Vector;
 use std::marker::PhantomData;
 
-/// Integrates with tableau `T`; one and two degrees of freedom are compiled for their size, and runs without contacts without them.
+/// Integrates `model` from `start` to `t_end` with tableau `T`.
 ///
-/// The type of the observer is forgotten: runs that only differ in it are compiled once.
+/// Models with one and with two degrees of freedom are compiled for their size. Runs that do not locate edges
+/// are compiled without that code. The observer is a trait object: runs that differ only in the type of their
+/// observer are compiled once.
 pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     rule: StepRule<'_>,
     limits: Limits,
@@ -32,7 +34,7 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     {
         return Err(IntegrateError::StopNotLocated { contact });
     }
-    // Without optimisation the loop is compiled once for all models.
+    // A build without optimisation compiles the loop once for all models, to save build time.
     #[cfg(debug_assertions)]
     let model: &dyn Model = &model;
     match (model.dof(), limits.locate && model.contacts() > 0) {
@@ -45,13 +47,15 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     }
 }
 
-/// Runs end within this time: beyond it steps times rates overflow.
+/// Largest magnitude of the end time of a run. Beyond it, products of steps and rates overflow.
 const LAST_TIME: f64 = 1e50;
 
-/// Re-steps to one edge before it counts as a stall.
+/// Maximum number of corrections of a step that ends on an edge. If it does not suffice, the run fails with
+/// [`IntegrateError::EdgeStall`].
 const RESTEPS: usize = 40;
 
-/// Steps without numbers in a row before the model is blamed.
+/// Maximum number of consecutive steps with a result that is not finite. One more, and the run fails with
+/// [`IntegrateError::NotFinite`].
 const RETREATS: u32 = 15;
 
 fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
@@ -70,7 +74,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
     for attempt in 0..limits.max_steps as u64 {
         let aim = run.pace.aim::<T>(run.e.t, run.stop);
         if T::ADAPTIVE && aim - run.e.t <= RESOLUTION * run.e.t.abs() && aim < run.stop {
-            // Steps that shrink towards something that is not a number blame the model, not the tolerance.
+            // If the last attempts gave no finite result, the cause is the model and not the tolerance.
             let underflow = IntegrateError::StepUnderflow { t: run.e.t, h: aim - run.e.t };
             return Err(if run.retreats > 0 { not_finite::<T, M, V>(&run.e) } else { underflow });
         }
@@ -80,7 +84,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
             run.stats.rejected += 1;
             continue;
         }
-        // Nearly every step ends neither on an edge nor at the end.
+        // The frequent case: the step ends on no edge and before the end of the run.
         let ordinary = run.e.t1 < run.stop && (!LOCATE || run.crossings.is_empty());
         let at_edge = !ordinary && run.edge == run.e.t1;
         let flow = {
@@ -97,7 +101,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         }
         if flow.is_break() || run.e.t1 >= t_end {
             let (q, v) = run.e.y1.slice().split_at(model.dof());
-            // Every attempt was a step or was rejected; the other evaluations were counted where they were made.
+            // Attempts = accepted + rejected steps. `e.evaluations` counts the evaluations outside of attempts.
             let attempts = attempt + 1;
             let evaluations = attempts * T::EVALUATIONS + run.e.evaluations;
             let stats = Stats { steps: attempts - run.stats.rejected, evaluations, ..run.stats };
@@ -109,16 +113,18 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
 }
 
-/// One run under way.
+/// Variables of the main loop in one run.
 struct Run<'m, M: Model + ?Sized, V: Vector> {
     e: Engine<'m, M, V>,
     pace: Pace,
     locator: Locator,
-    /// The edges crossed at the end of the step just made.
+    /// Crossings at the end of the current step.
     crossings: Vec<Crossing>,
-    /// The next jump of a drive, and where the next step has to end at the latest.
+    /// Next drive edge; infinite if there is none.
     edge: f64,
+    /// Latest end of the next step: the next drive edge or the end of the run.
     stop: f64,
+    /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
     stats: Stats,
 }
@@ -171,7 +177,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         })
     }
 
-    /// Whether the step just made is good enough; if not, the pace has a shorter one.
+    /// Whether the current step is accepted. If not, the pace holds a shorter one.
+    ///
+    /// # Errors
+    /// [`IntegrateError::NotFinite`] if the result of a fixed step, or of more than `RETREATS` consecutive
+    /// adaptive steps, is not finite.
     #[inline(always)]
     fn stands<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
         if !T::ADAPTIVE {
@@ -186,7 +196,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         self.retreats = 0;
         let (proposed, stands) = pace.controller.next(made, error);
         if stands {
-            // A step cut short says nothing against the longer one proposed before it.
+            // If the step was shorter than the pace proposed, the earlier, longer proposal remains valid.
             pace.next = if made < 0.99 * pace.h { proposed.max(pace.h) } else { proposed };
         } else {
             pace.h = proposed;
@@ -194,8 +204,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         Ok(stands)
     }
 
-    /// Looks for tooth edges inside the step just made, and ends it at the first. `false`: a contact had left its piece already at the
-    /// start, and the step has to be made again.
+    /// Locates the first edge of a contact inside the current step and ends the step there. `false`: the step
+    /// must be repeated, because it is too long to resolve the gaps, or because a contact leaves its piece at the
+    /// start of the step.
     #[inline(always)]
     fn meet_edges<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
         self.crossings.clear();
@@ -242,7 +253,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         Ok(true)
     }
 
-    /// Starts afresh behind tooth edges and behind a jump of the drives.
+    /// Prepares the next step after crossings, impacts and drive edges: velocities, pieces, accelerations and the
+    /// next drive edge.
     #[inline(always)]
     fn pass_edges<T: Tableau, const LOCATE: bool>(
         &mut self,
@@ -254,7 +266,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             && !at_edge
             && self.crossings.iter().any(|c| !c.rebounds && self.locator.jumps[c.contact].is_none());
         if unknown {
-            e.accept::<T, LOCATE>(); // the derivative on the old pieces, to compare with
+            e.accept::<T, LOCATE>(); // with the derivative on the old pieces, for `note_jumps`
         } else {
             e.move_on();
         }
@@ -287,7 +299,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     }
 }
 
-/// The next jump of the drives, infinity if there is none.
+/// The next drive edge after `t`; infinite if there is none.
 fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
     match model.next_edge(t) {
         None => Ok(f64::INFINITY),
@@ -296,7 +308,8 @@ fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateErro
     }
 }
 
-/// No gap may be negative: held and free forces would part.
+/// Checks that no gap is negative. In a negative gap, the acceleration on fixed pieces and the acceleration of
+/// the model itself would differ.
 #[inline(always)]
 fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Result<(), IntegrateError> {
     for (contact, c) in e.contacts.iter().enumerate() {
@@ -307,7 +320,7 @@ fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Res
     Ok(())
 }
 
-/// Whether the model offers its pieces.
+/// Whether the model can be evaluated on fixed pieces.
 fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
     let (q, v) = e.y.slice().split_at(e.model.dof());
     let (mut u, mut a) = (vec![0.0; e.model.drives()], vec![0.0; q.len()]);
@@ -315,7 +328,8 @@ fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
     e.model.accel_on_pieces(&e.pieces, &u, q, v, &mut a)
 }
 
-/// Which component was the first that is not a number: in the order of the stages, then of the result.
+/// The error for a step without a finite result. It names the first acceleration that is not finite, in the order
+/// of the stages; if there is none, the first component of the result that is not finite or exceeds `LARGEST`.
 fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
     let n = e.model.dof();
     let stages = e.k[..T::SLOTS]
@@ -328,14 +342,18 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
     IntegrateError::NotFinite { t: e.t, component }
 }
 
-/// A step made again. Such steps are few: their stages are compiled once, not at each place.
+/// Repeats the step. This function is not inlined, because repetitions are rare and the stages are large.
 #[inline(never)]
 fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
     e.attempt::<T, true>();
 }
 
-/// Re-steps to an edge at θ of the step. With pieces held the trajectory is smooth past the edge and once is enough, unless the
-/// force jumps there; without, the dense output was bent by the edge and the step is corrected until it meets it.
+/// Repeats the step so that it ends on the edge at θ of the step. `false`: the end does not converge.
+///
+/// On fixed pieces the trajectory is smooth past the edge: one repetition suffices if the acceleration is known to
+/// be continuous there. Otherwise the end t1 of the step is corrected until the distance d from the edge is within
+/// the slack: t1 ← t1 - d/d', Newton's method within a bracket. Without fixed pieces this is necessary because the
+/// kink at the edge makes the dense output inaccurate.
 fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     locator: &Locator,
@@ -354,11 +372,11 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
     if e.frozen && locator.jumps[exit.contact] == Some(false) {
         return true;
     }
-    // Newton on the end of the step, kept between the start and the end of the full step.
+    // The bracket starts as the full step. `None`: the distance there is not computed.
     let (mut lo, mut hi) = ((e.t, None), (far, None));
     for _ in 0..RESTEPS {
         let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
-        // A clock far from zero may be too coarse to meet it any closer, and so may the sum of a step.
+        // The distance cannot be smaller than the effect of rounding of the time and of the step.
         if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs().max(e.h())) {
             return true;
         }
@@ -374,7 +392,7 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
             (Some(a), Some(b)) => lo.0 + (hi.0 - lo.0) * a / (a - b),
             _ => 0.5 * (lo.0 + hi.0),
         };
-        // Neighbouring floating-point times: the closer one is as close as it gets.
+        // If the bracket is two neighbouring floating-point times, the end with the smaller distance is final.
         let last = t1 <= lo.0 || t1 >= hi.0;
         let closest = match (lo.1, hi.1) {
             (Some(a), Some(b)) if a > -b => hi.0,
@@ -395,7 +413,8 @@ fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
     false
 }
 
-/// Compares the acceleration on both sides of an edge: a force that jumps there asks for a closer location.
+/// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of their
+/// largest component. An edge with a jump is located more closely.
 fn note_jumps<M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     locator: &mut Locator,
@@ -411,7 +430,7 @@ fn note_jumps<M: Model + ?Sized, V: Vector>(
     }
 }
 
-/// The step that was just made, as the observer sees it.
+/// The current step as a view for the observer.
 struct Made<'e, 'm, T, M: Model + ?Sized, V: Vector> {
     engine: &'e mut Engine<'m, M, V>,
     tracked: bool,

@@ -167,8 +167,12 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A contact meets its edges repeatedly while the time does not advance.
-    #[error("contact {contact} stalls on its edge at t = {t}: it changes its piece without advance in time")]
+    /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge does not
+    /// converge.
+    #[error(
+        "contact {contact} stalls on its edge at t = {t}: it crosses the edge repeatedly without advance in time, or the \
+         location of the edge does not converge"
+    )]
     EdgeStall {
         /// Time of the stall.
         t: f64,

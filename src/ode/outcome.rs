@@ -5,9 +5,20 @@ use crate::model::equations::State;
 /// The result of a run.
 ///
 /// ```
-/// use gear_dynamics::{ode::{Finish, Stats}, State};
-/// let finish = Finish { state: State::new(2.5, &[1.0], &[0.0]), stopped: false, stats: Stats::default() };
-/// assert_eq!(finish.state.t, 2.5);
+/// use gear_dynamics::{Integrator, Model, Rk4, State, ode::Step};
+/// use std::ops::ControlFlow;
+/// struct Fall;
+/// impl Model for Fall {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -2.0; }
+/// }
+/// // Stops the run after the first step that ends at q <= -0.25: q = -t², so at t = 0.5.
+/// let mut watch = |step: &mut Step<'_>| {
+///     if step.q1()[0] <= -0.25 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+/// };
+/// let finish = Rk4::new(0.25).run(&Fall, &State::at_rest(1), 9.0, &mut watch)?;
+/// assert_eq!((finish.state.t, finish.stopped, finish.stats.steps), (0.5, true, 2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
@@ -42,7 +53,7 @@ pub struct Stats {
     pub rejected: u64,
     /// Number of evaluations of the accelerations.
     pub evaluations: u64,
-    /// Number of edges crossed and rigid stops met. A change of piece at the start of a step, because the
+    /// Number of crossings of edges and of impacts on rigid stops. A change of piece at the start of a step, because the
     /// edges jumped or the gap is zero, is not counted.
     pub crossings: u64,
     /// Number of drive edges passed.

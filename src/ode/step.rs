@@ -21,12 +21,12 @@ pub struct Crossing {
     pub from: Piece,
     /// The piece that the contact enters; at a rigid stop, the flank of the stop.
     pub to: Piece,
-    /// Whether the contact meets a rigid stop and stays in its gap.
+    /// Whether the contact reaches a rigid stop and stays in its gap.
     pub rebounds: bool,
 }
 
 impl Crossing {
-    /// Whether the teeth were apart and now meet: at a rigid stop or on an elastic flank.
+    /// Whether the crossing is an impact: the contact leaves the gap for an elastic flank or rebounds from a rigid stop.
     pub fn is_impact(&self) -> bool {
         self.from == Piece::Gap && self.to != Piece::Gap
     }
@@ -58,7 +58,9 @@ pub trait StepView {
 ///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
 /// }
 /// // Stops the run after the first step that ends below zero.
-/// let mut watch = |step: &mut Step<'_>| if step.q1()[0] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+/// let mut watch = |step: &mut Step<'_>| {
+///     if step.q1()[0] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+/// };
 /// let finish = Rk45::new().max_step(0.1).run(&Fall, &State::new(0.0, &[0.5], &[0.0]), 9.0, &mut watch)?;
 /// assert!(finish.stopped && finish.state.t < 1.2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -105,7 +107,7 @@ impl<'a> Step<'a> {
         self.view.end()
     }
     /// Dense output at `t` within the step: coordinates, then velocities, 2 dof values. At the ends of the
-    /// step it returns the computed states themselves.
+    /// step it returns the computed values themselves.
     pub fn at(&mut self, t: f64, y: &mut [f64]) {
         let (t0, t1) = self.view.times();
         if t == t1 {

@@ -34,6 +34,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
+    /// A trajectory without states, for a run from time `start`.
     pub(crate) fn empty(dof: usize, start: f64) -> Self {
         Trajectory { dof, start, times: Vec::new(), states: Vec::new(), stats: Stats::default() }
     }
@@ -46,6 +47,7 @@ impl Trajectory {
         self.times.push(t);
         self.states.extend_from_slice(y);
     }
+    /// The trajectory with the counts of the finished run, or [`Failed`] with the error of the run.
     pub(crate) fn or_failed(mut self, run: Result<Finish, IntegrateError>) -> Result<Self, Failed> {
         match run {
             Ok(finish) => {
@@ -130,7 +132,9 @@ impl Trajectory {
 /// struct Breaks;
 /// impl Model for Breaks {
 ///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = if u[0] < 0.6 { 1.0 } else { f64::NAN }; }
+///     fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+///         a[0] = if u[0] < 0.6 { 1.0 } else { f64::NAN };
+///     }
 /// }
 /// let failed = Rk4::new(0.25).trajectory(&Breaks, &State::at_rest(1), 1.0).unwrap_err();
 /// assert!(matches!(failed.error, IntegrateError::NotFinite { t: 0.5, .. }));
@@ -166,6 +170,7 @@ pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, Paramet
         .collect())
 }
 
+/// Checks that output times are finite, do not decrease, and do not lie before `start`.
 pub(crate) fn check_times(start: f64, times: &[f64]) -> Result<(), IntegrateError> {
     let mut last = start;
     for (index, &value) in times.iter().enumerate() {

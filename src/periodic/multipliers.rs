@@ -1,24 +1,25 @@
-//! Floquet multipliers and what they say.
+//! Floquet multipliers, and the stability that follows from them.
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// What the multipliers say of an orbit.
+/// Stability of an orbit, from its Floquet multipliers and their error.
 ///
 /// ```
 /// use gear_dynamics::periodic::{Multipliers, Stability};
 /// use num_complex::Complex64;
 /// let with_error = |error| Multipliers::new(vec![Complex64::new(-0.9, 0.0)], error);
 /// assert_eq!(with_error(0.01).largest(), 0.9);
-/// assert_eq!([0.01, 0.2].map(|error| with_error(error).stability()), [Stability::Stable, Stability::Undecided]);
+/// assert_eq!(with_error(0.01).stability(), Stability::Stable);
+/// assert_eq!(with_error(0.2).stability(), Stability::Undecided);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stability {
-    /// Every multiplier lies inside the unit circle by more than its error.
+    /// The largest |μ| is less than 1 by more than its error.
     Stable,
-    /// One lies outside by more than its error.
+    /// The largest |μ| is greater than 1 by more than its error.
     Unstable,
-    /// The largest is as close to the circle as its error.
+    /// The largest |μ| differs from 1 by no more than its error.
     Undecided,
 }
 
@@ -32,8 +33,9 @@ impl std::fmt::Display for Stability {
     }
 }
 
-/// Floquet multipliers μ: over one period of an orbit a small difference grows by μ. Sorted by modulus, the largest first, with an
-/// estimate of their error.
+/// Floquet multipliers μ of an orbit, the eigenvalues of its monodromy matrix: a small difference grows by μ
+/// in one period of the orbit. They are sorted by |μ|, the largest first, and have an estimate of their
+/// error.
 ///
 /// ```
 /// use gear_dynamics::periodic::{Multipliers, Stability};
@@ -49,31 +51,34 @@ pub struct Multipliers {
     error: f64,
 }
 
-/// 2^511: squares of entries up to it, and sums of a few of them, do not overflow.
+/// 2^511: squares of entries up to this value, and sums of a few squares, do not overflow.
 const LARGE: f64 = 6.703_903_964_971_299e153;
 
 impl Multipliers {
-    /// From the multipliers themselves, however they were found, and their error.
+    /// Multipliers from given values and their error, of which the absolute value is taken.
     pub fn new(mut values: Vec<Complex64>, error: f64) -> Self {
-        // Conjugates side by side, the upper half plane first.
+        // Conjugates stay adjacent, the one with positive imaginary part first.
         values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
         Multipliers { values, error: error.abs() }
     }
 
-    /// The eigenvalues of a monodromy matrix, with a given error. `None` when they cannot be found: the matrix is not square, or
-    /// an entry or the error is not a number.
+    /// Eigenvalues of a monodromy matrix, with a given error.
+    ///
+    /// `None` if the matrix is not square, an entry is not finite, the error is NaN, or the eigenvalues
+    /// cannot be computed.
     pub fn of(monodromy: &DMatrix<f64>, error: f64) -> Option<Self> {
         if error.is_nan() || !monodromy.is_square() || monodromy.iter().any(|x| !x.is_finite()) {
             return None;
         }
         if monodromy.iter().any(|x| x.abs() > LARGE) {
-            // A power of two changes no digit, and squares of what is left do not overflow.
+            // Division by a power of two is exact, and the squares of the quotients do not overflow.
             let scaled = Multipliers::of(&(monodromy / LARGE), error)?;
             let values: Vec<Complex64> = scaled.values().iter().map(|value| value * LARGE).collect();
             return values.iter().all(|value| value.is_finite()).then(|| Multipliers::new(values, error));
         }
         if let &[a, c, b, d] = monodromy.as_slice() {
-            // One degree of freedom: the roots of λ² - (a + d) λ + (a d - b c), the larger first, the other from the product.
+            // One degree of freedom: roots of λ² - (a + d) λ + (a d - b c). The smaller root is the product
+            // of the roots over the larger one, which avoids cancellation.
             let (mean, bend) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
             let values = if bend < 0.0 {
                 vec![Complex64::new(mean, (-bend).sqrt()), Complex64::new(mean, -(-bend).sqrt())]
@@ -89,13 +94,15 @@ impl Multipliers {
         Some(Multipliers::new(values.iter().map(|l| Complex64::new(l.re, l.im)).collect(), error))
     }
 
-    /// The eigenvalues of a monodromy matrix that do not belong to rigid modes: r along the coordinates and r along the velocities, which
-    /// the flow maps into each other with multipliers 1, 1, are projected out.
+    /// Eigenvalues of a monodromy matrix without those of the rigid modes.
+    ///
+    /// The columns of `rigid` are r along the coordinates and r along the velocities. The flow maps their
+    /// span into itself with multipliers 1, 1. The span is projected out.
     pub(crate) fn without(monodromy: &DMatrix<f64>, rigid: &DMatrix<f64>, error: f64) -> Option<Self> {
         if rigid.ncols() == 0 {
             return Multipliers::of(monodromy, error);
         }
-        // [R Z] orthogonal: R is invariant, so that Zᵀ M Z has the rest of the spectrum.
+        // [R Z] is orthogonal and the span of R is invariant: Zᵀ M Z has the other eigenvalues.
         let (m, k) = rigid.shape();
         let mut basis = DMatrix::identity(m, m);
         rigid.clone().qr().q_tr_mul(&mut basis);
@@ -103,24 +110,24 @@ impl Multipliers {
         Multipliers::of(&(z.transpose() * monodromy * z), error)
     }
 
-    /// All of them, the largest modulus first.
+    /// All multipliers, the largest |μ| first.
     pub fn values(&self) -> &[Complex64] {
         &self.values
     }
-    /// The largest modulus; 0 when there are none.
+    /// Largest |μ|; 0 if there are no multipliers.
     pub fn largest(&self) -> f64 {
         self.values.first().map_or(0.0, |m| m.norm())
     }
-    /// How far each may be off.
+    /// Estimated error of each multiplier.
     pub fn error(&self) -> f64 {
         self.error
     }
-    /// The same with another error.
+    /// The same multipliers with another error.
     pub fn with_error(self, error: f64) -> Self {
         Multipliers { error: error.abs(), ..self }
     }
 
-    /// Whether the largest lies inside the unit circle, outside, or too close to say.
+    /// Compares the largest |μ| with 1, with regard to its error.
     pub fn stability(&self) -> Stability {
         match self.largest() {
             largest if largest + self.error < 1.0 => Stability::Stable,
@@ -129,12 +136,13 @@ impl Multipliers {
         }
     }
 
-    /// ln|μ|/T: the growth per time of each, T the period of the orbit.
+    /// ln|μ|/T: exponential rate of growth of each multiplier; T is the period of the orbit.
     pub fn growth(&self, period: f64) -> Vec<f64> {
         self.values.iter().map(|m| m.norm().ln() / period).collect()
     }
 
-    /// The largest distance of a multiplier from its partner in another set, paired greedily.
+    /// Largest distance of a multiplier from its partner in another set. Each multiplier is paired with the
+    /// nearest one that is left. Infinite if the other set is smaller.
     pub(crate) fn distance(&self, other: &Self) -> f64 {
         let mut left = other.values.clone();
         self.values.iter().fold(0.0, |worst: f64, a| {

@@ -1,4 +1,4 @@
-//! One degree of freedom: Eq. (9).
+//! The noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
 use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::backlash::Backlash;
@@ -21,20 +21,27 @@ use crate::models::nfg::params::{
 };
 use crate::scalar::Scalar;
 
-/// The pair in one degree of freedom, the pinion turning evenly.   Source: Liu 2021, Eq. (9), corrected.
+/// The noncircular face gear pair with one degree of freedom. The speed of the pinion is prescribed.
 ///
-/// q'' + 2 ζ D (q' + (r'/r) q) + F f(q) = -B0 - θ2'' + ē''
+/// q'' + 2 ζ D (q' + (r'/r) q) + F f(q) = -B0 - θ2'' + ē''.   Source: Liu 2021, Eq. (9), corrected.
 ///
-/// over τ = ω_n t, with q = q2 + e/r_b2 `[rad]`, F = (k_m/k0) (1 + β cos x)²/(1 + β²/2), f the dead zone of half width b̄ and
-/// x = ω̄_c τ. How b̄, D, θ2'' and ē'' are read is up to [`NfgReading`].
+/// - The time is τ = ω_n t `[1]`; a prime is a derivative over τ.
+/// - The coordinate is q = q2 + e/r_b2 `[rad]`, with the elastic angle q2 of the face gear.
+/// - x = (ω_c/ω_n) τ is the phase of the instantaneous centre; ē = e/r_b2 `[rad]`; r is r_b2.
+/// - F = (k_m/k0) (1 + β cos x)²/(1 + β²/2) and B0 = T2/(I2 ω_n²).
+/// - f is the contact law, by default the dead zone of half width b̄ `[rad]`.
+/// - [`NfgReading`] selects the forms of b̄, D, r'/r, θ2'' and ē''.
 ///
-/// At changing speed θ2'' and ē'' hold φ'' besides φ'².
+/// If the speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)), θ2'' and ē'' contain a term in x'' in
+/// addition to the term in x'².
 ///
-/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `inertia` I2 [kg m²], `stiffness` k0 [N/m], with which the amplitudes of k_m scale,
-/// `damping ratio` ζ, `half backlash` b `[m]`, if the law is [`Backlash`].
+/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `inertia` I2 [kg m²], `stiffness` k0 [N/m],
+/// `damping ratio` ζ `[1]` and, if the law is a [`Backlash`], `half backlash` b `[m]`, half of the backlash.
+/// The shape stores k_m/k0, so k_m is proportional to the constant k0.
 ///
-/// Its contact is in metres: deflection r_b2 q, edges ∓ r_b2 b̄; the mesh force is in newtons. The drive flank under positive load
-/// is the lower one. Channels of its own: `base radius` r_b2 `[m]` and `elastic part` f(q) `[rad]`, what is left of q without the gap.
+/// The contact has the deflection r_b2 q `[m]`, the edges ∓r_b2 b̄ `[m]` and a mesh force `[N]`. Under
+/// positive load the drive flank is the lower flank. Own channels: `base radius` r_b2 `[m]` and
+/// `elastic part` f(q) `[rad]`, q less the gap.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
@@ -51,7 +58,8 @@ use crate::scalar::Scalar;
 /// ```
 pub type NfgPair<N = Backlash> = Machine<NfgShape<N>>;
 
-/// What all pairs share that run in lanes: the reading, the geometry, the waves of the mesh and its contact law.
+/// The shape of [`NfgPair`]: reading, geometry, waves of the mesh and contact law. Pairs of equal shape share
+/// lanes.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Shape};
@@ -62,64 +70,71 @@ pub type NfgPair<N = Backlash> = Machine<NfgShape<N>>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgShape<N = Backlash> {
     reading: NfgReading,
-    /// L `[m]`.
+    /// Mean radius L `[m]`.
     radius: f64,
-    /// i_j.
+    /// Reduction ratio i_j `[1]`.
     ratio: f64,
+    /// β = 2 ε/(1 + ε²) `[1]`.
     beta: f64,
-    /// Z2.
+    /// Number of teeth of the face gear Z2.
     teeth: f64,
     /// dθ2/dx.
     rotation: CentreCurve,
-    /// k_m/k0 and e over the phase of the face gear, and the contact law.
+    /// k_m/k0 `[1]` and e `[m]` over x, with Z2 periods in 2π, and the contact law.
     mesh: Mesh<N>,
-    /// Whether the lower and the upper edge of the law lie at infinity.
+    /// Whether the lower and the upper edge of the law are infinite.
     missing: [bool; 2],
-    /// Fourier pairs of k_m/k0 and of e, if that is what they are: both then need one sine and cosine of the mesh phase.
+    /// Fourier series of k_m/k0 and of e, if the parameters give both as harmonics. One sine and cosine of
+    /// the mesh phase then serve both.
     series: Option<[Fourier; 2]>,
 }
 
-// Waves.
+// Indices of the waves.
 const STIFFNESS: usize = 0; // F
 const RADIUS: usize = 1; // r_b2/L
-const INVERSE: usize = 2; // L/r_b2: lanes multiply faster than they divide
+const INVERSE: usize = 2; // L/r_b2: in lanes a multiplication is faster than a division
 const STRETCH: usize = 3; // (dr_b2/dx)/r_b2
 const FORCING: usize = 4; // d²(θ2 - ē)/dx²
 const FORCING_RATE: usize = 5; // d(θ2 - ē)/dx
 const WAVES: usize = 6;
-// Waves of a law with edges of its own, in metres.
+// Indices of the further waves of a law other than `Backlash`: its edges [m] and their rates over x.
 const LOWER: usize = WAVES;
 const UPPER: usize = WAVES + 1;
-const LOWER_RATE: usize = WAVES + 2; // over x
+const LOWER_RATE: usize = WAVES + 2;
 const UPPER_RATE: usize = WAVES + 3;
 const ALL_WAVES: usize = WAVES + 4;
 
-/// What the algebra needs of the drives.
+/// Quantities of the algebra that depend on the drives alone.
 struct At<S> {
-    /// Metres per unit of x in the contact law, its inverse, and the rate of the logarithm of the former.
+    /// Argument of the contact law per q: 1 for a [`Backlash`], otherwise the radius r_b2 or L [m/rad].
     unit: S,
+    /// 1/unit.
     per_unit: S,
+    /// unit'/unit.
     unit_stretch: S,
-    /// Edges in the law's unit, and their rates over τ.
+    /// Edges in the unit of the argument.
     lower: S,
     upper: S,
+    /// Rates of the edges over τ.
     lower_rate: S,
     upper_rate: S,
-    /// 2 ζ D and r'/r.
+    /// 2 ζ D.
     damping: S,
+    /// r'/r, or 0 at a constant damping ratio.
     stretch: S,
 }
 
 impl NfgPair {
-    /// The exact reading.
+    /// The pair of the [exact reading](NfgReading::exact).
     ///
     /// # Errors
-    /// Every parameter out of its range, by the name of its field.
+    /// A [`ParameterError`] that names the first field outside its range, or a derived quantity that is
+    /// outside its range or overflows.
     pub fn new(params: &NfgParams) -> Result<Self, ParameterError> {
         NfgPair::with_reading(params, NfgReading::exact())
     }
 
-    /// Any reading.
+    /// The pair of a given reading.
     ///
     /// # Errors
     /// As [`new`](NfgPair::new).
@@ -132,22 +147,27 @@ impl NfgPair {
             .collect();
         let series = [Fourier::new(1.0, &over_mean)?, Fourier::new(params.error, &params.error_harmonics)?];
         let [stiffness, error] = series.clone().map(Wave::new);
-        // The half width is a constant: the shape is the same for all.
+        // The half backlash is a constant of the machine. With 0 in the shape, pairs of different half
+        // backlash have equal shapes.
         let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
         NfgPair::made(params, reading, mesh, params.half_backlash, Some(series))
     }
 }
 
 impl NfgPair {
-    /// b/L `[rad]`.
+    /// b/L `[rad]`, the half width of the dead zone at the mean radius; b is half of the backlash.
     pub fn half_width(&self) -> f64 {
         self.prepared_constants()[5]
     }
 }
 
 impl<N: Nonlinearity> NfgPair<N> {
-    /// Stiffness k_m [N/m], transmission error e `[m]` and contact law of one's own, in place of those of the parameters: waves of the mesh phase, one
-    /// turn for a tooth. The law reads metres and metres per second. k0 of the parameters stays the unit of the stiffness.
+    /// The pair with a given mesh stiffness k_m [N/m], transmission error e `[m]` and contact law, in place
+    /// of those of the parameters.
+    ///
+    /// Stiffness and error are waves of the mesh phase; 2π is one tooth. The law receives deflections in
+    /// metres and rates in metres per second. The half width of a [`Backlash`] becomes the constant
+    /// `half backlash`. ω_n and the constant `stiffness` still follow from k0 of the parameters.
     ///
     /// # Errors
     /// As [`new`](NfgPair::new).
@@ -198,29 +218,30 @@ impl<N: Nonlinearity> NfgPair<N> {
         Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
-    /// The reading.
+    /// The reading of the equations.
     pub fn reading(&self) -> NfgReading {
         self.shape().reading
     }
-    /// L `[m]`.
+    /// Mean radius L `[m]`: base or pitch radius, as the reading selects.
     pub fn mean_radius(&self) -> f64 {
         self.shape().radius
     }
-    /// ω_n [rad/s]: τ = ω_n t.   Eq. (10).
+    /// Natural frequency ω_n = L √(k0 (1 + β²/2)/I2) [rad/s]; τ = ω_n t.   Source: Liu 2021, Eq. (10).
     pub fn natural_frequency(&self) -> f64 {
         let constants = self.constants();
         self.shape().natural(constants[2], constants[3])
     }
-    /// ω_c/ω_n `[1]`.
+    /// Frequency of the instantaneous centre over the natural frequency, ω_c/ω_n `[1]`.
     pub fn centre_frequency(&self) -> f64 {
         self.speed()
     }
 
-    /// Rest on the drive flank: q = -b̄ - B0/F, q' = 0, at τ = 0, for a law of slope 1 on its flanks.
+    /// The state at rest on the drive flank at τ = 0: q = -b̄ - B0/F, q' = 0. The formula assumes a law of
+    /// slope 1 on its lower flank. For a law without edges it is q = -B0/F.
     ///
     /// # Errors
-    /// A mesh stiffness that is not positive at the start; a law with an upper flank alone, since the load rests on the lower one. A law without edges
-    /// carries at 0.
+    /// A mesh stiffness at τ = 0 that is not positive. [`ParameterError::NoFlank`] if the law has an upper
+    /// flank only, because a positive load acts on the lower flank.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         if self.shape().missing == [true, false] {
             return Err(ParameterError::NoFlank { flank: "lower" });
@@ -242,7 +263,7 @@ impl<N: Nonlinearity> NfgPair<N> {
 }
 
 impl<N: Nonlinearity> NfgShape<N> {
-    /// ω_n [rad/s] of an inertia and a mean stiffness.
+    /// ω_n = L √(k0 (1 + β²/2)/I2) [rad/s] from the inertia I2 and the mean stiffness k0.
     fn natural<S: Scalar>(&self, inertia: S, stiffness: S) -> S {
         (stiffness * self.radius * self.radius * (1.0 + 0.5 * self.beta * self.beta) / inertia).sqrt()
     }
@@ -261,7 +282,7 @@ impl<N: Nonlinearity> NfgShape<N> {
             ),
         };
         if N::HALF_WIDTH {
-            // The law is the same in any unit: that of q.
+            // f(c x; c b) = c f(x; b) for a dead zone. Its argument therefore is q itself.
             let (width, rate) =
                 if mean { (width, zero) } else { (width * inverse, -(width * inverse * rho_stretch)) };
             let (unit, per_unit, unit_stretch) = (one, one, zero);
@@ -287,13 +308,13 @@ impl<N: Nonlinearity> NfgShape<N> {
         At { unit, per_unit, unit_stretch, lower, upper, lower_rate, upper_rate, damping, stretch }
     }
 
-    /// Deflection and rate in the units of the law: `[m]` and [m/s], or those of q for a law that is the same in any.
+    /// Argument of the contact law and its rate: q and q' for a [`Backlash`], otherwise `[m]` and [m/s].
     #[inline(always)]
     fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> (S, S) {
         if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) }
     }
 
-    /// 2 ζ D (q' + (r'/r) q) + F f(q).
+    /// 2 ζ D (q' + (r'/r) q) + F f(q), the acceleration by the mesh with reversed sign.
     #[inline(always)]
     fn tooth<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -311,10 +332,9 @@ impl<N: Nonlinearity> NfgShape<N> {
         self.mesh.force(law, i, x, rate, v + at.stretch * q, drives)
     }
 
-    /// k_m/k0 and e over x.
+    /// k_m/k0 and e with their derivatives over x.
     fn mesh_waves(&self, phase: f64, side: Side) -> [Jet; 2] {
         match &self.series {
-            // One sine and cosine of the mesh phase for both.
             Some([stiffness, error]) => {
                 let mesh = libm::sincos(self.teeth * phase);
                 [stiffness.jet_of(mesh, self.teeth), error.jet_of(mesh, self.teeth)]
@@ -354,7 +374,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         check::not_negative("damping ratio", constants[4])?;
         constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
     }
-    /// ω_c/ω_n, 2 ζ, B0, I2 ω_n²/L, ω_n and b/L.
+    /// Returns ω_c/ω_n, 2 ζ, B0, I2 ω_n²/L, ω_n and, for a [`Backlash`], b/L.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         let &[speed, load, inertia, stiffness, damping, ref half_backlash @ ..] = constants else {
             return Vec::new();
@@ -391,7 +411,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     ) -> Contact<S> {
         let (at, waves) = (self.at(u), u.all_waves());
         let [_, _, mesh_force] = u.constants();
-        // In metres: r_b2 times what is in radians, with the rates of the products.
+        // The contact in metres: d = r_b2 q, d' = r_b2 q' + r_b2' q, and likewise for the edges.
         let r = waves[RADIUS] * self.radius;
         let r_rate = r * waves[STRETCH] * u.speed();
         let per_unit_rate = -(at.per_unit * at.unit_stretch);

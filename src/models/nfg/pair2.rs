@@ -1,4 +1,4 @@
-//! Two degrees of freedom: Eq. (4).
+//! The noncircular face gear pair with two degrees of freedom.   Source: Liu 2021, Eq. (4).
 
 use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::backlash::Backlash;
@@ -17,30 +17,39 @@ use crate::model::shape::{Drives, Shape, Size};
 use crate::models::nfg::params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
 
-/// The pair in two degrees of freedom, elastic angles q1 of the pinion and q2 of the face gear `[rad]` over time `[s]`.
+/// The noncircular face gear pair with two degrees of freedom: the elastic angles q1 of the pinion and q2 of
+/// the face gear `[rad]` over time `[s]`.
 ///
 /// I1 q1'' + r_b1 W = T1,   I2 q2'' - r_b2 W = -T2 - I2 θ2'',
-/// W = c_m x' + k_m f(x),   x = r_b1 q1 - r_b2 q2 - e,   x' = r_b1 q1' - r_b2 q2' - r_b2' q2 - e'
+/// W = c_m x' + k_m f(x),   x = r_b1 q1 - r_b2 q2 - e,   x' = r_b1 q1' - r_b2 q2' - r_b2' q2 - e'.
 ///
-/// f is the dead zone of half width b `[m]`. By default T1 = r_b1 (T2 + I2 θ2'')/r_b2 balances the rigid motion, and the model tends to
-/// [`NfgPair`](crate::NfgPair) as 1/I1. Of the readings, radius and centre forcing apply; the rest has no counterpart here.
+/// Source: Liu 2021, Eq. (4), corrected.
 ///
-/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `mesh damping` c_m [N s/m], `inertia` I2 and `pinion inertia` I1 [kg m²],
-/// `half backlash` b `[m]`, if the law is [`Backlash`].
+/// - f is the contact law, by default the dead zone of half width b `[m]`; b is half of the backlash.
+/// - Default of T1: r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
+///   [`NfgPair`](crate::NfgPair) then decreases as 1/I1.
+/// - Initial value of c_m: 2 ζ I2 ω_n/(L² (1 + β²/2)), with ω_n of [`NfgPair`](crate::NfgPair).
+/// - Of an [`NfgReading`] only `radius` and `centre_forcing` have an effect.
 ///
-/// Channels of its own: `base radius` r_b2 and `elastic part` f(x), both `[m]`.
+/// Constants: `speed` ω1 [rad/s], `load torque` T2 [N m], `mesh damping` c_m [N s/m], `inertia` I2 [kg m²],
+/// `pinion inertia` I1 [kg m²] and, if the law is a [`Backlash`], `half backlash` b `[m]`.
 ///
-/// Under positive load the drive flank is the upper one.   Source: Liu 2021, Eq. (4), corrected.
+/// The contact has the deflection x `[m]` and the mesh force W `[N]`. Under positive load the drive flank is
+/// the upper flank. Own channels: `base radius` r_b2 `[m]` and `elastic part` f(x) `[m]`.
 ///
 /// ```
-/// use gear_dynamics::{Model, NfgParams, models::nfg::NfgPair2};
+/// use gear_dynamics::{NfgParams, analysis::Probe, excitation::Side, models::nfg::NfgPair2};
 /// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
-/// assert_eq!((pair.dof(), pair.contacts()), (2, 1));
+/// let start = pair.static_start()?;
+/// let mut probe = Probe::new(&pair);
+/// let force = probe.index("mesh force")?;
+/// let w = probe.read(start.t, Side::After, &start.q, &start.v)[force];
+/// assert!((w - 270.27).abs() < 0.01); // T2/r_b2(0) = 30 N m/0.111 m
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 pub type NfgPair2<N = Backlash> = Machine<NfgShape2<N>>;
 
-/// What all pairs of two degrees of freedom share that run in lanes.
+/// The shape of [`NfgPair2`]: geometry, torque on the pinion and mesh. Pairs of equal shape share lanes.
 ///
 /// ```
 /// use gear_dynamics::{models::nfg::NfgPair2, NfgParams};
@@ -50,20 +59,22 @@ pub type NfgPair2<N = Backlash> = Machine<NfgShape2<N>>;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgShape2<N = Backlash> {
-    /// T1, if it does not balance the rigid motion.
+    /// Constant torque T1 on the pinion [N m]; `None` if T1 balances the rigid motion.
     torque: Option<f64>,
-    /// r_b1 `[m]`.
+    /// Base radius of the pinion r_b1 `[m]`.
     pinion_radius: f64,
-    /// L `[m]`.
+    /// Mean radius L `[m]`.
     radius: f64,
+    /// β = 2 ε/(1 + ε²) `[1]`.
     beta: f64,
+    /// Reduction ratio i_j `[1]`.
     ratio: f64,
     /// dθ2/dx.
     rotation: CentreCurve,
     mesh: Mesh<N>,
 }
 
-// Waves: those of the mesh, then the gear.
+// Indices of the waves. Waves 0 to 6 are those of the mesh.
 const RADIUS: usize = 7; // r_b2 [m]
 const RADIUS_RATE: usize = 8; // dr_b2/dx [m]
 const ROTATION: usize = 9; // dθ2/dx
@@ -71,15 +82,16 @@ const CENTRE: usize = 10; // d²θ2/dx²
 const WAVES: usize = 11;
 
 impl NfgPair2 {
-    /// The exact reading, the pinion of inertia I1 [kg m²].
+    /// The pair of the [exact reading](NfgReading::exact). `pinion_inertia`: I1 [kg m²].
     ///
     /// # Errors
-    /// A pinion inertia outside 1e-50 .. 1e50; every parameter out of its range, by the name of its field.
+    /// A pinion inertia outside 1e-50 .. 1e50; a parameter outside its range, named by its field; a derived
+    /// quantity that is outside its range or overflows.
     pub fn new(params: &NfgParams, pinion_inertia: f64) -> Result<Self, ParameterError> {
         NfgPair2::with_reading(params, pinion_inertia, NfgReading::exact())
     }
 
-    /// Radius and centre forcing as read.
+    /// The pair of a given reading, of which only `radius` and `centre_forcing` have an effect.
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
@@ -91,15 +103,19 @@ impl NfgPair2 {
         params.check()?;
         let stiffness = Wave::new(Fourier::new(params.stiffness, &params.stiffness_harmonics)?);
         let error = Wave::new(Fourier::new(params.error, &params.error_harmonics)?);
-        // The half width is a constant: the shape is the same for all.
+        // The half backlash is a constant of the machine. With 0 in the shape, pairs of different half
+        // backlash have equal shapes.
         let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
         NfgPair2::made(params, pinion_inertia, reading, mesh, params.half_backlash)
     }
 }
 
 impl<N: Nonlinearity> NfgPair2<N> {
-    /// Stiffness [N/m], transmission error `[m]` and contact law of one's own, in place of those of the parameters: waves of the mesh phase, one
-    /// turn for a tooth.
+    /// The pair with a given mesh stiffness k_m [N/m], transmission error e `[m]` and contact law, in place
+    /// of those of the parameters.
+    ///
+    /// Stiffness and error are waves of the mesh phase; 2π is one tooth. The half width of a [`Backlash`]
+    /// becomes the constant `half backlash`. The initial c_m still follows from k0 of the parameters.
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
@@ -153,7 +169,8 @@ impl<N: Nonlinearity> NfgPair2<N> {
         Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
-    /// A constant torque T1 [N m] on the pinion in place of the one that balances the rigid motion.
+    /// The same pair with a constant torque T1 [N m] on the pinion. Default: the torque that balances the
+    /// rigid motion.
     ///
     /// # Errors
     /// A torque beyond ±1e50.
@@ -168,16 +185,18 @@ impl<N: Nonlinearity> NfgPair2<N> {
         Ok(self.reshaped(shape))
     }
 
-    /// c_m [N s/m].
+    /// Mesh damping c_m [N s/m].
     pub fn damping(&self) -> f64 {
         self.constants()[2]
     }
 
-    /// At t = 0: the pinion at q1 = 0, the face gear at rest on the drive flank, for a law of slope 1 on its flanks.
+    /// The state on the drive flank at t = 0: q1 = 0, q1' = 0, x = b + T2/(r_b2 k_m), with q2' such that
+    /// q2 + e/r_b2 is at rest. The formula assumes a law of slope 1 on its upper flank. For a law without
+    /// edges it is x = T2/(r_b2 k_m).
     ///
     /// # Errors
-    /// A mesh stiffness that is not positive at the start; a law with a lower flank alone, since the load rests on the upper one. A law without edges
-    /// carries at 0.
+    /// A mesh stiffness at t = 0 that is not positive. [`ParameterError::NoFlank`] if the law has a lower
+    /// flank only, because a positive load acts on the upper flank.
     pub fn static_start(&self) -> Result<State, ParameterError> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
@@ -190,7 +209,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
         }
         let edge = if upper == f64::INFINITY { 0.0 } else { upper };
         let deflection = edge + load / (radius * check::positive("mesh stiffness at the start", stiffness)?);
-        // q = q2 + e/r_b2 is at rest, so q2' takes up the rate of the error, as in the model of one degree of freedom.
+        // q = q2 + e/r_b2 is at rest, as in the model with one degree of freedom: q2' = -(e/r_b2)'.
         let stretch = radius_rate / radius;
         let q2 = -(deflection + error) / radius;
         let v2 = -u.speed() * (error_rate - error * stretch) / radius;
@@ -201,12 +220,12 @@ impl<N: Nonlinearity> NfgPair2<N> {
 }
 
 impl<N: Nonlinearity> NfgShape2<N> {
-    /// r_b1 `[m]`.
+    /// Base radius of the pinion r_b1 `[m]`; the pitch radius if the reading selects it.
     pub fn pinion_radius(&self) -> f64 {
         self.pinion_radius
     }
 
-    /// The waves of the mesh, the edges those of the constant half backlash if the law has it from there.
+    /// The waves of the mesh. For a [`Backlash`] the constant half backlash replaces the edges.
     #[inline(always)]
     fn mesh_waves<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 7] {
         let (mut waves, [_, _, _, _, _, width]) = (u.waves(), u.constants());
@@ -242,7 +261,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         check::scale("pinion inertia", constants[4])?;
         constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
     }
-    /// ω_c = ω1/i_j [rad/s], T2, c_m, I2, 1/I2, 1/I1, b.
+    /// Returns ω_c = ω1/i_j [rad/s], T2, c_m, I2, 1/I2, 1/I1 and, for a [`Backlash`], b.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         let &[speed, load, damping, inertia, pinion_inertia, ref half_backlash @ ..] = constants else {
             return Vec::new();

@@ -13,9 +13,9 @@ use crate::excitation::centre::InstantCentre;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgParams {
-    /// Module of the pinion m `[m]`.
+    /// Module m `[m]`.
     pub module: f64,
-    /// Teeth of the pinion Z1 `[1]`.
+    /// Number of teeth of the pinion Z1 `[1]`.
     pub pinion_teeth: u32,
     /// Reduction ratio i_j = Z2/Z1 `[1]`; Z1 i_j must be a whole number of teeth.
     pub ratio: f64,
@@ -35,16 +35,17 @@ pub struct NfgParams {
     pub damping_ratio: f64,
     /// Mean static transmission error e0 `[m]`.
     pub error: f64,
-    /// Cosine and sine amplitudes of the static transmission error `[m]`, by order of the mesh frequency from 1.
+    /// Cosine and sine amplitudes of the static transmission error `[m]`, by order of the mesh frequency
+    /// from 1.
     pub error_harmonics: Vec<[f64; 2]>,
-    /// Half of the tooth backlash b `[m]`.
+    /// Half backlash b `[m]`, half of the backlash of the teeth.
     pub half_backlash: f64,
-    /// Rotational velocity of the pinion ω1 [rad/s].
+    /// Speed of the pinion ω1 [rad/s].
     pub speed: f64,
 }
 
 impl NfgParams {
-    /// Table 1 of the paper.
+    /// The values of Liu 2021, Table 1.
     pub fn table1() -> Self {
         NfgParams {
             module: 2.5e-3,
@@ -64,7 +65,7 @@ impl NfgParams {
         }
     }
 
-    /// Every value in its range.
+    /// Checks every value against its range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::scale("module", self.module)?;
         if self.pinion_teeth < 1 {
@@ -72,9 +73,9 @@ impl NfgParams {
         }
         check::scale("ratio", self.ratio)?;
         let teeth = self.face_gear_teeth();
-        // Beyond a million teeth the phase of the mesh over a turn loses digits that the excitations need.
+        // Beyond a million teeth rounding of the mesh phase over a turn is too large for the excitations.
         if (teeth - teeth.round()).abs() > 1e-9 * teeth || !(1.0..=1e6).contains(&teeth.round()) {
-            let allowed = "whole numbers of teeth Z2 = ratio Z1, at most 1000000";
+            let allowed = "[1, 1000000] and be a whole number, Z2 = ratio Z1";
             return Err(ParameterError::OutOfRange { name: "face gear teeth".into(), value: teeth, allowed });
         }
         InstantCentre::check_ratio("eccentric_ratio", self.eccentric_ratio)?;
@@ -101,7 +102,8 @@ impl NfgParams {
         Ok(())
     }
 
-    /// What a reading derives from values that are each in their range: the natural frequency ω_n [rad/s] of the mean radius `radius`.
+    /// Checks the quantities that follow from several values and from the reading. Returns the natural
+    /// frequency ω_n [rad/s] for the mean radius `radius` `[m]`.
     pub(crate) fn check_derived(&self, radius: f64, reading: NfgReading) -> Result<f64, ParameterError> {
         if let CentreForcing::Series(order) = reading.centre_forcing {
             check::count("order of the centre forcing", &[order as usize], check::ORDERS)?;
@@ -115,7 +117,7 @@ impl NfgParams {
             "frequency of the centre over the natural frequency",
             self.centre_frequency() / natural,
         )?;
-        // Bounds of the drives over a turn; the smallest radius is 1 - β of the mean one.
+        // Bounds of the drives over a turn; the smallest radius is 1 - β times the mean radius.
         let thinnest = (1.0 / (1.0 - beta)).powi(4);
         let wave = |pairs: &[[f64; 2]], powers: i32| {
             let order = |i: usize| ((i + 1) as f64 * self.face_gear_teeth()).powi(powers);
@@ -150,7 +152,8 @@ impl NfgParams {
             2.0 * self.damping_ratio * inertia * natural / (radius * radius),
             &[self.damping_ratio, inertia, natural],
         )?;
-        // The force of two degrees of freedom holds the error itself.
+        // With two degrees of freedom the mesh force depends on the error e itself, not on its derivatives
+        // only.
         let damping = 2.0 * self.damping_ratio * inertia * natural / (radius * radius);
         let rates = (self.stiffness + wave(&self.stiffness_harmonics, 0)) + damping * self.centre_frequency();
         let force = 8.0 * rates * (error + self.half_backlash) * radius.max(1.0) / inertia.min(1.0);
@@ -162,7 +165,8 @@ impl NfgParams {
         Ok(natural)
     }
 
-    /// Teeth of the face gear Z2 = i_j Z1 `[1]`: the mesh frequency over the frequency of the centre.
+    /// Number of teeth of the face gear Z2 = i_j Z1 `[1]`, equal to the mesh frequency over the frequency of
+    /// the instantaneous centre.
     pub fn face_gear_teeth(&self) -> f64 {
         self.ratio * f64::from(self.pinion_teeth)
     }
@@ -170,15 +174,16 @@ impl NfgParams {
     pub fn pinion_pitch_radius(&self) -> f64 {
         0.5 * self.module * f64::from(self.pinion_teeth)
     }
-    /// β = 2 ε/(1 + ε²) `[1]`.
+    /// β = 2 ε/(1 + ε²) `[1]`, the relative variation of the base radius: r_b2 = L (1 + β cos x).
     pub fn beta(&self) -> f64 {
         2.0 * self.eccentric_ratio / (1.0 + self.eccentric_ratio * self.eccentric_ratio)
     }
-    /// L = r1 i_j cos α (1 + ε²)/(1 - ε²) `[m]`.   Liu 2021, Eq. (8).
+    /// Mean base radius L = r1 i_j cos α (1 + ε²)/(1 - ε²) `[m]`.   Source: Liu 2021, Eq. (8).
     pub fn mean_base_radius(&self) -> f64 {
         self.mean_pitch_radius() * libm::cos(self.pressure_angle)
     }
-    /// L without cos α `[m]`: fits the paper's own figures best.
+    /// Mean pitch radius r1 i_j (1 + ε²)/(1 - ε²) `[m]`, L without cos α. It fits the figures of Liu 2021
+    /// best.
     pub fn mean_pitch_radius(&self) -> f64 {
         let eps2 = self.eccentric_ratio * self.eccentric_ratio;
         self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)
@@ -193,87 +198,154 @@ impl NfgParams {
     }
 }
 
-/// Which radius stands in L.
+/// The radius in L. Default: the base radius.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::nfg::Radius::default(), gear_dynamics::models::nfg::Radius::Base);
+/// use gear_dynamics::{NfgPair, NfgParams, models::nfg::{NfgReading, Radius}};
+/// let params = NfgParams::table1();
+/// let base = NfgPair::with_reading(&params, NfgReading { radius: Radius::Base, ..NfgReading::exact() })?;
+/// let pitch = NfgPair::with_reading(&params, NfgReading { radius: Radius::Pitch, ..NfgReading::exact() })?;
+/// assert!((base.mean_radius() / pitch.mean_radius() - 20f64.to_radians().cos()).abs() < 1e-12); // cos α
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Radius {
-    /// Pitch radius: no cos α.
+    /// Pitch radius: L without cos α.
     Pitch,
-    /// Base radius, as Eq. (2) asks.
+    /// Base radius, as Liu 2021, Eq. (2) requires.
     #[default]
     Base,
 }
 
-/// Half width of the dead zone of q.
+/// The half width b̄ `[rad]` of the dead zone of q; b is half of the backlash. Default: b/r_b2(t).
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::nfg::HalfWidth::default(), gear_dynamics::models::nfg::HalfWidth::Instant);
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, analysis::Probe, excitation::Side};
+/// use gear_dynamics::models::nfg::{HalfWidth, NfgReading};
+/// let params = NfgParams::table1();
+/// let edge = |half_width| -> Result<f64, ParameterError> {
+///     let pair = NfgPair::with_reading(&params, NfgReading { half_width, ..NfgReading::exact() })?;
+///     let mut probe = Probe::new(&pair);
+///     Ok(probe.read_contacts(0.0, Side::After, &[0.0], &[0.0])[0].upper) // r_b2 b̄ [m] at x = 0
+/// };
+/// let b = params.half_backlash;
+/// assert!((edge(HalfWidth::Instant)? / b - 1.0).abs() < 1e-12);
+/// assert!((edge(HalfWidth::Mean)? / b - (1.0 + 0.4 / 1.04)).abs() < 1e-12); // r_b2(0)/L = 1 + β
+/// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HalfWidth {
     /// b/L.
     Mean,
-    /// b/r_b2(t): what Eq. (12) says with its missing bar.
+    /// b/r_b2(t): Liu 2021, Eq. (12), with the missing bar.
     #[default]
     Instant,
 }
 
-/// ē'' on the right-hand side of Eq. (9), ē = e/r_b2.
+/// The term ē'' on the right-hand side of Liu 2021, Eq. (9), with ē = e/r_b2. Default: (e/r_b2)''.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::nfg::ErrorForcing::default(), gear_dynamics::models::nfg::ErrorForcing::Exact);
+/// use gear_dynamics::{Model, NfgPair, NfgParams, ParameterError, excitation::Side};
+/// use gear_dynamics::models::nfg::{ErrorForcing, NfgReading};
+/// // Without load, and with e = 10 μm cos(Z2 x), the acceleration at x = 0 in the gap is ē''.
+/// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![[1e-5, 0.0]], ..NfgParams::table1() };
+/// let forcing = |error_forcing| -> Result<f64, ParameterError> {
+///     let pair = NfgPair::with_reading(&params, NfgReading { error_forcing, ..NfgReading::exact() })?;
+///     let mut u = vec![0.0; pair.drives()];
+///     let mut a = [0.0];
+///     pair.drive(0.0, Side::After, &mut u);
+///     pair.accel(&u, &[0.0], &[0.0], &mut a);
+///     Ok(a[0])
+/// };
+/// let ratio = forcing(ErrorForcing::Frozen)? / forcing(ErrorForcing::MeanRadius)?;
+/// assert!((ratio - 1.04 / 1.44).abs() < 1e-12); // L/r_b2(0) = 1/(1 + β), β = 0.4/1.04
+/// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ErrorForcing {
     /// e''/L.
     MeanRadius,
-    /// e''/r_b2(t), the radius frozen while differentiating: Eq. (21).
+    /// e''/r_b2(t), with r_b2 treated as constant in the derivatives: Liu 2021, Eq. (21).
     Frozen,
     /// (e/r_b2)''.
     #[default]
     Exact,
 }
 
-/// θ2'' on the right-hand side of Eq. (9).
+/// The term θ2'' on the right-hand side of Liu 2021, Eq. (9). Default: the exact expression.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::nfg::CentreForcing::default(), gear_dynamics::models::nfg::CentreForcing::Exact);
+/// use gear_dynamics::{Model, NfgPair, NfgParams, ParameterError, Periodic, excitation::Side};
+/// use gear_dynamics::models::nfg::{CentreForcing, NfgReading};
+/// // Without load and error the acceleration in the gap is -θ2''.
+/// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![], ..NfgParams::table1() };
+/// let forcing = |centre_forcing| -> Result<f64, ParameterError> {
+///     let pair = NfgPair::with_reading(&params, NfgReading { centre_forcing, ..NfgReading::exact() })?;
+///     let mut u = vec![0.0; pair.drives()];
+///     let mut a = [0.0];
+///     pair.drive(0.25 * pair.period(), Side::After, &mut u); // x = π/2
+///     pair.accel(&u, &[0.0], &[0.0], &mut a);
+///     Ok(-a[0])
+/// };
+/// // 2 ε for order 2, 2 ε (1 - ε²)/(1 + ε²)² exactly, times (ω_c/ω_n)²; ε = 0.2.
+/// let ratio = forcing(CentreForcing::Series(2))? / forcing(CentreForcing::Exact)?;
+/// assert!((ratio - 1.04 * 1.04 / 0.96).abs() < 1e-12);
+/// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CentreForcing {
-    /// The Fourier series to an order, at most 10 000; `Series(2)` is Eq. (22).
+    /// The Fourier series up to an order, at most 10 000; `Series(2)` is Liu 2021, Eq. (22).
     Series(u32),
-    /// Eq. (20) with its squares.
+    /// Liu 2021, Eq. (20), with the missing squares.
     #[default]
     Exact,
 }
 
-/// The damping term of Eq. (9).
+/// The damping term of Liu 2021, Eq. (9). Default: constant damping coefficient.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::nfg::Damping::default(), gear_dynamics::models::nfg::Damping::ConstantCoefficient);
+/// use gear_dynamics::{Model, NfgPair, NfgParams, ParameterError, excitation::Side};
+/// use gear_dynamics::models::nfg::{Damping, NfgReading};
+/// // Without load and error the acceleration at x = 0, q = 0, q' = 1 is the damping term alone.
+/// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![], ..NfgParams::table1() };
+/// let term = |damping| -> Result<f64, ParameterError> {
+///     let pair = NfgPair::with_reading(&params, NfgReading { damping, ..NfgReading::exact() })?;
+///     let mut u = vec![0.0; pair.drives()];
+///     let mut a = [0.0];
+///     pair.drive(0.0, Side::After, &mut u);
+///     pair.accel(&u, &[0.0], &[1.0], &mut a);
+///     Ok(-a[0])
+/// };
+/// assert!((term(Damping::ConstantRatio)? - 0.02).abs() < 1e-12); // 2 ζ
+/// let beta = 0.4 / 1.04;
+/// let factor: f64 = (1.0 + beta) * (1.0 + beta) / (1.0 + 0.5 * beta * beta);
+/// assert!((term(Damping::ConstantCoefficient)? - 0.02 * factor).abs() < 1e-12);
+/// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Damping {
-    /// 2 ζ q', as printed.
+    /// Constant damping ratio ζ, as printed: 2 ζ q'.
     ConstantRatio,
-    /// c_m constant, with the rate term: 2 ζ (1 + β cos x)²/(1 + β²/2) (q' + (r_b2'/r_b2) q).
+    /// Constant damping coefficient c_m: 2 ζ (1 + β cos x)²/(1 + β²/2) (q' + (r_b2'/r_b2) q).
     #[default]
     ConstantCoefficient,
 }
 
-/// How Eq. (9) is read. The default is [`exact`](NfgReading::exact).   Source: docs/models.md, "Readings".
+/// An interpretation of Liu 2021, Eq. (9). Default: [`exact`](NfgReading::exact). docs/models.md, "Readings",
+/// compares the options.
 ///
-/// The error forcing has the sign of a consistent derivation; the sign printed in Eqs. (21), (22) is that of an error half a
-/// mesh period later: give `error_harmonics` the other sign to have it.
+/// The error forcing has the sign that follows from the derivation. Eqs. (21) and (22) print the opposite
+/// sign, which is that of an error shifted by half a mesh period. To obtain it, reverse the signs of
+/// `error_harmonics`.
 ///
 /// ```
-/// use gear_dynamics::models::nfg::{NfgReading, Radius};
-/// let base = NfgReading { radius: Radius::Base, ..NfgReading::published() };
-/// assert_eq!(base, NfgReading::published_on_base_radius());
+/// use gear_dynamics::{NfgPair, NfgParams, models::nfg::NfgReading};
+/// let params = NfgParams::table1();
+/// let exact = NfgPair::with_reading(&params, NfgReading::exact())?;
+/// let published = NfgPair::with_reading(&params, NfgReading::published())?; // on the pitch radius
+/// let ratio = exact.natural_frequency() / published.natural_frequency();
+/// assert!((ratio - 20f64.to_radians().cos()).abs() < 1e-12); // cos α
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NfgReading {
@@ -290,7 +362,7 @@ pub struct NfgReading {
 }
 
 impl NfgReading {
-    /// The reading of the equations that fits the paper's own figures best.
+    /// The reading that fits the figures of Liu 2021 best.
     pub fn published() -> Self {
         NfgReading {
             radius: Radius::Pitch,
@@ -300,11 +372,12 @@ impl NfgReading {
             damping: Damping::ConstantRatio,
         }
     }
-    /// The same on the base radius: reading A.
+    /// The reading [`published`](NfgReading::published) with the base radius in L; called reading A in
+    /// docs/models.md.
     pub fn published_on_base_radius() -> Self {
         NfgReading { radius: Radius::Base, ..NfgReading::published() }
     }
-    /// Nothing approximated: the reading that follows from Newton's law.
+    /// The reading without approximations, which follows from Newton's law.
     pub fn exact() -> Self {
         NfgReading::default()
     }

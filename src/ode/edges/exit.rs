@@ -1,14 +1,14 @@
-//! The ways in which a contact leaves its piece, and how far it is from each.
+//! The exits of a contact from its piece, and its distance from each of them.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::ode::edges::hermite::Distance;
 
-/// How far a deflection may lie past its edge before it counts: this share of the gap. Less changes the force by less than
-/// the stiffness times it, far below the tolerance of any step.
+/// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap
+/// `[1]`. It changes the force by less than the stiffness times the slack, far below the tolerance of any step.
 pub(crate) const SLACK: f64 = 1e-10;
 
-/// One way for a contact to leave its piece.
+/// An exit: contact `contact` leaves its piece for the piece `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Exit {
     pub(crate) contact: usize,
@@ -16,7 +16,7 @@ pub(crate) struct Exit {
 }
 
 impl Exit {
-    /// The ways out of a piece.
+    /// The exits from a piece: one from a flank, two from the gap.
     #[inline]
     pub(crate) fn of(contact: usize, piece: Piece) -> [Option<Exit>; 2] {
         let exit = |to| Some(Exit { contact, to });
@@ -26,10 +26,11 @@ impl Exit {
         }
     }
 
-    /// Its distance, when standing on `from`.
+    /// Distance from the edge of this exit for a contact on the piece `from`, positive on that piece. With the
+    /// length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        // Outwards from a flank and inwards from the gap: the side of the edge, and the sign that makes the distance positive inside.
+        // `lower`: the exit is at the lower edge. `sign` makes the distance positive on `from`.
         let lower = if from == Piece::Gap { self.to == Piece::Lower } else { from == Piece::Lower };
         let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
         let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
@@ -37,7 +38,7 @@ impl Exit {
     }
 }
 
-/// The length that slack is measured by: the gap, or the deflection where there is none.
+/// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.
 #[inline]
 pub(crate) fn scale(c: &Contact) -> f64 {
     let gap = c.upper - c.lower;

@@ -1,4 +1,4 @@
-//! The first crossing of an edge inside a step.
+//! The first crossing of an edge inside a step, as a root on the dense output.
 
 use crate::model::equations::Model;
 use crate::ode::edges::exit::Exit;
@@ -6,24 +6,31 @@ use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// A distance may miss its cubic by this many times what it was seen to miss it by.
+/// Safety factor on the observed deviation of a distance from its cubic.
 pub(crate) const DOUBT: f64 = 4.0;
 
-/// A stretch whose middle misses its cubic by less than this share of its range is searched along the cubic; others are halved.
+/// An interval is searched along its cubic if the deviation at its division point is below this share of the range
+/// of the distance `[1]`. Otherwise it is divided.
 const RESOLVED: f64 = 0.05;
 
-/// Halvings of a step in search of a first root, and the stretch that is left.
+/// Maximum number of nested divisions of a step.
 const HALVINGS: usize = 10;
 
+/// Intervals of θ up to this length are not divided.
 const SHORTEST: f64 = 1.0 / 1024.0;
 
-/// Where a stretch is divided: a multiple of the golden ratio modulo 1, so that no wave has a whole number of periods on both sides.
+/// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave has a
+/// whole number of periods on both sides of it.
 const MIDDLE: f64 = 0.472_135_954_999_579;
 
-/// Refinements of one root; bisection alone would need about 50.
+/// Maximum number of iterations for one root. Bisection alone needs about 50.
 const MOST: usize = 60;
 
-/// The first θ in (0, limit] at which the distance changes sign, on the dense output. 0.0: it was past its edge from the start.
+/// The first θ in (0, limit] at which the distance from the edge of `exit` becomes negative, on the dense output.
+///
+/// `d0`, `d1`: distances at the start and the end of the step; `hermite`: the cubic through them; `slack`: distance
+/// past the edge that does not count; `close`: distance at which a root is accepted. Returns 0.0 if the contact
+/// starts on its edge or past it and moves outwards, and `None` if there is no crossing.
 pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     exit: Exit,
@@ -40,7 +47,8 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
         exit.distance(from, &e.contacts[exit.contact], h)
     };
     let (mut a, mut da) = (0.0, d0);
-    // Just past the edge, or on it: it may have come in from there, or be on its way out.
+    // A contact that starts on its edge, or just past it, either has just entered or leaves at once. It leaves if it
+    // moves outwards and is past the edge at the end of the step or at the lowest point of the cubic.
     let on_edge = d0.value <= slack;
     if on_edge
         && d0.rate <= 0.0
@@ -50,7 +58,7 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     }
     // If locating left the contact outside its edge by δ, δ is tolerated for this step.
     let slack = if on_edge { slack.max(-d0.value) } else { slack };
-    // Divide the step until every stretch is clear of the edge or follows its cubic; search those from left to right.
+    // Divide the step until each interval is clear of the edge or follows its cubic. Search from left to right.
     let right = if limit == 1.0 { d1 } else { look(limit) };
     let mut ends = [(limit, right); HALVINGS + 1];
     let mut open = 1;
@@ -59,13 +67,13 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
         let cubic = Hermite::over(b - a, da, db);
         let m = a + MIDDLE * (b - a);
         let dm = look(m);
-        // A slope that is off tells of a wave that the middle meets by chance.
+        // The slopes are compared too, since a wave may coincide with its cubic at the division point.
         let off =
             (dm.value - cubic.at(MIDDLE)).abs().max(0.25 * (dm.rate * (b - a) - cubic.slope(MIDDLE)).abs());
         let (least, most) = (cubic.least(), da.value.max(db.value).max(dm.value));
         let clear = least > DOUBT * off && least > slack && !cubic.may_dip(da, db);
         if dm.value < -slack && db.value >= -slack && m > a {
-            ends[open - 1] = (m, dm); // the first root lies before
+            ends[open - 1] = (m, dm); // the first root lies before m
             continue;
         }
         let resolved = off <= slack.max(RESOLVED * (most - least));
@@ -84,17 +92,18 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     None
 }
 
-/// A part of a step to search.
+/// An interval of θ that is searched.
 struct Stretch {
-    /// The cubic through its ends.
+    /// The cubic through the values and rates at its ends.
     cubic: Hermite,
-    /// The distance at the start, when the contact came in over this edge there.
+    /// The distance at the start of the step, if the contact starts there on this edge or past it.
     entered: Option<f64>,
-    /// Whether it follows its cubic. If not, an edge moves faster than can be looked at, and dips between two looks are not searched for.
+    /// Whether the distance follows its cubic. If not, the edge moves too fast for the samples, and dips between two
+    /// samples are not searched for.
     resolved: bool,
 }
 
-/// The first root on a stretch: walks over the extrema that its cubic suggests.
+/// The first root on an interval. The interval is searched part by part, between the extrema of its cubic.
 fn walk(
     look: &mut impl FnMut(f64) -> Distance,
     (mut a, mut da): (f64, Distance),
@@ -111,7 +120,7 @@ fn walk(
         }
         let db = if b == end { d_end } else { look(b) };
         if let Some(d0) = entered.filter(|_| a == start && db.value < -slack) {
-            // Came in over this edge: divide its root at zero out.
+            // The contact enters at θ = 0 and leaves again. f(θ) = (d(θ) - d0)/θ does not have the root at 0.
             let f = |theta: f64, d: Distance| (d.value - d0) / theta;
             let (mut lo, mut hi) = (0.0, b);
             for _ in 0..MOST {
@@ -130,7 +139,7 @@ fn walk(
         if db.value < -slack {
             return Some(root(look, (a, da), (b, db), close));
         }
-        // A dip between two safe ends: find its bottom.
+        // Both ends are inside and there is a dip between them. Regula falsi on the rate finds its minimum.
         if resolved && da.rate < 0.0 && db.rate > 0.0 {
             let (mut lo, mut hi) = ((a, da), (b, db));
             for _ in 0..MOST {
@@ -154,7 +163,8 @@ fn walk(
     None
 }
 
-/// A sign change between `a` (inside) and `b` (outside): Newton, kept inside its bracket.
+/// θ ← θ - d/d', Newton's method for the root between `a` (d > 0) and `b` (d < 0). An iterate outside the bracket is
+/// replaced by its middle.
 fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
     let (mut lo, mut hi) = (a, b);
     let mut theta = lo.0 + (hi.0 - lo.0) * lo.1.value / (lo.1.value - hi.1.value);

@@ -1,9 +1,10 @@
 //! Whether a step resolves its gaps.
 //!
-//! In free flight no force depends on the deflection: the error estimate sees neither the error excitation nor a moving edge, and steps
-//! grow over many of their periods. So the distance of every contact from its edges is compared, inside each step, with the cubic
-//! through the ends of the step. The coordinates are taken on their own cubic, so that only what moves with the drives is left of the
-//! difference.
+//! In free flight no force depends on the deflection. The error estimate then contains neither the transmission
+//! error nor the motion of an edge, and steps grow over many periods of these. Therefore each step compares the
+//! distance of every contact from its edges with the cubic through the values and rates at the ends of the step.
+//! The coordinates inside the step are taken from their own cubics, so that only terms that depend on the drives
+//! contribute to the difference.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -13,19 +14,20 @@ use crate::ode::edges::hermite::Hermite;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// The cubic may miss the distance by this share of its range over the step ...
+/// Allowed deviation of a distance from its cubic, as a share of the range of the distance in the step `[1]`.
 const SHARE: f64 = 0.005;
 
-/// ... or by this share of the gap.
+/// Additional allowed deviation, as a share of the gap `[1]`.
 const FLOOR: f64 = 1e-6;
 
-/// ... or by this many times what rounding moves it by.
+/// Least allowed deviation, in units of the effect of rounding on the deflection.
 const ROUNDINGS: f64 = 16.0;
 
-/// A step this much longer than any found resolved at many places is looked at there, others at one node.
+/// A step is sampled at all `PLACES` if it is longer than this factor times the longest step that was found
+/// resolved there. Other steps are sampled at one node.
 const GROWTH: f64 = 1.25;
 
-/// Those places: multiples of the golden ratio, modulo 1, in step with no period.
+/// Sample points θ: multiples of the golden ratio modulo 1, which are not synchronous with any period.
 const PLACES: [f64; 8] = [
     0.618_033_988_749_895,
     0.236_067_977_499_79,
@@ -37,41 +39,44 @@ const PLACES: [f64; 8] = [
     0.944_271_909_999_159,
 ];
 
-/// Two of them, through which a cubic is laid that needs no rates.
+/// Indices of two `PLACES`. They and the ends of the step define a cubic that needs no rates.
 const INNER: [usize; 2] = [1, 5];
 
-/// What was missed in earlier steps counts by this much less with each step: where a wave bends the other way, its cubic is met by chance.
+/// Factor by which the deviation of earlier steps decreases with each step. It is kept for some steps because a wave
+/// may coincide with its cubic near an inflection.
 const FADING: f64 = 0.8;
 
-/// It grows with the fourth power of the step, up to this factor.
+/// The kept deviation grows with the fourth power of the step, up to this factor.
 const FOURTH: f64 = 256.0;
 
-/// Steps made again in a row before a jump that no drive announced is taken as it is.
+/// Maximum number of consecutive repetitions of a step. Then the step is accepted as it is: the cause may be a jump
+/// that the model does not report as a drive edge.
 const RETRIES: u8 = 8;
 
-/// Both ways out of a gap, or the one out of a flank.
+/// One value for each exit of a contact: two from the gap, one from a flank.
 type Distances = [f64; 2];
 
-/// The gaps of one run, seen inside its steps.
+/// Check of the gaps inside the steps of one run.
 pub(crate) struct Gaps {
-    /// Distances at `PLACES`.
+    /// Distances at `PLACES`, for each contact.
     places: Vec<[Distances; PLACES.len()]>,
-    /// By how much the cubic of each exit was missed in the step, at the least.
+    /// Deviation of the distance from its cubic in the current step, for each exit: the largest value known.
     off: Vec<Distances>,
-    /// The same of the steps before, fading, and the length of the step in which it was seen.
+    /// Deviation kept from the steps before, and the length of the last of these steps.
     known: Vec<[(f64, f64); 2]>,
-    /// The longest step found resolved.
+    /// Longest step that was found resolved at all `PLACES`.
     longest: f64,
-    /// A fixed step is too long for its edges: every step is looked at in many places.
+    /// The fixed step is too long to resolve the gaps: every step is sampled at all `PLACES`.
     coarse: bool,
+    /// Number of consecutive repetitions of the current step.
     retries: u8,
 }
 
-/// What a look into a step said.
+/// Result of the check of one step.
 pub(crate) enum Resolved {
-    /// The next step may be this many times as long.
+    /// The step is accepted. The length of the next step is at most this factor times the length of this one.
     Yes(f64),
-    /// The step is to be made again, this many times as long.
+    /// The step must be repeated with this factor times its length.
     No(f64),
 }
 
@@ -87,13 +92,14 @@ impl Gaps {
         }
     }
 
-    /// By how much the cubic of an exit was missed.
+    /// Deviation of the distance from its cubic in the current step, for exit `way` of a contact.
     #[inline]
     pub(crate) fn off(&self, contact: usize, way: usize) -> f64 {
         self.off[contact][way]
     }
 
-    /// Looks into the step just made, from `start` to `end`.
+    /// Checks the current step. `start`, `end`: the contacts at its ends; `noise`: the effect of rounding on each
+    /// deflection.
     #[inline]
     pub(crate) fn look<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -135,7 +141,7 @@ impl Gaps {
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
             for ((off, known), c) in self.off.iter().zip(&mut self.known).zip(end) {
-                // What rounding leaves does not grow with the step.
+                // Deviations at the level of rounding do not grow with the step and are not kept.
                 let least = 1e-3 * FLOOR * scale(c);
                 for way in 0..2 {
                     known[way] = (if off[way] > least { FADING * off[way] } else { 0.0 }, h);
@@ -152,8 +158,11 @@ impl Gaps {
         Resolved::No((0.9 / ratio.sqrt().sqrt()).clamp(0.2, 0.7))
     }
 
-    /// The same at many places, by the cubic through the ends with their rates and by one through values alone, should the model not
-    /// give its rates: the better of the two counts.
+    /// Checks the current step at all `PLACES` and returns the largest ratio of deviation to allowed deviation. `ratio`
+    /// is the ratio known so far.
+    ///
+    /// Two cubics are compared with the distance: one through values and rates at the ends, and one through four
+    /// values, for models that do not give the rates. The smaller ratio is returned.
     #[cold]
     fn look_closely<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -205,7 +214,8 @@ impl Gaps {
     }
 }
 
-/// How far the cubic may miss a distance with these values in the step, which rounding moves by `noise`.
+/// Allowed deviation of a distance from its cubic: max(SHARE range + FLOOR gap, ROUNDINGS noise). `values`: values of
+/// the distance in the step; `noise`: the effect of rounding on it.
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
@@ -213,7 +223,7 @@ fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     (SHARE * range + FLOOR * scale(c)).max(ROUNDINGS * noise).max(f64::MIN_POSITIVE)
 }
 
-/// The cubic through four points.
+/// Σ_i f_i Π_{j≠i} (x - x_j)/(x_i - x_j): value at x = `at` of the cubic through four points (x_i, f_i).
 fn lagrange(x: [f64; 4], f: [f64; 4], at: f64) -> f64 {
     (0..4)
         .map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>())

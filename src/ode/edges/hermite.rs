@@ -1,26 +1,30 @@
-//! The cubic through values and rates at both ends of a stretch: cheap, and good enough to say where to look.
+//! The cubic through values and rates at both ends of an interval. It decides where the dense output, which is more
+//! expensive, is evaluated.
 
-/// The distance of a contact from one edge of its piece, positive inside, with its rate per unit of θ.
+/// Distance of a contact from one edge of its piece, positive on the piece, and its rate per unit of θ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Distance {
     pub(crate) value: f64,
     pub(crate) rate: f64,
 }
 
-/// An extremum this close to an edge, measured by its own rise, is looked at closely.
+/// A dip is checked on the dense output if its minimum is below this share of its depth `[1]`.
 const NEAR: f64 = 0.25;
 
-/// With both ends this far from the edge, in units of their rates, there is no dip: a cubic dips at most 4/27 of them.
+/// A dip cannot reach the edge if both ends are farther from it than this factor times the sum of |rates| at the
+/// ends: a cubic dips by at most 4/27 of that sum.
 const FAR: f64 = 0.2;
 
-/// d(σ), σ from 0 to 1 over the stretch.
+/// d(σ) = d0 + a σ + b σ² + c σ³, σ from 0 to 1 over the interval.
 pub(crate) struct Hermite {
+    /// d0.
     value: f64,
-    /// σ, σ², σ³.
+    /// a, b, c.
     powers: [f64; 3],
 }
 
 impl Hermite {
+    /// The cubic with distances `d0` at σ = 0 and `d1` at σ = 1; rates per unit of σ.
     #[inline]
     pub(crate) fn new(d0: Distance, d1: Distance) -> Self {
         let rise = d1.value - d0.value;
@@ -30,39 +34,41 @@ impl Hermite {
         }
     }
 
-    /// Whether the ends alone say that the cubic has no dip and stays above `floor`: it lies between control points a third of a rate off.
+    /// Whether the ends alone show that the cubic has no dip and stays above `floor`. The cubic lies between its
+    /// Bézier points, which differ from the ends by at most a third of a rate.
     #[inline]
     pub(crate) fn is_clear(d0: Distance, d1: Distance, floor: f64) -> bool {
         let (ends, rates) = (d0.value.min(d1.value), d0.rate.abs() + d1.rate.abs());
         ends > FAR * rates && ends - rates / 3.0 > floor
     }
 
-    /// Over a stretch of θ of this width.
+    /// The cubic over an interval of θ of length `width`; rates per unit of θ.
     pub(crate) fn over(width: f64, d0: Distance, d1: Distance) -> Self {
         let scaled = |d: Distance| Distance { rate: width * d.rate, ..d };
         Hermite::new(scaled(d0), scaled(d1))
     }
 
+    /// d(σ).
     #[inline]
     pub(crate) fn at(&self, sigma: f64) -> f64 {
         let [a, b, c] = self.powers;
         self.value + sigma * (a + sigma * (b + sigma * c))
     }
 
-    /// Its slope over σ.
+    /// Slope dd/dσ = a + 2 b σ + 3 c σ².
     pub(crate) fn slope(&self, sigma: f64) -> f64 {
         let [a, b, c] = self.powers;
         a + sigma * (2.0 * b + sigma * 3.0 * c)
     }
 
-    /// Its extrema inside the stretch, in order.
+    /// The extrema with 0 < σ < 1, in ascending order.
     pub(crate) fn extrema(&self) -> [Option<f64>; 2] {
         let [a, b, c] = self.powers;
         let disc = b * b - 3.0 * a * c;
         if disc <= 0.0 {
             return [None; 2];
         }
-        // a + 2 b σ + 3 c σ² = 0 without cancellation.
+        // a + 2 b σ + 3 c σ² = 0, in the form of the quadratic formula without cancellation.
         let s = -(b + disc.sqrt().copysign(b));
         let (r1, r2) = (s / (3.0 * c), a / s);
         let inside = |r: f64| (r > 0.0 && r < 1.0).then_some(r);
@@ -70,7 +76,7 @@ impl Hermite {
         [inside(first), inside(second)]
     }
 
-    /// Where it is lowest inside the stretch.
+    /// The lowest of the extrema with 0 < σ < 1.
     pub(crate) fn lowest(&self) -> Option<f64> {
         match self.extrema() {
             [Some(first), Some(second)] => {
@@ -80,13 +86,14 @@ impl Hermite {
         }
     }
 
-    /// Its least value on the stretch, the ends included.
+    /// Minimum over 0 ≤ σ ≤ 1.
     pub(crate) fn least(&self) -> f64 {
         let ends = self.value.min(self.at(1.0));
         self.lowest().map_or(ends, |sigma| ends.min(self.at(sigma)))
     }
 
-    /// Whether its least value is above `floor`: said by its control points, which it lies between, where they tell.
+    /// Whether the minimum is above `floor`. The cubic lies between its Bézier points; the extrema are computed only
+    /// if these points do not decide.
     #[inline]
     pub(crate) fn stays_above(&self, floor: f64) -> bool {
         let [a, b, c] = self.powers;
@@ -95,10 +102,10 @@ impl Hermite {
         points > floor || self.least() > floor
     }
 
-    /// Whether it comes so close to zero inside the stretch that the dense output has to be asked.
+    /// Whether the cubic has a minimum so close to zero, or below it, that the dense output must be checked.
     #[inline]
     pub(crate) fn may_dip(&self, d0: Distance, d1: Distance) -> bool {
-        // With both ends moving away from a dip there is none, and a cubic dips at most 4/27 of its end rates.
+        // A cubic that rises at its start and falls at its end has no minimum between them. For `FAR` see there.
         let ends = d0.value.min(d1.value);
         if (d0.rate >= 0.0 && d1.rate <= 0.0) || ends > FAR * (d0.rate.abs() + d1.rate.abs()) {
             return false;

@@ -1,4 +1,4 @@
-//! Tooth edges: which contact leaves its piece first, and when.
+//! Location of edges: the contact that leaves its piece first, and the instant.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -11,56 +11,60 @@ use crate::ode::edges::stops::Stops;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// The same of a rigid stop, where velocities jump.
+/// Slack and accuracy of location for contacts with a rigid stop, where velocities jump, as a share of the gap `[1]`.
 const STOP: f64 = 1e-14;
 
-/// How closely an edge is met: this share of the gap.
+/// Accuracy of the location of an edge, as a share of the gap `[1]`.
 const CLOSE: f64 = 1e-13;
 
-/// Slack, in units of what rounding of the coordinates moves the deflection by.
+/// Least slack, in units of the effect of rounding on the deflection.
 const NOISE: f64 = 4.0;
 
-/// Accepted steps between two measurements of what rounding moves the deflections by.
+/// Accepted steps between two measurements of the effect of rounding on the deflections.
 const LOOKS: u8 = 31;
 
-/// Contacts this close to their edges, in shares of the gap, may cross together with the one located.
+/// Largest distance from its edge, as a share of the gap `[1]`, at which a contact may cross together with the located
+/// one.
 const WITH: f64 = 1e-6;
 
-/// An edge within the slack at the end of a step is met there when the distance falls by this many slacks in a step as long.
+/// A contact within the slack at the end of a step crosses there if its distance decreases faster than this number of
+/// slacks per step.
 const PLAIN: f64 = 1e3;
 
-/// The contacts of one run: where they stood at the start of the step, and on which piece.
+/// The contacts of one run at the ends of the current step, and the data for the location of their edges.
 pub(crate) struct Locator {
+    /// Contacts at the start of the step.
     pub(crate) start: Vec<Contact>,
+    /// Contacts at the end of the step.
     end: Vec<Contact>,
     pub(crate) stops: Stops,
-    /// Which contacts are known to jump in force at their edges.
+    /// Whether the acceleration jumps at the edges of each contact; `None`: not known yet.
     pub(crate) jumps: Vec<Option<bool>>,
-    /// Changes of piece since time last moved.
+    /// Number of changes of piece, or of impacts, of each contact since the time last advanced.
     pub(crate) still: Vec<u8>,
     gaps: Gaps,
-    /// What rounding of large coordinates moves each deflection by.
+    /// Effect of rounding of the coordinates and velocities on each deflection.
     noise: Vec<f64>,
-    /// Steps until it is measured again.
+    /// Number of steps until `noise` is measured again.
     countdown: u8,
-    /// How many times as long as this step the next may be.
+    /// Maximum ratio of the next step to the current one.
     pub(crate) growth: f64,
 }
 
-/// What was found in a step.
+/// Result of the search for edges in one step.
 pub(crate) enum Found {
     /// No contact leaves its piece.
     Nothing,
-    /// This one does, at θ.
+    /// The contact leaves its piece at θ.
     At(f64, Exit),
-    /// This one left already when the step began.
+    /// The contact leaves its piece at the start of the step.
     AtOnce(Exit),
-    /// The gaps move too fast for the step: it is to be made again, this many times as long.
+    /// The step does not resolve the gaps and must be repeated with this factor times its length.
     TooLong(f64),
 }
 
 impl Locator {
-    /// How often a contact may change its piece without time moving: once through the gap and back would be two.
+    /// Maximum number of changes of piece of one contact at one instant. A passage through the gap takes two.
     pub(crate) const STILL: u8 = 4;
 
     pub(crate) fn new(contacts: usize, stops: Stops) -> Self {
@@ -77,8 +81,9 @@ impl Locator {
         }
     }
 
-    /// Reads off the pieces at the start: by the deflection, on an edge by the rate. A contact that still lies on its own
-    /// piece within the slack stays there.
+    /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its rate.
+    /// A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A contact does not
+    /// enter the flank of a rigid stop.
     pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
@@ -104,7 +109,7 @@ impl Locator {
         }
     }
 
-    /// The end of the step becomes the start of the next.
+    /// Makes the end of the step the start of the next one.
     #[inline(always)]
     pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
         self.start.copy_from_slice(&e.contacts);
@@ -116,34 +121,35 @@ impl Locator {
         }
     }
 
-    /// Measures what rounding moves the deflections by: coordinates may have grown.
+    /// Measures the effect of rounding on the deflections. It grows with the coordinates.
     #[cold]
     pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
         self.countdown = LOOKS;
         e.rounding_of_contacts(&mut self.noise);
     }
 
-    /// How far contact `i` may lie past its edge before it counts.
+    /// Slack: the distance past its edge up to which contact `i` still counts as on its piece.
     #[inline]
     pub(crate) fn slack(&self, i: usize, c: &Contact) -> f64 {
         (self.share(i, SLACK) * scale(c)).max(NOISE * self.noise[i])
     }
 
-    /// A share of the gap, or that for rigid stops.
+    /// Returns `share`, or `STOP` for a contact with a rigid stop.
     #[inline]
     fn share(&self, i: usize, share: f64) -> f64 {
         if self.stops.any(i) { STOP } else { share }
     }
 
-    /// Moves a contact to another piece; `false` when it has done so too often at this instant.
+    /// Moves a contact to another piece. `false`: more than `STILL` changes at this instant.
     pub(crate) fn change(&mut self, pieces: &mut [Piece], exit: Exit) -> bool {
         pieces[exit.contact] = exit.to;
         self.still[exit.contact] += 1;
         self.still[exit.contact] <= Self::STILL
     }
 
-    /// Every other contact that reaches its edge together with the located one: within the slack, or within the time by which that
-    /// one's edge was missed.
+    /// The exits of all other contacts that reach their edges together with the located one: within the slack, or within
+    /// twice the time |d/d'| by which the location of its edge is off. In the latter case the distance is at most
+    /// `WITH` times the gap.
     pub(crate) fn together<'a>(
         &'a self,
         pieces: &'a [Piece],
@@ -163,7 +169,8 @@ impl Locator {
         })
     }
 
-    /// The first exit inside the step just made; its end contacts are in `e.contacts`.
+    /// The first exit inside the current step. On entry and on return of [`Found::Nothing`] or [`Found::At`],
+    /// `e.contacts` are the contacts at the end of the step.
     pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,
@@ -186,7 +193,7 @@ impl Locator {
                 }
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
-                // Met just where the step ends: the next one would begin behind it and never tell of it.
+                // The crossing is at the end of the step: the next step would start past the edge and not report it.
                 let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);
@@ -208,12 +215,12 @@ impl Locator {
                 }
             }
         }
-        // Looking inside the step overwrote these.
+        // The search evaluated the contacts inside the step.
         e.contacts.copy_from_slice(&self.end);
         first
     }
 
-    /// Distance of an exit's contact from its edge, its rate in time, and the distance that counts as none.
+    /// Distance of a contact from the edge of an exit, its rate in time, and its slack.
     pub(crate) fn miss(&self, pieces: &[Piece], contacts: &[Contact], exit: Exit) -> (f64, f64, f64) {
         let c = &contacts[exit.contact];
         let d = exit.distance(pieces[exit.contact], c, 1.0);

@@ -1,4 +1,4 @@
-//! Where contacts meet their edges inside a step.
+//! Location of edges and of rigid stops inside a step.
 
 pub(crate) mod exit;
 pub(crate) mod first_root;

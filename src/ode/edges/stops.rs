@@ -1,48 +1,53 @@
-//! Rigid stops: impacts at the end of a step, and contacts that come to rest.
+//! Rigid stops: velocities after impacts, flights between impacts, and contacts that come to rest.
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Model;
 use crate::model::rigid_stops::rigid_edges;
 use crate::ode::edges::exit::Exit;
 
-/// Impacts at one instant, per contact, before they count as without end.
+/// Maximum number of impacts that follow from one another at one instant, per contact of the model.
 const ROUNDS: usize = 16;
 
-/// A contact still approaches its stop, after an impact, at more than this share of the greatest speed of approach.
+/// After an impact, a contact approaches its stop if its speed of approach exceeds this share of the largest one at this
+/// instant `[1]`.
 pub(crate) const APPROACHES: f64 = 1e-9;
 
-/// A start may lie beyond a stop by this share of what its distance is made of.
+/// Allowed distance beyond a stop at the start of a step, as a share of |d| + |d' t| with the distance rate d' `[1]`.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
-/// A step behind an impact is at most this many flights long: roots are known to a share of the step.
+/// Maximum length of the step after an impact, in durations of the flight before it. The limit is necessary because
+/// roots are accurate relative to the step.
 pub(crate) const LONGER: f64 = 4.0;
 
-/// ... or this many times what the clock resolves.
+/// Least value of this limit, in units of the resolution of the time.
 pub(crate) const SHORTEST: f64 = 1e4;
 
-/// Flights in a row no higher than an edge is met by, before a contact is said to rest.
+/// Maximum number of consecutive low flights. With one more the contact is at rest.
 const LOW: u8 = 4;
 
-/// The last impact of a contact.
+/// The flight of a contact since its last impact.
 #[derive(Clone, Copy)]
 pub(crate) struct Flight {
+    /// Time of the last impact.
     pub(crate) since: f64,
-    /// Speed over the stop at which it left.
+    /// Speed relative to the stop after the last impact.
     pub(crate) speed: f64,
-    /// Flights in a row that were too low.
+    /// Number of consecutive low flights.
     pub(crate) low: u8,
     /// Height of the highest flight.
     pub(crate) highest: f64,
 }
 
 impl Flight {
+    /// No impact yet.
     pub(crate) const NONE: Flight =
         Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
 
-    /// The next impact, behind which the contact leaves at `speed`: whether it rests, since it no longer flies any higher than `slack`, or than
-    /// rounding of its highest flight.
+    /// Ends the flight with an impact at `t`, after which the contact leaves the stop at `speed`. Returns whether the
+    /// contact is at rest: more than `LOW` consecutive flights were low. A flight is low if its height is at most
+    /// `slack`, or at most the rounding of the highest flight.
     pub(crate) fn lands(&mut self, t: f64, speed: f64, slack: f64) -> bool {
-        // The height of a parabola of this duration and speed.
+        // Height of a parabola with initial speed v and duration T: v T/4.
         let height = 0.25 * self.speed * (t - self.since);
         self.highest = self.highest.max(height);
         self.low = match self.since == t {
@@ -55,19 +60,23 @@ impl Flight {
     }
 }
 
-/// The rigid stops of one run; empty for a model without.
+/// The rigid stops of one run. All lists are empty for a model without rigid stops.
 pub(crate) struct Stops {
+    /// Whether the lower and the upper edge of each contact are rigid stops.
     pub(crate) rigid: Vec<[bool; 2]>,
-    /// Velocities behind the impacts at the end of the step, if there are any.
+    /// Velocities after the impacts at the end of the step; valid if `met`.
     pub(crate) v: Vec<f64>,
+    /// Whether the step ends with an impact.
     pub(crate) met: bool,
+    /// The current flight of each contact.
     pub(crate) flights: Vec<Flight>,
-    /// The shortest flight that has just ended: the next is no longer by orders.
+    /// Duration of the shortest flight that ended with the last impacts. The next flight has the same order of
+    /// magnitude.
     pub(crate) flew: f64,
 }
 
 impl Stops {
-    /// None where edges are not located.
+    /// The rigid stops of `model`; none if edges are not located.
     pub(crate) fn new<M: Model + ?Sized, const LOCATE: bool>(model: &M) -> Self {
         let rigid = if LOCATE { rigid_edges(model) } else { Vec::new() };
         let contacts = rigid.len();
@@ -80,12 +89,12 @@ impl Stops {
         }
     }
 
-    /// Room for the crossings of one instant.
+    /// Maximum number of crossings at one instant.
     pub(crate) fn room(&self) -> usize {
         (ROUNDS + 1) * self.rigid.len()
     }
 
-    /// Whether contact `i` has a stop on that flank.
+    /// Whether contact `i` has a rigid stop on flank `on`.
     #[inline]
     pub(crate) fn rigid(&self, i: usize, on: Piece) -> bool {
         self.rigid
@@ -93,13 +102,13 @@ impl Stops {
             .is_some_and(|[lower, upper]| (on == Piece::Lower && *lower) || (on == Piece::Upper && *upper))
     }
 
-    /// Whether contact `i` has a stop.
+    /// Whether contact `i` has a rigid stop.
     #[inline]
     pub(crate) fn any(&self, i: usize) -> bool {
         self.rigid.get(i).is_some_and(|[lower, upper]| *lower || *upper)
     }
 
-    /// All stops.
+    /// All rigid stops, as exits of their contacts.
     pub(crate) fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
         self.rigid.iter().enumerate().flat_map(|(contact, rigid)| {
             let ways = [(rigid[0], Piece::Lower), (rigid[1], Piece::Upper)];

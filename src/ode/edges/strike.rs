@@ -13,12 +13,15 @@ use crate::ode::stepping::engine::{Engine, halves};
 use crate::ode::stepping::vector::Vector;
 
 impl Locator {
-    /// No contact may lie beyond a stop at the start of a step.
+    /// Checks that no contact lies beyond a rigid stop at the start of a step.
+    ///
+    /// # Errors
+    /// [`IntegrateError::BeyondStop`].
     pub(crate) fn check_stops(&self, t: f64) -> Result<(), IntegrateError> {
         for exit in self.stops.exits() {
             let c = &self.start[exit.contact];
             let d = exit.distance(Piece::Gap, c, 1.0);
-            // Impacts far from time zero are met no closer than the clock tells.
+            // Rounding of a large time limits the accuracy of the instant of an impact, and so of the distance.
             let rounding = ROUNDING * (c.deflection.abs() + d.rate.abs() * t.abs());
             if d.value < -self.slack(exit.contact, c).max(rounding) {
                 return Err(IntegrateError::BeyondStop { t, contact: exit.contact, depth: -d.value });
@@ -27,7 +30,7 @@ impl Locator {
         Ok(())
     }
 
-    /// Impacts of the contacts that met their stops at the end of the step.
+    /// Computes the impacts of all contacts that reach their rigid stops at the end of the step.
     #[inline]
     pub(crate) fn strike_at_end<M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -42,12 +45,16 @@ impl Locator {
         self.stops.v.copy_from_slice(v);
         self.strike(e.model, &e.u1, q, &mut e.contacts, crossings, t)?;
         self.land(t, &e.contacts, crossings)?;
-        // The step ends before its impacts.
+        // The step ends with the velocities before the impacts.
         e.contacts_at_end();
         Ok(())
     }
 
-    /// A contact on its stop at the start of a step would move into it: it rebounds or, if it does not get away, rests.
+    /// Treats a contact that is on its rigid stop at the start of a step and would move beyond it: if it approaches the
+    /// stop, it rebounds.
+    ///
+    /// # Errors
+    /// [`IntegrateError::RestsOnStop`] after more than `STILL` calls for one contact at one instant.
     pub(crate) fn strike_at_start<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,
@@ -72,7 +79,8 @@ impl Locator {
         Ok(())
     }
 
-    /// Puts the velocities behind the impacts into the start of the next step, which may be as long as is said.
+    /// Writes the velocities after the impacts into the start of the next step, if there were impacts. Returns the
+    /// maximum length of that step; infinite without impacts.
     #[inline]
     pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> f64 {
         if self.stops.met {
@@ -86,7 +94,11 @@ impl Locator {
         f64::INFINITY
     }
 
-    /// Velocities behind the impacts, one after the other, until no contact on its stop approaches it. Impacts that follow are added.
+    /// Computes the velocities after the impacts in `crossings`, one impact after another, until no contact on a rigid
+    /// stop approaches it. Impacts that follow from earlier ones are added to `crossings`.
+    ///
+    /// # Errors
+    /// [`IntegrateError::EdgeStall`] if the impacts do not end.
     fn strike<M: Model + ?Sized>(
         &mut self,
         model: &M,
@@ -124,7 +136,10 @@ impl Locator {
         }
     }
 
-    /// Notes how high each contact flew since its last impact: one that no longer leaves its stop by what edges are met to rests there.
+    /// Ends the flight of each contact with an impact. `behind`: the contacts after the impacts.
+    ///
+    /// # Errors
+    /// [`IntegrateError::RestsOnStop`] for a contact whose flights stay within the slack.
     fn land(&mut self, t: f64, behind: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
         self.stops.flew = f64::INFINITY;
         for &Crossing { contact, to, .. } in crossings.iter().filter(|c| c.rebounds) {

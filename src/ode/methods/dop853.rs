@@ -89,7 +89,7 @@ impl Tableau for DormandPrince8 {
     }
 }
 
-/// Rows of (column, coefficient) without zeros; columns count from 0.
+/// Rows of pairs (column, coefficient) without zeros; columns count from 0.
 #[rustfmt::skip]
 mod table {
     use crate::ode::stepping::row::Row;

@@ -16,7 +16,7 @@ use crate::ode::stepping::vector::Vector;
 ///
 /// Steps end on the grid `start.t + k h`; the last one ends exactly at the end of the run. Default: edges of
 /// the gaps are located and split a step in two, which preserves order 4. With [`plain`](Rk4::plain), steps
-/// run across the edges, as in the papers. No step extends over a drive edge.
+/// run across the edges, as in Yao 2020. No step extends over a drive edge.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State};
@@ -64,6 +64,7 @@ impl Integrator for Rk4 {
     }
 }
 
+/// The tableau of [`Rk4`].
 struct Classical;
 
 const A2: Row<1> = [(0, 1.0 / 2.0)];

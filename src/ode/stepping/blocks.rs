@@ -1,56 +1,63 @@
-//! Coordinates and velocities of models with more than two degrees of freedom, in blocks of sixteen, and the sums over them on the widest
-//! instructions of the processor. Nothing here depends on the model: it is compiled once.
+//! Coordinates and velocities of models with more than two degrees of freedom, in blocks of sixteen numbers.
+//!
+//! Sums over them use the widest vector instructions of the processor. The code does not depend on the model and is
+//! compiled once.
 
 use crate::ode::stepping::row::SLOTS;
 use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
 
-/// Four registers of AVX2: one for each of the sums that a block is.
+/// Numbers per block: four registers of AVX2. A sum over blocks is then four independent sums, which run in parallel.
 const WIDTH: usize = 16;
 
 type Block = [f64; WIDTH];
 
-/// A vector in whole blocks; numbers past its length have no meaning.
+/// A vector in whole blocks. Numbers beyond its length have no meaning.
 ///
-/// The layout of a derivative is [q | v | a]: the stage (q, v) at which it is taken stands in front of its accelerations. The derivative
-/// (v, a) begins where the velocities of the stage begin, so that velocities are not copied.
+/// The memory of a derivative is q | v | a: the stage (q, v) at which it is evaluated, then its accelerations a. The
+/// derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
     blocks: Vec<Block>,
-    /// The block with which it begins.
+    /// Index of the block at which the vector begins.
     first: usize,
     len: usize,
     arch: Arch,
 }
 
 impl Blocks {
+    /// A vector of `len` zeros that begins at block `first`.
     fn new(first: usize, len: usize) -> Self {
         Blocks { blocks: vec![[0.0; WIDTH]; first + len.div_ceil(WIDTH)], first, len, arch: Arch::new() }
     }
+    /// A vector of zeros.
     pub(crate) fn zeros(len: usize) -> Self {
         Blocks::new(0, len)
     }
-    /// For a derivative.
+    /// A derivative of zeros, with room for the coordinates of its stage in front of it.
     pub(crate) fn slot(len: usize) -> Self {
         Blocks::new((len / 2).div_ceil(WIDTH), len)
     }
+    /// The numbers of the vector.
     #[inline(always)]
     pub(crate) fn slice(&self) -> &[f64] {
         &self.blocks.as_flattened()[WIDTH * self.first..][..self.len]
     }
+    /// The numbers of the vector, mutable.
     #[inline(always)]
     pub(crate) fn slice_mut(&mut self) -> &mut [f64] {
         &mut self.blocks.as_flattened_mut()[WIDTH * self.first..][..self.len]
     }
-    /// The first half becomes the second half of another.
+    /// Copies the velocities of the state vector `from`, its second half, into the first half.
     #[inline(always)]
     pub(crate) fn take_velocities(&mut self, from: &Self) {
         let n = self.len / 2;
         self.slice_mut()[..n].copy_from_slice(&from.slice()[n..]);
     }
 
-    /// y + Σ (h a_l) k_l in front of this derivative: its coordinates, its velocities, and where its accelerations go.
+    /// Writes the stage y + Σ (h a_l) k_l in front of this derivative. Returns the coordinates and velocities of the
+    /// stage, and the place of the accelerations.
     #[inline(always)]
     pub(crate) fn stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) -> [&mut [f64]; 3] {
         let (n, first) = (self.len / 2, self.first);
@@ -85,7 +92,7 @@ impl Blocks {
         squares(ends, k, atol, rtol, row)
     }
 
-    /// Σ |y|, lane by lane.
+    /// Σ |y|, as four partial sums that run in parallel.
     #[inline(always)]
     pub(crate) fn size(&self) -> f64 {
         let mut sum = [0.0; 4];
@@ -116,7 +123,7 @@ fn squares(
     y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
 }
 
-/// Σ a_l k_l in block b, counted from the first, the coefficients taken `times`.
+/// Σ (times a_l) k_l in block `b`, which counts from the start of the memory.
 #[inline(always)]
 fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Block {
     let mut sum = [0.0; WIDTH];
@@ -199,7 +206,7 @@ impl WithSimd for Squares<'_> {
                 let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
                 sum[i] = e * e;
             }
-            // Past the length stands 0/0.
+            // Beyond the length the quotients are 0/0.
             for s in &sum[..left.min(WIDTH)] {
                 total += s;
             }

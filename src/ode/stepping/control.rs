@@ -1,14 +1,16 @@
-//! Step sizes: what the caller asked for, the PI controller, the starting step.
+//! Step sizes: settings of the solvers, PI controller, first step.
 
 use crate::model::equations::Model;
 use crate::ode::error::IntegrateError;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// What every solver has.
+/// Settings of all solvers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
+    /// Whether edges of the gaps are located. Default: true.
     pub(crate) locate: bool,
+    /// Maximum number of steps, rejected ones included. Default: 10⁸.
     pub(crate) max_steps: usize,
 }
 
@@ -18,16 +20,22 @@ impl Default for Limits {
     }
 }
 
-/// What the adaptive ones have besides.
+/// Further settings of the adaptive solvers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tolerances {
+    /// Relative tolerance.
     pub(crate) rtol: f64,
+    /// Absolute tolerances: one, or one per component.
     pub(crate) atol: Vec<f64>,
+    /// First step; `None`: estimated by [`starting_step`].
     pub(crate) first: Option<f64>,
+    /// Maximum step.
     pub(crate) max: f64,
+    /// β of the PI controller.
     pub(crate) beta: f64,
 }
 
+/// The step sizes of a run: one fixed step, or steps controlled by tolerances.
 #[derive(Clone, Copy)]
 pub(crate) enum StepRule<'a> {
     Fixed(f64),
@@ -35,7 +43,10 @@ pub(crate) enum StepRule<'a> {
 }
 
 impl StepRule<'_> {
-    /// The absolute tolerances in full length, or why they cannot be used.
+    /// Checks the settings and returns the absolute tolerance of every component; empty for a fixed step.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Setting`] or [`IntegrateError::ToleranceLength`].
     pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, IntegrateError> {
         let positive = |name: &'static str, value: f64| {
             if value > 0.0 && (value.is_finite() || name == "max_step") {
@@ -58,7 +69,7 @@ impl StepRule<'_> {
                     return Err(IntegrateError::Setting {
                         name: "pi_beta",
                         value: tolerances.beta,
-                        allowed: "[0, 0.2)",
+                        allowed: "in [0, 0.2)",
                     });
                 }
                 match tolerances.atol[..] {
@@ -74,19 +85,23 @@ impl StepRule<'_> {
     }
 }
 
-/// Steps below this share of the time itself are lost in rounding.
+/// Resolution of the time, as a share of |t| `[1]`: shorter steps are lost in rounding.
 pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
-/// Where the next step ends: on the grid start + count h with a fixed step, `h` further on with an adaptive one.
+/// The end of the next step: a point of the grid start + count h for a fixed step, t + h for an adaptive one.
 pub(crate) struct Pace {
+    /// The fixed step, or the proposed length of the next adaptive step.
     pub(crate) h: f64,
-    /// The next point of the grid; for an adaptive step, what the controller proposes for the step after.
+    /// Fixed step: the next point of the grid. Adaptive step: the proposed length of the step after the next.
     pub(crate) next: f64,
-    /// The point after that, known a step ahead: no drive waits for it.
+    /// The point of the grid after `next`. It is computed one step ahead, so that the evaluation of the drives does not
+    /// wait for it.
     after: f64,
-    /// Where the grid begins, and the number of `after` on it.
+    /// Start of the grid.
     start: f64,
+    /// Number of `after` on the grid; the start is 0.
     count: f64,
+    /// Maximum step.
     max: f64,
     pub(crate) controller: Controller,
 }
@@ -106,7 +121,7 @@ impl Pace {
         }
     }
 
-    /// The end of the step from `t`, at `stop` at the latest.
+    /// End of the step from `t`; at the latest `stop`.
     #[inline(always)]
     pub(crate) fn aim<T: Tableau>(&self, t: f64, stop: f64) -> f64 {
         let h = if T::ADAPTIVE { self.h.min(self.max) } else { self.h };
@@ -115,13 +130,13 @@ impl Pace {
             seldom();
             stop
         } else if T::ADAPTIVE && aim + 0.5 * h > stop {
-            t + 0.5 * (stop - t) // two even steps rather than one and a crumb
+            t + 0.5 * (stop - t) // two equal steps instead of a full and a very short one
         } else {
             aim
         }
     }
 
-    /// The step stands, and ended where it was to.
+    /// Moves on after an accepted step that ended as planned.
     #[inline(always)]
     pub(crate) fn arrive<T: Tableau>(&mut self) {
         if T::ADAPTIVE {
@@ -133,7 +148,8 @@ impl Pace {
         }
     }
 
-    /// The step stands, and was cut short at `t`: its grid point may still be ahead.
+    /// Moves on after an accepted step that may have been shortened and ended at `t`. A grid point after `t` remains the
+    /// next one.
     pub(crate) fn pass<T: Tableau>(&mut self, t: f64) {
         if T::ADAPTIVE || self.next <= t + 1e-10 * self.h {
             self.arrive::<T>();
@@ -141,13 +157,19 @@ impl Pace {
     }
 }
 
-/// h_new = h safe err^(-α) err_old^β, within bounds, not growing after a rejection.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13),
-/// and II, Sect. IV.2.
+/// h_new = 0.9 h err^(-α) err_old^β, α = 1/k - 0.75 β, 1/k = `exponent` of the tableau: PI control of the step size.
+/// Source: Hairer, Nørsett & Wanner I, Eq. (4.13), and II, Sect. IV.2.
+///
+/// h_new/h is limited to `factors`. After a rejection the step does not grow.
 pub(crate) struct Controller {
+    /// α.
     exponent: f64,
     beta: f64,
+    /// Minimum and maximum of h_new/h.
     factors: [f64; 2],
+    /// err_old: error of the last accepted step, at least 1e-4.
     old_error: f64,
+    /// Whether the last attempt was rejected.
     rejected: bool,
 }
 
@@ -164,7 +186,7 @@ impl Controller {
         }
     }
 
-    /// The next step after an error estimate, and whether the one just made stands.
+    /// Length of the next step after a step `h` with this error, and whether the step `h` is accepted.
     #[inline]
     pub(crate) fn next(&mut self, h: f64, error: f64) -> (f64, bool) {
         let [least, most] = self.factors;
@@ -181,14 +203,17 @@ impl Controller {
         }
     }
 
-    /// A step that gave no numbers is tried again ten times shorter.
+    /// Length of the next attempt after a step `h` without a finite result: h/10.
     pub(crate) fn retreat(&mut self, h: f64) -> f64 {
         self.rejected = true;
         0.1 * h
     }
 }
 
-/// A first step from the size of the solution, its slope and its curvature.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+/// First step from the norms d0, d1, d2 of the solution and its first and second derivative, in units of the tolerances.
+/// Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+///
+/// h0 = 0.01 d0/d1,   h1 = (0.01/max(d1, d2))^(1/k),   h = min(100 h0, h1, longest)
 pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     longest: f64,
@@ -213,7 +238,8 @@ pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
     if h.is_finite() && h > 0.0 { h } else { h0 }
 }
 
-/// Marks a branch as seldom taken: the processor then runs ahead on the other one, where a select would have it wait for both.
+/// Marks a branch as rarely taken. The compiler then emits a jump, and the processor continues with the predicted branch;
+/// a conditional move would wait for both.
 #[cold]
 #[inline]
 fn seldom() {}

@@ -1,4 +1,4 @@
-//! Stages, norms and dense output of one explicit step: the arithmetic that all tableaux share.
+//! Stages, norms and dense output of one explicit Runge-Kutta step, common to all tableaux.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -7,83 +7,95 @@ use crate::model::equations::{Model, State};
 use crate::ode::stepping::row::{Row, SLOTS};
 use crate::ode::stepping::vector::Vector;
 
-/// An explicit Runge-Kutta method, written stage by stage as in the book.
+/// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.
 pub trait Tableau {
-    /// Whether steps follow an error estimate.
+    /// Whether an error estimate controls the step size.
     const ADAPTIVE: bool;
-    /// Derivatives that are kept, those of the dense output included.
+    /// Number of slots: derivatives k that are kept, those of the dense output included.
     const SLOTS: usize;
-    /// Evaluations in one attempt.
+    /// Number of evaluations in one attempt, slots 0 and `END` not counted.
     const EVALUATIONS: u64;
     /// The slot of f(t + h, y1).
     const END: usize;
-    /// Coefficients of the dense output.
+    /// Number of coefficients of the dense output, y0 not counted.
     const DENSE: usize;
-    /// Evaluations that they take, slot `END` not counted.
+    /// Number of evaluations for the dense output, slot `END` not counted.
     const DENSE_EVALUATIONS: u64;
-    /// 1/order of the error estimate.
+    /// 1/k, the exponent of the step size control: k = 5 for order 5(4), k = 8 for order 8.
     const EXPONENT: f64;
-    /// Least and largest change of the step.
+    /// Minimum and maximum ratio of a step to the step before.
     const FACTORS: [f64; 2];
     /// β of the PI controller.
     const BETA: f64;
-    /// The node, near the middle, whose drives [`attempt`](Tableau::attempt) keeps for a look at the gaps inside the step.
+    /// A node c near the middle of the step. [`attempt`](Tableau::attempt) keeps the drives at this node for the check of
+    /// the gaps.
     const PROBE: f64;
 
-    /// Stages and y1 of a step from `e.t` to `e.t1`; slot 0 is there already.
+    /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
     ///
-    /// `HELD`: the contacts stay on `e.pieces`.
+    /// `HELD`: the model is evaluated on the fixed pieces `e.pieces`.
     fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
-    /// The error estimate in units of the tolerance.
+    /// Error estimate in units of the tolerance; a step with an error of at most 1 is accepted.
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64;
-    /// The dense coefficients past the third; slot `END` is there already.
+    /// Computes the dense coefficients F3, F4, ... (see [`Engine::interpolate`]). Slot `END` must be filled.
     fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
 }
 
-/// Dense coefficients that any tableau may use, y0 included.
+/// Maximum number of dense coefficients of a tableau, y0 included.
 const DENSE: usize = 8;
 
-/// Motions are given up beyond this size: their squares and products would overflow.
+/// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its values
+/// could overflow.
 pub(crate) const LARGEST: f64 = 1e100;
 
-/// The working arrays of one run, all made before its first step.
+/// Working arrays of one run, allocated before its first step.
 pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) model: &'m M,
-    /// Start and end of the step.
+    /// Start of the step.
     pub(crate) t: f64,
+    /// End of the step.
     pub(crate) t1: f64,
+    /// t1 - t.
     pub(crate) h: f64,
-    /// Coordinates, then velocities, at the start and at the end.
+    /// Coordinates, then velocities, at the start.
     pub(crate) y: V,
+    /// Coordinates, then velocities, at the end.
     pub(crate) y1: V,
-    /// The derivatives k_1, k_2, ...
+    /// The derivatives k_0, k_1, ..., one in each slot.
     pub(crate) k: [V; SLOTS],
-    /// Drives at a stage and at the end.
+    /// Drives at the current stage.
     pub(crate) u_stage: Vec<f64>,
+    /// Drives at the end of the step, before a jump there.
     pub(crate) u1: Vec<f64>,
-    /// Drives at node `PROBE` of the step.
+    /// Drives at node `PROBE` of the step; empty if edges are not located.
     pub(crate) u_probe: Vec<f64>,
-    /// The pieces on which the contacts are held, if they are.
+    /// The piece of every contact during the step.
     pub(crate) pieces: Vec<Piece>,
+    /// Whether the model is evaluated on these fixed pieces.
     pub(crate) frozen: bool,
+    /// Relative tolerance.
     pub(crate) rtol: f64,
+    /// Absolute tolerance of each component.
     pub(crate) atol: V,
     /// Dense output: y0, then its coefficients.
     pub(crate) dense: [V; DENSE],
     pub(crate) ready: Ready,
-    /// Scratch for looking inside a step.
+    /// Scratch: a state inside the step.
     pub(crate) look: V,
+    /// The contacts of the last evaluation.
     pub(crate) contacts: Vec<Contact>,
+    /// Scratch: the contacts at a state changed by rounding.
     pub(crate) shaken: Vec<Contact>,
+    /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
 }
 
-/// What is known of the step just made.
+/// Which results of the current step are computed.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Ready {
-    /// Slot `END`.
+    /// The derivative in slot `END`.
     pub(crate) end: bool,
-    /// Dense coefficients.
+    /// The dense coefficients.
     pub(crate) dense: bool,
 }
 
@@ -94,7 +106,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
         q.copy_from_slice(&start.q);
         v.copy_from_slice(&start.v);
-        // Once in full; at every stage what changes.
+        // `drive` fills all drives once; at the stages, `redrive` updates only those that change.
         let mut u = vec![0.0; drives];
         model.drive(start.t, Side::After, &mut u);
         Engine {
@@ -121,7 +133,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         }
     }
 
-    /// Sets the end of the step to come.
+    /// Sets the end of the current step.
     #[inline(always)]
     pub(crate) fn aim(&mut self, t1: f64) {
         self.t1 = t1;
@@ -129,19 +141,20 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.ready = Ready { end: false, dense: false };
     }
 
+    /// Length of the step.
     #[inline(always)]
     pub(crate) fn h(&self) -> f64 {
         self.h
     }
 
-    /// The drives inside the step.
+    /// Evaluates the drives at t + c h, for the next [`stage`](Engine::stage).
     #[inline(always)]
     pub(crate) fn drive(&mut self, c: f64) {
         let t = self.t + c * self.h();
         self.model.redrive(t, Side::After, &mut self.u_stage);
     }
 
-    /// The drives at node `PROBE`, kept.
+    /// Evaluates the drives at node `PROBE` and keeps them.
     #[inline(always)]
     pub(crate) fn drive_probe<T: Tableau>(&mut self) {
         self.drive(T::PROBE);
@@ -150,13 +163,13 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         }
     }
 
-    /// The drives at its end, seen from before.
+    /// Evaluates the drives at the end of the step, before a jump there.
     #[inline(always)]
     pub(crate) fn drive_end(&mut self) {
         self.model.redrive(self.t1, Side::Before, &mut self.u1);
     }
 
-    /// k_s at y0 + h Σ a k with the drives of the last [`drive`](Engine::drive).
+    /// k_s = f(y + h Σ a_l k_l), with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
     pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
@@ -165,7 +178,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         });
     }
 
-    /// The same with the drives at the end.
+    /// k_s = f(y + h Σ a_l k_l), with the drives at the end of the step.
     #[inline(always)]
     pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
@@ -174,13 +187,13 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         });
     }
 
-    /// y1 = y0 + h Σ b k.
+    /// y1 = y + h Σ b_l k_l.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
         V::combine(&mut self.y1, &self.y, &self.k, self.h, row);
     }
 
-    /// f(t1, y1) into its slot, once.
+    /// Computes f(t1, y1) in slot `END`, unless it is computed already.
     #[inline(always)]
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
@@ -195,15 +208,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         }
     }
 
-    /// One step's stages, not counted here.
-    // Without optimisation it is compiled once, not in each loop.
+    /// Computes the stages and the end of one step. Does not count its evaluations.
+    // A build without optimisation compiles it once instead of inlining it, to save build time.
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
         if LOCATE && self.frozen { T::attempt::<M, V, true>(self) } else { T::attempt::<M, V, false>(self) }
     }
 
-    /// f(t, y) into slot 0, the drives seen from after.
+    /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
         self.model.redrive(self.t, Side::After, &mut self.u_stage);
@@ -215,21 +228,22 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.evaluations += 1;
     }
 
-    /// One Euler step, its derivative at the end in slot 1: what the starting step needs.
+    /// Computes in slot 1 the derivative at the end of an Euler step, for the first step size.
     pub(crate) fn euler(&mut self) {
         self.drive(1.0);
         self.stage::<false, 1>(1, &[(0, 1.0)]);
         self.evaluations += 1;
     }
 
-    /// Makes the end of the step the start of the next, without its derivative.
+    /// Makes the end of the step the start of the next one, without the derivative there.
     #[inline(always)]
     pub(crate) fn move_on(&mut self) {
         self.t = self.t1;
         V::hand_over(&mut self.y1, &mut self.y);
     }
 
-    /// The same with the derivative: on a smooth trajectory, that at the end.
+    /// Makes the end of the step the start of the next one, with the derivative there. The trajectory must be smooth at
+    /// this instant: slot 0 is the derivative at the end of the step.
     #[inline(always)]
     pub(crate) fn accept<T: Tableau, const LOCATE: bool>(&mut self) {
         if self.ready.end {
@@ -246,20 +260,22 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.move_on();
     }
 
-    /// Whether the end of the step is made of numbers with which dense output, channels and their squares can be computed.
+    /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output, channels and their
+    /// squares do not overflow.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
         self.y1.size() <= LARGEST
     }
 
-    /// h |Σ e k| in units of the tolerances, root mean square over the components, for each row.
+    /// h √(Σ_j (Σ_l e_l k_lj/size_j)²/m), size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row e: root mean square over
+    /// the m components, in units of the tolerances.
     #[inline(always)]
     pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&Row<L>; R]) -> [f64; R] {
         let (h, m) = (self.h(), self.y.slice().len() as f64);
         V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
 
-    /// Prepares the dense output of the step, once.
+    /// Computes the dense output of the step, unless it is computed already.
     pub(crate) fn prepare_dense<T: Tableau>(&mut self) {
         if self.ready.dense {
             return;
@@ -282,7 +298,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             bend.slice_mut()[j] = h * k0 - dy;
             twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
         }
-        // Only with a tolerance above the motion itself a step passes whose coefficients overflow. Without them its ends are met still.
+        // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them the dense
+        // output still agrees with both ends of the step.
         for coefficient in self
             .dense
             .iter_mut()
@@ -294,28 +311,29 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.ready.dense = true;
     }
 
-    /// Dense coefficient `c` (from 3): h Σ d k.
+    /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &Row<L>) {
         V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
     }
 
-    /// y at t + θ h: y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
+    /// y(t + θ h) = y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
     #[inline]
     pub(crate) fn interpolate<T: Tableau>(&self, theta: f64, out: &mut [f64]) {
         interpolate::<T, V>(&self.dense, theta, out);
     }
 }
 
-/// Coordinates and velocities.
+/// Coordinates and velocities of a state.
 #[inline(always)]
 pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
     y.slice().split_at(y.slice().len() / 2)
 }
 
+/// The dense output at θ from its coefficients; see [`Engine::interpolate`].
 pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
     let columns: [&[f64]; DENSE] =
         std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
-    // Side by side, since the sums of one component wait for each other.
+    // Eight components at a time: the operations of one component depend on each other and cannot run in parallel.
     let whole = out.len() - out.len() % 8;
     for j in (0..whole).step_by(8) {
         horner::<8>(&columns[..=T::DENSE], j, theta, out);
@@ -325,7 +343,7 @@ pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64,
     }
 }
 
-/// The same for W components from `j` on.
+/// The dense output at θ for W components from `j` on.
 #[inline(always)]
 fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f64]) {
     let mut sum = [0.0; W];
@@ -341,7 +359,7 @@ fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f
     }
 }
 
-/// (q', v') = (v, a).
+/// The derivative (q', v') = (v, a) at y.
 #[inline(always)]
 fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(
     model: &M,
@@ -353,6 +371,7 @@ fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(
     V::derivative(out, y, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
 }
 
+/// The accelerations, on the fixed `pieces` if `HELD`.
 #[inline(always)]
 fn accelerate<M: Model + ?Sized, const HELD: bool>(
     model: &M,

@@ -6,7 +6,7 @@ use crate::ode::stepping::engine::{Engine, Tableau, halves, interpolate};
 use crate::ode::stepping::vector::Vector;
 
 impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
-    /// The contacts at θ of the step, into `self.contacts`.
+    /// Computes the contacts at θ of the step from the dense output, in `self.contacts`.
     pub(crate) fn contacts_inside<T: Tableau>(&mut self, theta: f64) {
         interpolate::<T, V>(&self.dense, theta, self.look.slice_mut());
         self.drive(theta);
@@ -14,8 +14,11 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
     }
 
-    /// The contacts at θ of the step with coordinates on the cubic through its ends and their velocities: no evaluation of the
-    /// acceleration, and exact in whatever moves with the drives alone. At node `PROBE` the drives are at hand.
+    /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through the
+    /// coordinates and velocities at both ends.
+    ///
+    /// No acceleration is evaluated. Terms that depend on the drives alone are exact. At node `PROBE` the drives are those
+    /// kept by the attempt.
     #[inline]
     pub(crate) fn contacts_on_cubic<T: Tableau>(&mut self, theta: f64) {
         if theta != T::PROBE {
@@ -37,12 +40,12 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.model.contact(u, q, v, &mut self.contacts);
     }
 
-    /// By how much rounding of the coordinates and velocities moves each deflection: the largest change seen when every one of them moves
-    /// by its last bit, up or down.
+    /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the largest change
+    /// when every one of them changes by its last bit, up or down.
     pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
         noise.fill(0.0);
         self.contacts_at_start();
-        // The bits of the places: any two components move in opposite directions at least once.
+        // The direction of component j is a bit of j: any two components change in opposite directions at least once.
         let patterns = usize::BITS - self.y.slice().len().leading_zeros();
         for pattern in 0..patterns {
             for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
@@ -57,14 +60,14 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         }
     }
 
-    /// The contacts at the end of the step.
+    /// Computes the contacts at the end of the step in `self.contacts`, before a jump of the drives there.
     #[inline(always)]
     pub(crate) fn contacts_at_end(&mut self) {
         let (q, v) = halves(&self.y1);
         self.model.contact(&self.u1, q, v, &mut self.contacts);
     }
 
-    /// The contacts at its start.
+    /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
         self.model.redrive(self.t, Side::After, &mut self.u_stage);
         let (q, v) = halves(&self.y);

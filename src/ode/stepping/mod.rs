@@ -1,4 +1,4 @@
-//! One step: stages, norms, dense output, step sizes.
+//! One step of a solver: stages, norms, dense output, step sizes.
 
 pub(crate) mod blocks;
 pub(crate) mod control;

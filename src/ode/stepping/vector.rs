@@ -1,26 +1,27 @@
-//! Where a run keeps coordinates and velocities, and the sums over derivatives that its steps are made of.
+//! Storage for coordinates and velocities, and the sums over derivatives that a step consists of.
 
 use crate::ode::stepping::blocks::Blocks;
 use crate::ode::stepping::row::{Row, SLOTS};
 
-/// Storage for coordinates and velocities: an array where the model is small, so that a step lives in registers, [`Blocks`] where it is not.
+/// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is computed in
+/// registers, and [`Blocks`] for more.
 pub trait Vector: Clone {
-    /// All zero.
+    /// A vector of zeros.
     fn zeros(len: usize) -> Self;
-    /// A derivative, all zero.
+    /// A derivative of zeros.
     fn slot(len: usize) -> Self {
         Self::zeros(len)
     }
-    /// Its components.
+    /// The components.
     fn slice(&self) -> &[f64];
-    /// Its components, to be written.
+    /// The components, mutable.
     fn slice_mut(&mut self) -> &mut [f64];
-    /// Makes `to` what `from` is, the cheapest way; `from` may be anything afterwards.
+    /// Copies or swaps `from` into `to`, whichever costs less. The content of `from` is not defined afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 
-    /// Velocities and accelerations at `y` into `out`; `f` writes the accelerations at given coordinates and velocities.
+    /// out = (v, a) at y = (q, v). `f` writes the accelerations from coordinates and velocities.
     fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
-    /// The same into k_s, at y + Σ (h a_l) k_l of earlier slots.
+    /// k_s = (v, a) at the stage y + Σ (h a_l) k_l, a sum over earlier slots.
     fn stage<const L: usize>(
         k: &mut [Self; SLOTS],
         s: usize,
@@ -29,11 +30,12 @@ pub trait Vector: Clone {
         row: &Row<L>,
         f: impl FnOnce(&[f64], &[f64], &mut [f64]),
     );
-    /// out = y + Σ (h a_l) k_l: the products h a wait for nothing, so that the latest k is two operations from the result.
+    /// out = y + Σ (h a_l) k_l. The products h a_l do not depend on k, so that only few operations follow the computation
+    /// of the last k.
     fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
     /// out = h Σ d_l k_l.
     fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
-    /// Σ (e/size)² with e = Σ e_l k_l and size = atol + rtol max(|y|, |y1|), for each of the rows.
+    /// Σ_j (e_j/size_j)² with e_j = Σ_l e_l k_lj and size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row.
     fn squares<const L: usize, const R: usize>(
         ends: [&Self; 2],
         k: &[Self; SLOTS],
@@ -41,7 +43,7 @@ pub trait Vector: Clone {
         rtol: f64,
         rows: [&Row<L>; R],
     ) -> [f64; R];
-    /// Σ |y|, in any order.
+    /// Σ |y_j|, in any order.
     fn size(&self) -> f64;
 }
 

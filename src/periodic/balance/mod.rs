@@ -5,6 +5,7 @@ pub(crate) mod amplitudes;
 pub(crate) mod equations;
 pub(crate) mod error;
 pub(crate) mod integrals;
+pub(crate) mod integration;
 pub(crate) mod note;
 pub(crate) mod orbit;
 pub(crate) mod quadrature;

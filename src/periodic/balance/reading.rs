@@ -12,7 +12,6 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
 use crate::periodic::balance::switching::contacts::ContactHistory;
 use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::Stencil;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::orbit::ShootingOrbit;
@@ -139,7 +138,7 @@ impl FourierOrbit {
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);
         let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid, Stencil::get());
+        switching.locate(&mut grid);
         Ok((0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
     }
 }

@@ -66,7 +66,7 @@ impl Balance {
             vec![0.0; model.dof() * width],
             model.dof(),
         );
-        let mut equations = self.equations(model, &rest)?.held(pieces);
+        let mut equations = self.equations(model, &rest)?.on_fixed_pieces(pieces);
         let x = equations.unknowns(&rest);
         let meter = self.budget.begin();
         let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
@@ -178,7 +178,7 @@ impl Balance {
         if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
             return Err(BalanceError::NotOffered { integrals: self.integrals });
         }
-        let mut equations = self.equations(model, near)?.held(&vec![flank; model.contacts()]);
+        let mut equations = self.equations(model, near)?.on_fixed_pieces(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
         let x = equations.unknowns(near);
         equations.jacobian(&x, &mut matrix);

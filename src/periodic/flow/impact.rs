@@ -1,18 +1,21 @@
-//! Impacts along a motion, and what their derivatives need.
+//! Scratch arrays for the derivative of an impact on a rigid stop.
 
 use crate::model::equations::Model;
 use crate::ode::edges::stops::Flight;
 
-/// What the derivative of an impact is taken in.
+/// Scratch arrays for the derivative of an impact. V are the velocities after the impact.
 pub(crate) struct Impact {
+    /// Drives, coordinates and velocities of a neighbouring motion at its impact.
     pub(crate) u: Vec<f64>,
     pub(crate) q: Vec<f64>,
-    /// Velocities behind the impact, of the motion and of neighbours.
+    /// Velocities of the motion after the impact.
     pub(crate) behind: Vec<f64>,
     pub(crate) v: Vec<f64>,
-    /// ∂V along the direction (-share, δq, δv).
+    /// Derivative of V along the direction (-σ, δq, δv); σ is the time by which a neighbour arrives earlier.
     pub(crate) slope: Vec<f64>,
+    /// δq and δv of the direction.
     pub(crate) direction: [Vec<f64>; 2],
+    /// The last impact of each contact.
     pub(crate) flights: Vec<Flight>,
 }
 

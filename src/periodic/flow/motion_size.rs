@@ -1,4 +1,5 @@
-//! How far each coordinate and velocity moves: the unit in which corrections, columns and errors are measured.
+//! Ranges of motion and rounding errors of coordinates and velocities: the units of corrections, differences
+//! and errors.
 
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
@@ -8,24 +9,25 @@ use crate::roots::norms::remove;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Watches runs and keeps the extremes of every coordinate and velocity, rigid motion left out.
+/// Observer that keeps the minimum and the maximum of every coordinate and velocity, without rigid motion.
 pub(crate) struct Sizes {
     rigid: Vec<Vec<f64>>,
     y: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
-    /// The largest coordinate and the largest velocity, rigid motion among them.
+    /// Largest |q_i| and largest |v_i|, rigid motion included; 0 without rigid modes.
     largest: [f64; 2],
     pub(crate) steps: usize,
+    /// First and last time.
     first: f64,
     last: f64,
 }
 
-/// Motion below this share of the value itself is rounding.
+/// A range below this share of the values is rounding and counts as 0 `[1]`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Sizes {
-    /// `rigid`: orthonormal directions of the coordinates that do not count.
+    /// `rigid`: orthonormal directions of rigid motion in the coordinates.
     pub(crate) fn new(dof: usize, rigid: &[Vec<f64>]) -> Self {
         let m = 2 * dof;
         Sizes {
@@ -59,13 +61,17 @@ impl Sizes {
         }
     }
 
-    /// The range of each component; of one at rest, that of its fellows, or its value, or 1.
+    /// Range (max - min) of each coordinate, then of each velocity.
+    ///
+    /// A coordinate at rest gets the largest range of all coordinates; if all are at rest, its largest
+    /// absolute value; if that is 0, the value 1. The same holds for a velocity, except that the last value
+    /// is 2π (range of its coordinate)/(observed time).
     pub(crate) fn ranges(&self) -> Vec<f64> {
         let n = self.low.len() / 2;
         let value = |i: usize| self.low[i].abs().max(self.high[i].abs());
         let range = |i: usize| {
             let range = self.high[i] - self.low[i];
-            // Taking rigid motion out brings in the rounding of all coordinates, or of all velocities.
+            // The removal of rigid motion mixes the rounding errors of all coordinates, or of all velocities.
             if range > ROUNDING * value(i).max(self.largest[i / n]) { range } else { 0.0 }
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
@@ -86,24 +92,26 @@ impl Sizes {
     }
 }
 
-/// What is left of each component by rounding: of its value, of the terms of its acceleration over a step, and of what its neighbours bring in.
+/// ε (|q_i| + h |v_i| + h² T_i) and ε (|v_i| + h T_i): rounding errors of q_i and v_i in a step of length h.
 ///
-/// With h the step and T_i = |a_i| + Σ_j |∂a_i/∂q_j q_j| + |∂a_i/∂v_j v_j| the terms that make up an acceleration, q_i is known to
-/// ε (|q_i| + h |v_i| + h² T_i) and v_i to ε (|v_i| + h T_i). No tolerance below that can be held.
+/// T_i = S_i + h Σ_j (|∂a_i/∂q_j| (|v_j| + h S_j) + |∂a_i/∂v_j| S_j) is the sum of the terms of an
+/// acceleration, S_i = |a_i| + Σ_j (|∂a_i/∂q_j q_j| + |∂a_i/∂v_j v_j|), and of the rounding errors that the
+/// other components contribute. No integration meets a tolerance below these errors. The observer keeps their
+/// maximum.
 pub(crate) struct Rounding<'m, M: ?Sized> {
     slopes: Slopes<'m, M>,
     u: Vec<f64>,
     a: Vec<f64>,
-    /// T_i.
+    /// S_i.
     terms: Vec<f64>,
-    /// The largest sum of coordinates, then of velocities, so far; without ε.
+    /// Largest sum of each coordinate, then of each velocity, so far, without the factor ε.
     largest: Vec<f64>,
 }
 
-/// The error estimate sums a dozen evaluations: it does not fall below this many roundings.
+/// Smallest error estimate of a step, in rounding errors: it is a sum over a dozen evaluations.
 const ROUNDINGS: f64 = 16.0;
 
-/// A coarse run, held to 1e-9, shows no motion below this share of the same sums.
+/// A coarse run, with tolerance 1e-9, does not resolve a motion below this share of the same sums.
 const SEEN: f64 = 1e-9;
 
 impl<'m, M: Model + ?Sized> Rounding<'m, M> {
@@ -118,13 +126,14 @@ impl<'m, M: Model + ?Sized> Rounding<'m, M> {
         }
     }
 
-    /// Units in which a flow can be held to `tolerance`: the ranges of motion, and where rounding forbids so fine a share, larger ones.
+    /// Units of coordinates and velocities for a flow with `tolerance`: the ranges of motion, or
+    /// 16 ε/tolerance times the sum where that is larger, so that the tolerance is above the rounding error.
     pub(crate) fn units(&self, ranges: &[f64], tolerance: f64) -> Vec<f64> {
         let share = ROUNDINGS * f64::EPSILON / tolerance.max(f64::EPSILON);
         ranges.iter().zip(&self.largest).map(|(range, sum)| range.max(share * sum)).collect()
     }
 
-    /// Ranges of motion that a coarse run can tell from rest.
+    /// The ranges of motion, at least 1e-9 of the sums: a coarse run does not distinguish less from rest.
     pub(crate) fn seen(&self, ranges: Vec<f64>) -> Vec<f64> {
         ranges.iter().zip(&self.largest).map(|(range, sum)| range.max(SEEN * sum)).collect()
     }
@@ -133,11 +142,11 @@ impl<'m, M: Model + ?Sized> Rounding<'m, M> {
 impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if !step.crossings().is_empty() {
-            return ControlFlow::Continue(()); // differences would straddle the edge
+            return ControlFlow::Continue(()); // at an edge the differences would mix two pieces
         }
         let (h, q, v) = (step.t1() - step.t0(), step.q1(), step.v1());
         let n = q.len();
-        // Differences over a share of each value: what counts is slope times value.
+        // The step of the differences follows the values, since the terms are slope times value.
         for (scale, y) in self.slopes.scale.iter_mut().zip(step.y1()) {
             *scale = scale.max(y.abs());
         }
@@ -153,7 +162,7 @@ impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
             self.terms[i] = sum + term(1.0, self.a[i]);
         }
         for i in 0..n {
-            // Neighbours are off by the rounding of their own accelerations.
+            // The other components have the rounding errors of their own accelerations.
             let brought = |j: usize| {
                 let speed = v[j].abs() + h * self.terms[j];
                 h * term(by_q[(i, j)], speed) + h * term(by_v[(i, j)], self.terms[j])

@@ -1,4 +1,4 @@
-//! How small differences of a motion jump where a contact meets a rigid stop.
+//! Jump of small differences at an impact on a rigid stop.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
@@ -7,21 +7,21 @@ use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{Saltation, distance, edge_rate};
 use crate::roots::norms::dot;
 
-/// Differences of the velocities behind an impact are taken over this share of the size of the motion.
+/// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const STEP: f64 = 3e-4;
 
-/// Weights of a central difference of fourth order.
+/// Places and weights of a central difference of fourth order.
 const CENTRAL: [(f64, f64); 4] =
     [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
 
-/// A start this close to a stop, in shares of the deflection, is on it.
+/// A start at this distance from a stop, as a share of the deflection, is on the stop `[1]`.
 const ON_STOP: f64 = 1e-12;
 
-/// Quarterings of that share in search of a span without an edge of the drives.
+/// Maximum number of divisions of the step by 4, until no drive edge lies between its instants.
 const QUARTERINGS: usize = 8;
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
-    /// A start on a rigid stop that moves into it rebounds at once.
+    /// Applies the impact at once to a start on a rigid stop that moves into the stop.
     pub(crate) fn begin(&mut self, state: &mut State) {
         for k in 0..2 * self.rigid.len() {
             let (contact, lower) = (k / 2, k % 2 == 0);
@@ -42,11 +42,14 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
     }
 
-    /// With q⁺ = q and v⁺ = V(t, q, v) at h(t, q) = 0, and σ = ∇h·δq/h' the time by which a neighbour comes sooner:
-    /// δq⁺ = δq - v σ + v⁺ σ, δv⁺ = ∂V (-σ, δq - v σ, δv - a σ) + a⁺ σ.
+    /// δq⁺ = δq - v σ + v⁺ σ, δv⁺ = ∂V (-σ, δq - v σ, δv - a σ) + a⁺ σ: the differences after an impact.
     ///
-    /// The differences of V run along the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons Fractals 5, 1671 (1995). For
-    /// one coordinate and a stop at rest: [[-e, 0], [(a⁺ + e a)/v, -e]].
+    /// The impact is q⁺ = q, v⁺ = V(t, q, v) at h(t, q) = 0. σ = ∇h·δq/h' is the time by which a neighbour
+    /// arrives earlier. The direction of the derivative of V is tangent to the stop. `rests` is set if the
+    /// contact comes to rest on the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons
+    /// Fractals 5, 1671 (1995).
+    ///
+    /// For one coordinate and a stop at rest the saltation matrix is [[-e, 0], [(a⁺ + e a)/v, -e]].
     pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
         let n = self.n;
         let (c, lower) = (self.look(contact, t), on == Piece::Lower);
@@ -80,14 +83,14 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
     }
 
-    /// The derivative of the velocities behind an impact along (dt, direction).
+    /// Derivative of the velocities after an impact along (dt, direction); stored in `impact.slope`.
     fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64) {
         let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) =
             (self.model, self.n, &mut self.impact);
         let (of_q, of_v) = self.scale.split_at(n);
         let largest =
             |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
-        // A time in which the motion moves by as much.
+        // Size of dt: the motion during dt, as a share of the size of the coordinates.
         let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
         let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time);
         slope.fill(0.0);

@@ -1,4 +1,4 @@
-//! How small differences of a motion jump at tooth edges.
+//! Jump of small differences at tooth edges.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -9,11 +9,13 @@ use crate::periodic::flow::continued::gradient;
 use crate::periodic::flow::impact::Impact;
 use crate::roots::norms::dot;
 
-/// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h', h the distance past the edge, h' = ∇h·f⁻ + ∂h/∂t its rate: the jump of the differences where the
-/// acceleration jumps by f⁺ - f⁻.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
+/// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///
-/// ∇h is taken by the coordinates and, where a deflection depends on them, by the velocities. A force without a jump leaves the differences
-/// as they are.
+/// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and
+/// h' = ∇h·f⁻ + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection
+/// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
+/// differences do not change.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+/// Systems, Sect. 7.4.
 pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) model: &'t M,
     pub(crate) n: usize,
@@ -25,52 +27,57 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) gradient: Vec<f64>,
     /// The state moved onto the edge.
     pub(crate) on_edge: Vec<f64>,
+    /// Acceleration before the edge.
     pub(crate) before: Vec<f64>,
+    /// Acceleration after the edge, then its jump.
     pub(crate) jump: Vec<f64>,
+    /// A state shifted for the derivatives of a deflection.
     pub(crate) moved: Vec<f64>,
-    /// Coordinates and velocities of the motion and its differences behind the edges.
+    /// Coordinates and velocities of the motion and its differences after the edges.
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
-    /// Which edges are rigid stops; empty if none is.
+    /// Edges that are rigid stops; empty if there are none.
     pub(crate) rigid: Vec<[bool; 2]>,
-    /// A contact that comes to rest on its stop.
+    /// Contact that came to rest on its stop.
     pub(crate) rests: Option<usize>,
-    /// What the differences of an impact are taken in.
+    /// Scratch arrays for impacts.
     pub(crate) impact: Impact,
 }
 
-/// A jump that changes the differences by less than this share is left out.
+/// A jump of the differences by less than this share of their size does not interrupt the run `[1]`.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// Instants before an edge, in shares of the step, and weights of a one-sided difference of third order.
+/// Distance between the instants of a one-sided difference before an edge, as a share of the step `[1]`.
 const BACK: f64 = 1e-3;
 
-/// The same as a share of the time, at the least.
+/// Minimum of this distance, as a share of the time `[1]`.
 const LEAST: f64 = 1e-8;
 
+/// Weights of a one-sided difference of third order.
 const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
 
-/// The distance from one edge.
+/// Deflection minus the lower or the upper edge.
 pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
     c.deflection - if lower { c.lower } else { c.upper }
 }
 
-/// How fast that edge moves.
+/// Rate of the lower or the upper edge.
 pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
     if lower { c.lower_rate } else { c.upper_rate }
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
-    /// Coordinates of the motion and its differences behind the edges last met.
+    /// Coordinates of the motion and its differences after the last edges.
     pub(crate) fn coordinates(&self) -> &[f64] {
         &self.q
     }
-    /// The velocities.
+    /// Velocities of the motion and its differences after the last edges.
     pub(crate) fn velocities(&self) -> &[f64] {
         &self.v
     }
 
-    /// Whether the differences jump at the end of a step.
+    /// Whether the differences jump at the end of a step. `coordinates` and `velocities` then hold their
+    /// values after the jump.
     pub(crate) fn changes(&mut self, step: &mut Step<'_>) -> bool {
         let Some(pieces) = step.pieces().filter(|_| !step.crossings().is_empty()) else {
             return false;
@@ -90,8 +97,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         changed
     }
 
-    /// ∇h of a contact at an edge. h' is linear in the velocities with the very coefficients ∂h/∂q unless h depends on the velocities itself:
-    /// then differences are taken. Whether it does.
+    /// Computes ∇h of a contact at an edge. Returns whether h depends on the velocities.
+    ///
+    /// If h does not depend on them, h' is linear in the velocities and its coefficients are ∂h/∂q. Otherwise
+    /// ∇h is computed by differences of h.
     pub(crate) fn slope(&mut self, contact: usize, lower: bool) -> bool {
         let n = self.n;
         let (model, u, contacts, q) = (self.model, &self.u, &mut self.contacts, &self.q[..n]);
@@ -121,7 +130,9 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         by_velocity
     }
 
-    /// The state moved by the little that the edge was missed by, so that a continuous force shows no jump.
+    /// Computes `on_edge` = y - missed S² g/|S g|², with g = ∇h and S = diag(scale): the state y moved onto
+    /// the edge. `missed` is the error of the located edge. On the edge a continuous acceleration has no
+    /// jump.
     pub(crate) fn move_onto(&mut self, missed: f64) {
         let square: f64 = self.gradient.iter().zip(self.scale).map(|(g, s)| (g * s) * (g * s)).sum();
         let part = if square > 0.0 { missed / square } else { 0.0 };
@@ -133,9 +144,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
     }
 
-    /// h' of a distance that depends on the velocities: ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'', the acceleration that before the edge.
+    /// h' = ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'' for an h that depends on the velocities; q'' is the acceleration
+    /// before the edge.
     fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
-        // Far from time zero a short step holds too few instants that can be told apart.
+        // Far from time zero a share of a short step is below the rounding error of the time.
         let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
@@ -148,7 +160,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         by_time + dot(by_q, &self.v[..n]) + dot(by_v, &self.before)
     }
 
-    /// The contact at `t`, before anything jumps.
+    /// Reads a contact at time `t`, before the drives jump.
     pub(crate) fn look(&mut self, contact: usize, t: f64) -> Contact {
         let n = self.n;
         self.model.drive(t, Side::Before, &mut self.u);
@@ -156,11 +168,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.contacts[contact]
     }
 
-    /// One contact changes its piece. Whether the differences changed.
+    /// Applies the jump at one crossing. Returns whether the differences changed.
     fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2]) -> bool {
         let n = self.n;
         let c = self.look(contact, times[1]);
-        // Without a gap the far flank is met at the same instant.
+        // If the gap has no width, the contact reaches the other flank at the same instant.
         let to = match (self.pieces[contact], to) {
             (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,
             (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,

@@ -1,4 +1,4 @@
-//! A model together with small differences of its motion: the variational equations as a model of their own.
+//! The variational equations as a model: a model together with small differences of its motion.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -17,10 +17,10 @@ use crate::periodic::flow::saltation::Saltation;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
-/// δq'' = ∂a/∂q δq + ∂a/∂v δv beside q'' = a(u, q, q'), for any number of differences; the contacts are those of the bare model, held on
-/// their pieces.
+/// q'' = a(u, q, q') together with δq'' = ∂a/∂q δq + ∂a/∂v δv, for any number of differences.
 ///
-/// Coordinates (q, δq_1, δq_2, ...), velocities likewise. Jacobians are the model's own, of the pieces held; central differences where it
+/// The coordinates are (q, δq_1, δq_2, ...); the velocities have the same order. The contacts are those of
+/// the model alone. The Jacobian is that of the model on fixed pieces, or central differences if the model
 /// has none.
 pub(crate) struct Tangent<'m, M: ?Sized> {
     pub(crate) model: Continued<'m, M>,
@@ -31,22 +31,24 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     slopes: RefCell<Slopes<'m, M>>,
 }
 
-/// Differences are held to the tolerance of the motion times this, or to the noise of their slopes.
+/// Tolerance of the differences over the tolerance of the motion `[1]`. The noise of the slopes replaces it
+/// where that is larger.
 const COLUMNS: f64 = 10.0;
 
-/// From a state and the step it begins with, 0 if that is open, to the solver and the sizes up to which it serves, none for any.
+/// Chooses the solver for a state and its first step (0: free), and the sizes of the differences up to which
+/// its tolerances are valid (empty: all sizes).
 type Choose<'c> = dyn FnMut(&State, f64) -> (Dop853, Vec<f64>) + 'c;
 
-/// Growth of a difference after which its tolerance is set anew.
+/// Growth of a difference after which its tolerance is adapted `[1]`.
 const GROWTH: f64 = 10.0;
 
-/// Restarts at jumps of the force before a run is given up.
+/// Maximum number of restarts of one run.
 const RESTARTS: usize = 1_000_000;
 
-/// A relative tolerance that leaves the absolute ones alone.
+/// Relative tolerance so small that only the absolute tolerances have an effect.
 pub(crate) const NONE: f64 = 1e-300;
 
-/// An absolute tolerance, no finer than the rounding of the value itself.
+/// An absolute tolerance, at least four rounding errors of the value.
 pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
     tolerance.max(4.0 * f64::EPSILON * value.abs())
 }
@@ -58,16 +60,18 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         Tangent { model: Continued::new(model, scale), n, columns, scale, slopes }
     }
 
-    /// The motion held to `tolerance` of its size, or to rounding; the differences ten times looser.
+    /// Solver with the given tolerance of the motion, as a share of `scale` but not below rounding. The
+    /// tolerance of the differences is ten times larger.
     pub(crate) fn solver(&self, tolerance: f64, start: &State) -> Dop853 {
         self.solver_for(tolerance, start, &vec![1.0; self.columns])
     }
 
-    /// The same with differences held to a share of what they have grown to.
+    /// [`solver`](Tangent::solver) with tolerances of the differences relative to their current sizes.
     fn solver_for(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Dop853 {
-        // The norm is a mean over all components: differences must not hide an error of the motion.
+        // The error norm is a mean over all components. The factor prevents small errors of the differences
+        // from hiding an error of the motion.
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
-        // Nor can they be held finer than their slopes are known.
+        // The differences cannot be more accurate than their slopes.
         let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
         let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
             let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
@@ -79,7 +83,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
     }
 
-    /// The largest component of difference k, in units of size.
+    /// Largest component of difference k, in units of `scale`.
     fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
         let (of_q, of_v) = self.scale.split_at(self.n);
         let column = self.n * (1 + k);
@@ -89,7 +93,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         largest(q, of_q).max(largest(v, of_v))
     }
 
-    /// A state with difference k equal to the size of component k, in that component alone.
+    /// Start of the motion and its differences: difference k is `scale[k]` in component k and 0 elsewhere.
     pub(crate) fn start(&self, state: &State) -> State {
         let (mut q, mut v) = (state.q.clone(), state.v.clone());
         q.resize(self.n * (1 + self.columns), 0.0);
@@ -102,18 +106,19 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         State { t: state.t, q, v }
     }
 
-    /// Component i of difference k, in units of size.
+    /// Component i of difference k, in units of `scale`.
     pub(crate) fn scaled(&self, state: &State, i: usize, k: usize) -> f64 {
         let half = if i < self.n { &state.q } else { &state.v };
         half[self.n * (1 + k) + i % self.n] / self.scale[i]
     }
 
-    /// The motion alone.
+    /// The motion without its differences.
     pub(crate) fn motion(&self, state: &State) -> State {
         State::new(state.t, &state.q[..self.n], &state.v[..self.n])
     }
 
-    /// The same, every step taken from a budget: once that is spent, the state reached.
+    /// Runs to `t_end` with one solver. Returns the state and the number of crossings. If the budget is
+    /// spent, the state is the last one reached.
     pub(crate) fn run_metered(
         &self,
         solver: &Dop853,
@@ -124,7 +129,8 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         self.follow(start, t_end, meter, &mut |_, _| (solver.clone(), Vec::new()))
     }
 
-    /// Runs to `t_end` with tolerances that follow the differences as they grow: their rounding does, and a fixed tolerance falls below it.
+    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
+    /// would exceed a fixed tolerance. An error if the budget is spent.
     pub(crate) fn flow(
         &self,
         tolerance: f64,
@@ -145,7 +151,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         }
     }
 
-    /// Runs to `t_end` with the solvers that are chosen on the way.
+    /// Runs to `t_end`. `solver` chooses the solver at the start and after every interruption.
     fn follow(
         &self,
         start: State,
@@ -191,7 +197,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
     }
 
-    /// Differences that are not finite while the motion is come of slopes that are not.
+    /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.
     fn explain(&self, error: IntegrateError) -> IntegrateError {
         match (error, self.slopes.borrow().jacobian.not_finite()) {
             (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
@@ -255,7 +261,7 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, &q[..self.n], &v[..self.n], out);
     }
-    /// Of the motion alone; its differences are seen to by [`Saltation`].
+    /// The impact of the motion alone; [`Saltation`] computes the jump of the differences.
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
     }
@@ -265,23 +271,23 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     }
 }
 
-/// Why a run is interrupted.
+/// Reason for an interruption of a run.
 #[derive(Clone, Copy)]
 enum Stop {
     /// The differences jump.
     Jump,
-    /// One has outgrown its tolerance.
+    /// A difference exceeds the size for which its tolerance is valid.
     Growth,
     /// The budget is spent.
     Budget,
 }
 
-/// Watches the differences of one run.
+/// Observer that interrupts a run for one of the reasons of [`Stop`].
 struct Monitor<'t, 'm, M: ?Sized> {
     tangent: &'t Tangent<'m, M>,
     meter: Option<&'t Meter<'t>>,
     saltation: Saltation<'t, Continued<'m, M>>,
-    /// Sizes up to which the tolerances serve.
+    /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
     serves: Vec<f64>,
     stop: Stop,
     /// Length of the last step.

@@ -1,4 +1,4 @@
-//! The accurate engine: an integrator with located edges.
+//! Engine with located edges: every run by an integrator.
 
 use crate::analysis::rattle::Rattle;
 use crate::analysis::statistics::Statistics;

@@ -1,4 +1,4 @@
-//! The engines, which make the runs of a sweep.
+//! Engines: the ways in which the runs of a sweep are made.
 
 pub(crate) mod fixed_step;
 pub(crate) mod interface;

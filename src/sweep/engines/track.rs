@@ -1,62 +1,72 @@
-//! One run of a sweep, period by period: settling, measuring, the row that comes of it.
+//! One run of a sweep, period by period: settling, measuring and its row.
 
 use crate::analysis::returns::{Ranges, is_own_multiple};
 use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
 use crate::sweep::rows::layout::Layout;
 
-/// What a sweep asks of each run.
+/// The settings of a sweep that every run needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub(crate) settle: usize,
     pub(crate) measure: usize,
-    /// Settling ends once the strobed state repeats this closely.
+    /// Tolerance `[1]` of the strobed state that ends settling early; `None`: no early end.
     pub(crate) repeat: Option<f64>,
-    /// How closely an orbit has to repeat to have a period.
+    /// Tolerance `[1]` within which a motion must repeat to be periodic.
     pub(crate) tolerance: f64,
     pub(crate) layout: Layout,
 }
 
-/// Longest orbit looked for, in periods.
+/// Maximum period multiple that is recognised.
 pub(crate) const LONGEST: usize = 16;
 
-/// A run under way.
+/// A run in progress.
 pub(crate) struct Track {
     plan: Plan,
-    /// Periods done, and those of them that were measured.
+    /// Number of completed periods.
     pub(crate) periods: usize,
+    /// Number of measured periods among them.
     measured: usize,
     measuring: bool,
-    /// The last strobed states, the newest at the end.
+    /// The last strobed states (coordinates, then velocities), one after the other, the newest last.
     section: Vec<f64>,
-    /// States within the period under way, or within the last one if none is.
+    /// States within the current period, or within the last one if the current one has none yet.
     samples: Vec<f64>,
+    /// Whether `samples` are states of the current period.
     under_way: bool,
-    /// Rigid modes, once they were asked for.
+    /// The rigid modes of the model, computed at the first use.
     rigid: Option<Vec<Vec<f64>>>,
     row: Vec<f64>,
+    /// Total weight of the measured periods: their duration or their number of samples.
     weight: f64,
-    /// The mean of each channel so far.
+    /// The mean of each channel over the measured periods.
     means: Vec<f64>,
-    /// Least and largest of what is read of one period: range of each channel, share of the time that each contact is lost.
+    /// Minimum and maximum over the measured periods of the range (max - min) of each channel, then of the
+    /// contact loss of each contact.
     spread: Vec<[f64; 2]>,
-    /// Penetrations: largest of each flank, least of the better one, of each contact.
+    /// For each contact over the measured periods: maximum penetration of the lower and of the upper flank,
+    /// minimum of the larger of both.
     depths: Vec<[f64; 3]>,
+    /// The extremes of the channels and the strobed state of each of the last measured periods.
     strobes: Vec<f64>,
 }
 
-/// What comes after a period.
+/// The next task of a run after a period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Next {
+    /// A settling period.
     Settle,
-    /// The first period to be measured is next.
+    /// The first measured period.
     StartMeasuring,
+    /// A further measured period.
     Measure,
+    /// None: the run is complete.
     Done,
-    /// Not a number any more.
+    /// None: the state or a sum of the row is infinite or NaN.
     Diverged,
 }
 
 impl Track {
+    /// A run from a start state.
     pub(crate) fn new(plan: &Plan, q: &[f64], v: &[f64]) -> Self {
         let mut row = vec![0.0; plan.layout.stride()];
         for channel in 0..plan.layout.channels {
@@ -82,21 +92,24 @@ impl Track {
         }
     }
 
+    /// Whether the current period is measured.
     pub(crate) fn measuring(&self) -> bool {
         self.measuring
     }
 
-    /// Whether meters have to run: from the period before the measured ones, so that an impact at their very start is seen.
+    /// Whether the meters must run. They start one period before the first measured one, so that an impact at
+    /// its start is counted.
     pub(crate) fn watching(&self) -> bool {
         self.measuring || self.plan.repeat.is_some() || self.periods + 1 >= self.plan.settle
     }
 
-    /// Whether states within the period under way are to be seen: those of the last period, and of all as long as any may be the last that settles.
+    /// Whether states within the current period must be sampled for the range of the motion: in the last
+    /// measured period, and in all settling periods if settling may end early.
     pub(crate) fn ranging(&self) -> bool {
         if self.measuring { self.measured + 1 == self.plan.measure } else { self.plan.repeat.is_some() }
     }
 
-    /// A state within the period under way: coordinates, then velocities.
+    /// Adds a state within the current period: coordinates, then velocities.
     pub(crate) fn see_state(&mut self, state: impl Iterator<Item = f64>) {
         if !self.under_way {
             self.under_way = true;
@@ -105,10 +118,11 @@ impl Track {
         self.samples.extend(state);
     }
 
-    /// Adds what a channel did in the period under way; `weight` is that of the whole period.
+    /// Adds the values of channel `i` in the current period. `weight`: weight of the period.
     pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
         let at = self.plan.layout.channel(i);
-        // Squares about the mean of both stretches.   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
+        // Mean m and squared deviations S of the earlier periods (weight w) and of this one (w', m', S'):
+        // S ← S + S' + (m' - m)² w w'/(w + w').   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
         let ([mean, squares], before) = (meter.moments(weight), self.weight);
         let apart = mean - self.means[i];
         self.means[i] += apart * (weight / (before + weight));
@@ -121,12 +135,13 @@ impl Track {
         self.see(i, meter.max - meter.min);
     }
 
+    /// Updates the minimum and the maximum of entry `i` of `spread`.
     fn see(&mut self, i: usize, x: f64) {
         let [least, largest] = &mut self.spread[i];
         (*least, *largest) = (least.min(x), largest.max(x));
     }
 
-    /// Adds what a contact did; `weight` is that of the whole period.
+    /// Adds the values of contact `i` in the current period. `weight`: weight of the period.
     pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
         let at = self.plan.layout.contact(i);
         let [lower, upper] = meter.samples;
@@ -141,7 +156,8 @@ impl Track {
             [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
-    /// A period is over: its weight in the means, the state at its end and the rigid modes of the model.
+    /// Ends a period. `weight`: weight of the period; `q`: coordinates and velocities at its end; `rigid`:
+    /// computes the rigid modes of the model.
     pub(crate) fn period(
         &mut self,
         weight: f64,
@@ -179,7 +195,7 @@ impl Track {
         Next::Settle
     }
 
-    /// As [`repeats`](Track::repeats), of the relative motion if the whole one does not repeat.
+    /// As [`repeats`](Track::repeats), without rigid motion if the motion as a whole does not repeat.
     fn multiple(&mut self, tolerance: f64, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let whole = self.repeats(tolerance, &[]);
@@ -193,8 +209,15 @@ impl Track {
         found
     }
 
-    /// The least number of periods after which the section repeats, twice over and clearly closer than after fewer, 0 if none; and how far the
-    /// last return was off, as a share of the range of each coordinate and velocity over the last period.
+    /// The period multiple p of the strobed states y_0 (newest), y_1, y_2, ..., or 0 if they do not repeat,
+    /// and the distance of the last return. It is the minimum p ≤ [`LONGEST`] with
+    ///
+    /// |y_k - y_(k + p)| ≤ tolerance for k = 0 .. p,
+    ///
+    /// and with |y_0 - y_p| clearly less than |y_0 - y_d| for all proper divisors d of p
+    /// ([`is_own_multiple`]). |y| is the maximum over the coordinates and velocities, each as a share of its
+    /// range over the last period. The distance is |y_0 - y_p|, or without a period the minimum of |y_0 -
+    /// y_d| over the d that were tried.
     fn repeats(&self, tolerance: f64, rigid: &[Vec<f64>]) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
@@ -218,8 +241,8 @@ impl Track {
         (0, closest)
     }
 
-    /// By how much a figure differs from one period to another, at the most: the range of a channel as a share of itself, lost contact as a share
-    /// of the time. Infinite with nothing to compare.
+    /// Maximum difference between the measured periods: (max - min)/max of the range of a channel, max - min
+    /// of a contact loss. Infinite with fewer than two measured periods, or without channels and contacts.
     fn scatter(&self) -> f64 {
         let channels = self.plan.layout.channels;
         let apart = |(i, [least, largest]): (usize, &[f64; 2])| match largest - least {
@@ -230,7 +253,7 @@ impl Track {
         scatter.filter(|_| self.measured > 1).unwrap_or(f64::INFINITY)
     }
 
-    /// The row, and the last state.
+    /// Returns the row and the last state (coordinates, then velocities).
     pub(crate) fn finish(mut self, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
         let (multiple, change) = self.multiple(self.plan.tolerance, rigid);
         let layout = &self.plan.layout;
@@ -256,7 +279,9 @@ impl Track {
     }
 }
 
-/// How near the closest approach to an edge was to a mere touch, as a share of the range of the penetration.
+/// Margin to grazing: the minimum |penetration| over three extreme penetrations (see `depths` in [`Track`]),
+/// as a share of the range of the penetration `[1]`. Infinite without penetrations, as with the engine
+/// `Located`.
 fn margin(&[lower, upper, loosest]: &[f64; 3]) -> f64 {
     let range = lower.max(upper) - loosest;
     if !(range.is_finite() && range > 0.0) {

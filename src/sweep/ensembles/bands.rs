@@ -40,7 +40,7 @@ pub struct Bands {
     peak_names: Vec<String>,
     peaks: Vec<Distribution>,
     impacts: Vec<Distribution>,
-    /// For member numbers that are powers of two: the number, and mean and standard error of each peak.
+    /// For each number n of added members that is a power of two: n, mean and standard error of each peak.
     convergence: Vec<(u64, Vec<[f64; 2]>)>,
     pub(crate) members: u64,
     pub(crate) failed: u64,
@@ -91,7 +91,7 @@ impl Bands {
     pub fn members(&self) -> u64 {
         self.members
     }
-    /// The number of members that failed, with the index and the error of the first one.
+    /// The number of members that failed, with the number and the error of the first one.
     pub fn failed(&self) -> (u64, Option<&(u64, PointError)>) {
         (self.failed, self.first_failure.as_ref())
     }
@@ -138,7 +138,7 @@ impl Bands {
         self.impacts.get(i)
     }
     /// Convergence of the mean [peak](Bands::peak) of a channel: (members, mean, standard error) after 1, 2,
-    /// 4, 8, ... members.
+    /// 4, 8, ... successful members.
     ///
     /// # Errors
     /// As [`peak`](Bands::peak).

@@ -1,4 +1,4 @@
-//! The members of a random model, reduced to distributions as they finish.
+//! Ensembles: many runs of a random model, reduced to distributions.
 
 use crate::analysis::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
@@ -51,7 +51,7 @@ pub struct Ensemble {
     rattle: bool,
 }
 
-/// Why an ensemble has no result.
+/// Errors of an [`Ensemble`] as a whole.
 ///
 /// ```
 /// use gear_dynamics::sweep::{EnsembleError, PointError};
@@ -61,7 +61,7 @@ pub struct Ensemble {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    /// A channel that the model does not have, or too many distributions.
+    /// A channel that the model does not have, or more than 2¹⁸ distributions.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No member reached the end time.
@@ -84,7 +84,7 @@ pub enum EnsembleError {
 /// member numbers, so that sums do not depend on the number of threads.
 const WAITING: u64 = 128;
 
-/// Maximum number of members: more than an hour of computing at 1 µs each.
+/// Maximum number of members. At 1 µs for each member they take more than an hour.
 const MOST_MEMBERS: u64 = u32::MAX as u64;
 
 /// Maximum number of distributions, channels × spans: two gigabytes if all their bins are in use.
@@ -137,10 +137,11 @@ impl Ensemble {
         Ensemble { rattle: true, ..self }
     }
 
-    /// Runs all members. `family` maps a member number to the model and its start, which must be at time 0.
+    /// Runs all members. `family` maps a member number to the model and its start state at time 0.
     ///
     /// # Errors
-    /// [`EnsembleError`]. A member that fails is counted by [`Bands::failed`] if another one succeeds.
+    /// [`EnsembleError`]. If at least one member succeeds, members that fail are counted in
+    /// [`Bands::failed`] instead.
     pub fn run<M, I, X>(
         &self,
         solver: &I,
@@ -154,8 +155,8 @@ impl Ensemble {
         self.run_watched(solver, family, &Monitor::new())
     }
 
-    /// As [`run`](Ensemble::run), with a [`Monitor`] that is informed after every member; it gets no rows.
-    /// After cancelling, the result holds the members that finished.
+    /// As [`run`](Ensemble::run), with a [`Monitor`]. The monitor receives the progress after every member,
+    /// but no rows. After cancelling, the result holds the members that finished.
     ///
     /// # Errors
     /// As [`run`](Ensemble::run); [`EnsembleError::Cancelled`] if no member finished.
@@ -194,7 +195,8 @@ impl Ensemble {
         let mut bands = Bands::new(&self.times, &self.channels, &self.peaks);
         let (mut next, shown) = (0, AtomicUsize::new(0));
         while next < self.members && !watch.is_cancelled() {
-            // The more distributions, the fewer members a batch: this bounds the memory of their results.
+            // A batch has fewer members if there are more distributions. This bounds the memory of the
+            // results that are not added yet.
             let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
             let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
             let run = |member| {
@@ -269,7 +271,7 @@ impl Ensemble {
                 look(*t, Side::Before, &y);
                 left = rest;
             }
-            // Neither statistics nor rattle stop a run.
+            // `Statistics` and `Rattle` always continue: their return values are ignored.
             if !peaks.is_empty() {
                 let _ = statistics.step(step);
             }

@@ -19,8 +19,8 @@ const LARGE: f64 = 1e140;
 /// 2⁻⁶⁰⁰.
 const LARGE_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 
-/// Count, mean, variance, extremes and quantiles of a number of which one value is added for every member.
-/// The memory does not grow with the number of values.
+/// Count, mean, variance, extremes and quantiles of a random number. Values are added one by one. The memory
+/// does not grow with the number of values.
 ///
 /// The first 511 values are kept. From the 512th on, all values are counted in at most 1024 bins. The bin
 /// width doubles whenever a value needs more bins. A quantile is then accurate to one bin width
@@ -163,12 +163,12 @@ impl Distribution {
         (self.bins, self.first, self.width) = (wide, first, 2.0 * self.width);
     }
 
-    /// Number n of finite values. All other figures are of these values.
+    /// Number n of finite values. All other results refer to these values.
     pub fn count(&self) -> u64 {
         self.count
     }
-    /// Number of values that are infinite or NaN, such as those of a [column](crate::sweep::Rows::column)
-    /// where a point failed.
+    /// Number of values that are infinite or NaN, for example the NaN of a failed point in a
+    /// [column](crate::sweep::Rows::column).
     pub fn not_finite(&self) -> u64 {
         self.not_finite
     }

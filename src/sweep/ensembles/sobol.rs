@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 
-/// Parameters that are known by their distributions only. A sample is a pure function of the seed and its
+/// Independent random parameters with given distributions. A sample is a pure function of the seed and its
 /// number k: samples can be drawn in any order.
 ///
 /// ```
@@ -123,14 +123,15 @@ pub struct SobolDesign {
 /// The share `[1]` of one parameter in the variance of a measure.
 ///
 /// ```
-/// let index = gear_dynamics::sweep::SobolIndex {
-///     name: "x".into(),
-///     first: 0.3,
-///     first_error: 0.01,
-///     total: 0.4,
-///     total_error: 0.01,
-/// };
-/// assert!(index.total >= index.first);
+/// use gear_dynamics::sweep::RandomParameters;
+/// use rand_distr::StandardNormal;
+/// let design = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal).sobol(100)?;
+/// let points = design.points();
+/// // The measure f = x³ does not depend on y.
+/// let measure: Vec<f64> = (0..points.len()).map(|i| points.point(i)["x"].powi(3)).collect();
+/// let indices = design.indices(&measure)?;
+/// assert_eq!((indices[1].name.as_str(), indices[1].first, indices[1].total), ("y", 0.0, 0.0));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIndex {
@@ -194,7 +195,7 @@ impl SobolDesign {
                 };
                 let first = average(&|mixed, a, b| (b - mean) * (mixed - a));
                 let total = average(&|mixed, a, _| 0.5 * (a - mixed) * (a - mixed));
-                // (f - m)/√V: without the mean, sums of squares do not cancel.
+                // (f - m)/√V: subtracting the mean first avoids cancellation in the sums of squares.
                 let unit = variance.sqrt();
                 let sample = |s: &&[f64]| [s[i], s[n], s[n + 1]].map(|x| (x - mean) / unit);
                 let [first_error, total_error] = jackknife(&samples.iter().map(sample).collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! Drives over one period, evaluated once for all runs.
+//! The drive table: drives over one period, computed once for all runs.
 
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
@@ -7,79 +7,84 @@ use crate::model::shape::Shape;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Why no table can be made.
+/// Errors of a drive table.
 ///
 /// ```
 /// let error = gear_dynamics::sweep::TableError::Size { steps: 0, drives: 3 };
-/// assert_eq!(error.to_string(), "a table of 0 steps per period for 3 drives: at least one step, at most 67108864 numbers, two rows a step");
+/// let text = "a drive table of 0 steps per period and 3 drives is not available: steps must be at least 1, \
+///             2 × steps × drives at most 67108864";
+/// assert_eq!(error.to_string(), text);
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TableError {
-    /// No steps, or too many.
+    /// No steps, or so many that the table exceeds its maximum size of 2²⁶ numbers.
     #[error(
-        "a table of {steps} steps per period for {drives} drives: at least one step, at most {MOST} numbers, two rows a step"
+        "a drive table of {steps} steps per period and {drives} drives is not available: steps must be at \
+         least 1, 2 × steps × drives at most {MOST}"
     )]
     Size {
         /// Steps per period.
         steps: usize,
-        /// Drives in a row.
+        /// Number of drives in the table.
         drives: usize,
     },
-    /// A drive that jumps between the steps.
+    /// A drive edge that is not on a whole step.
     #[error(
-        "a drive jumps after {edge} of the period, which is step {at} of {steps}: take a number of steps that puts it on a whole one, \
-         or an engine that locates edges"
+        "a drive jumps at the fraction {edge} of the period, at step {at} of {steps}: it must jump at a \
+         whole step; change the number of steps or use the engine Located"
     )]
     EdgeOffGrid {
-        /// When, as a share of the period.
+        /// Instant of the edge, as a share of the period `[1]`.
         edge: f64,
-        /// Which step that would be.
+        /// The same instant, in steps.
         at: f64,
         /// Steps per period.
         steps: usize,
     },
-    /// A drive that is not a number.
-    #[error("drive {drive} is {value} at {phase} of the period")]
+    /// A drive that is infinite or NaN.
+    #[error("drive {drive} is {value} at the fraction {phase} of the period: it must be finite")]
     NotFinite {
-        /// Which drive.
+        /// Index of the drive.
         drive: usize,
-        /// What it was.
+        /// Its value.
         value: f64,
-        /// When, as a share of the period.
+        /// Instant, as a share of the period `[1]`.
         phase: f64,
     },
 }
 
-/// How far an edge may be from a grid point, in steps, and from where its two sides are looked at.
+/// Maximum distance of a drive edge from a whole step, in steps. The drives before and after the edge are
+/// evaluated at this distance from it.
 const ON_GRID: f64 = 1e-6;
 
-/// Most numbers in a table: half a gigabyte.
+/// Maximum number of values in a table: half a gigabyte.
 const MOST: usize = 1 << 26;
 
-/// Rows between two looks at whether to go on.
+/// Number of rows between two checks for cancellation.
 const STRETCH: usize = 64;
 
 /// The drives at the start, the middle and the end of every step of one period.
 ///
-/// Row 2i is the start of step i, row 2i + 1 its middle. The end of a step is the start of the next one, seen from before, unless a drive
-/// jumps there.
+/// Row 2i is the start of step i, row 2i + 1 its middle. The end of step i is row 2(i + 1), unless a drive
+/// jumps there. In that case an additional row contains the drives before the jump.
 #[derive(Debug)]
 pub(crate) struct Table {
-    /// All columns at the start.
+    /// All columns at the start of the period.
     start: Vec<f64>,
-    /// Columns that change over the period, or all if they are few; the others are filled in once.
+    /// The columns in the rows: all if the table has at most [`WHOLE`] columns, else those that vary over the
+    /// period. The other columns are written to the drives once, at the start of a run.
     varying: Vec<usize>,
-    /// Rows of the varying columns.
+    /// The rows, one after the other.
     values: Vec<f64>,
-    /// The row at the end of each step.
+    /// Index of the row at the end of each step.
     ends: Vec<u32>,
 }
 
-/// Up to this number of columns stand in rows as they are.
+/// Maximum number of columns for which the rows contain all columns.
 pub(crate) const WHOLE: usize = 16;
 
-/// Whether the acceleration at rest is finite.
+/// Whether the acceleration at time 0 is finite for q = 0 and q' = 0.
 fn finite_at_rest<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest) = (vec![0.0; model.drives()], vec![0.0; model.dof()]);
     let mut a = rest.clone();
@@ -89,7 +94,10 @@ fn finite_at_rest<M: Periodic + ?Sized>(model: &M) -> bool {
 }
 
 impl Table {
-    /// Whether there is room for one.
+    /// Checks the size of a table.
+    ///
+    /// # Errors
+    /// [`TableError::Size`].
     pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
         let numbers = steps.checked_mul(2).and_then(|rows| rows.checked_mul(drives.max(1)));
         if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) {
@@ -99,7 +107,7 @@ impl Table {
         }
     }
 
-    /// The waves that all lanes share. `None`: not to go on.
+    /// Table of the waves of a shape, for all runs that share lanes. `None` if `go_on` returns `false`.
     pub(crate) fn of_waves<G: Shape>(
         model: &Machine<G>,
         steps: usize,
@@ -113,7 +121,7 @@ impl Table {
         })
     }
 
-    /// All drives of one model. `None`: not to go on.
+    /// Table of all drives of one model. `None` if `go_on` returns `false`.
     pub(crate) fn of_drives<M: Periodic + ?Sized>(
         model: &M,
         steps: usize,
@@ -126,6 +134,7 @@ impl Table {
         })
     }
 
+    /// Table with these columns. `next_edge` and `read` use the time as a share of the period `[1]`.
     fn new<M: Periodic + ?Sized>(
         model: &M,
         columns: usize,
@@ -142,7 +151,7 @@ impl Table {
             if row % STRETCH == 0 && !go_on() {
                 return Ok(None);
             }
-            // At a jump a little later, so that the side does not hang on rounding.
+            // At a drive edge the row is read slightly later, so that rounding cannot select the wrong side.
             let late = if row % 2 == 0 && jumps.binary_search(&(row / 2)).is_ok() { ON_GRID } else { 0.0 };
             read((0.5 * row as f64 + late) / n, Side::After, out);
         }
@@ -154,7 +163,8 @@ impl Table {
             values.resize(old + columns, 0.0);
             read((step as f64 - ON_GRID) / n, Side::Before, &mut values[old..]);
         }
-        // An edge that a contact does not have lies at the same infinity at all times, and leaves the acceleration finite.
+        // An infinite drive is allowed if it is constant over the period and the acceleration at rest is
+        // finite: this is an edge that the contact does not have.
         let same = |i: usize| values.iter().skip(i).step_by(columns).all(|x| *x == values[i]);
         let missing = |i: usize| values[i].is_infinite() && same(i) && finite_at_rest(model);
         if let Some(bad) = (0..values.len()).find(|&i| !values[i].is_finite() && !missing(i % columns)) {
@@ -174,24 +184,25 @@ impl Table {
         Ok(Some(Table { start, varying, values, ends }))
     }
 
-    /// Steps in a period.
+    /// Number of steps per period.
     pub(crate) fn steps(&self) -> usize {
         self.ends.len()
     }
+    /// Indices of the columns in the rows.
     #[inline(always)]
     pub(crate) fn varying(&self) -> &[usize] {
         &self.varying
     }
-    /// All columns at the start.
+    /// All columns at the start of the period.
     pub(crate) fn start(&self) -> &[f64] {
         &self.start
     }
-    /// A row of the varying columns.
+    /// Row `row`: the values of the columns [`varying`](Table::varying).
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[f64] {
         &self.values[row * self.varying.len()..][..self.varying.len()]
     }
-    /// The row at the end of a step, and whether the next step starts with the same one.
+    /// Index of the row at the end of a step, and whether the next step starts with the same row.
     #[inline(always)]
     pub(crate) fn end(&self, step: usize) -> (usize, bool) {
         let row = self.ends[step] as usize;
@@ -199,11 +210,15 @@ impl Table {
     }
 }
 
-/// The grid points at which drives jump, in order; edges are shares of the period.
+/// The whole steps at which drives jump, in order. `next_edge` returns the next edge as a share of the
+/// period.
+///
+/// # Errors
+/// [`TableError::EdgeOffGrid`].
 fn edges(next_edge: impl Fn(f64) -> Option<f64>, steps: usize) -> Result<Vec<usize>, TableError> {
     let n = steps as f64;
     let mut found = Vec::new();
-    // Begun half a step early, so that a jump at the very start is met.
+    // The search starts half a step early, so that it finds an edge at time 0.
     let mut share = -0.5 / n;
     while let Some(edge) = next_edge(share).filter(|edge| *edge > share) {
         let at = edge * n;
@@ -214,7 +229,7 @@ fn edges(next_edge: impl Fn(f64) -> Option<f64>, steps: usize) -> Result<Vec<usi
             return Err(TableError::EdgeOffGrid { edge, at, steps });
         }
         found.push(at.round().max(0.0) as usize);
-        // Past this grid point, so that there is an end to it however many edges crowd there.
+        // Continues past this whole step: the loop ends even if many edges lie close together.
         share = edge.max((at.round() + ON_GRID) / n);
     }
     found.dedup();

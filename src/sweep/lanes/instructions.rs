@@ -1,13 +1,15 @@
-//! Which vector instructions are used.
+//! The vector instructions of the lanes.
 
 use pulp::Arch;
 use pulp::WithSimd;
 
-/// The vector instructions that lanes run on. The choice changes the time a run takes and not a bit of what it gives.
+/// The vector instructions with which lanes run. The choice affects the time of a run only: the results are
+/// equal bit by bit.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, InstructionSet, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 8)?)).settle(0).measure(1).channels(&["q1"]);
+/// let speeds = Points::along(Axis::linear("speed", 100.0, 130.0, 8)?);
+/// let sweep = Sweep::over(speeds).settle(0).measure(1).channels(&["q1"]);
 /// let bits = |set| {
 ///     sweep.run(
 ///         &LaneRk4::<8>::new(63 * 16).instructions(set),
@@ -23,17 +25,17 @@ use pulp::WithSimd;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum InstructionSet {
-    /// The widest that this processor has, found out at run time.
+    /// The widest instructions of the processor, detected at run time. Default.
     #[default]
     Best,
-    /// What every processor of the target has.
+    /// The instructions that every processor of the compilation target has.
     Baseline,
-    /// AVX2, or the best below it.
+    /// AVX2. On an x86-64 processor without AVX2: as `Baseline`. On other architectures: as `Best`.
     Avx2,
 }
 
 impl InstructionSet {
-    /// Those that differ on this processor, the widest last.
+    /// The variants that differ on this processor, the widest last.
     pub fn available() -> Vec<InstructionSet> {
         let mut sets = vec![InstructionSet::Baseline];
         #[cfg(target_arch = "x86_64")]
@@ -50,7 +52,7 @@ impl InstructionSet {
         sets
     }
 
-    /// The choice as pulp takes it.
+    /// The corresponding architecture of the crate pulp.
     fn arch(self) -> Arch {
         match self {
             InstructionSet::Best => Arch::new(),
@@ -62,7 +64,7 @@ impl InstructionSet {
         }
     }
 
-    /// Runs an operation compiled for these instructions.
+    /// Runs an operation that is compiled for these instructions.
     #[inline(always)]
     pub(crate) fn run<O: WithSimd>(self, operation: O) -> O::Output {
         self.arch().dispatch(operation)

@@ -1,4 +1,4 @@
-//! RK4 over a table of drives, many runs at once.
+//! The classical Runge-Kutta method over a drive table, for all lanes at once.
 
 use crate::contact::choice::ByDeflection;
 use crate::contact::tooth::Contact;
@@ -11,15 +11,16 @@ use crate::sweep::lanes::meter::Meters;
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
 
-/// What a step needs of a model on numbers `S`: the drives of the table, then those of each lane.
+/// The functions of a model that a step needs, on numbers `S`. The drives of the table come first, then the
+/// drives that differ between lanes.
 pub(crate) trait Algebra<S> {
     fn dof(&self) -> usize;
     fn drives(&self) -> usize;
-    /// How many leading drives the table holds.
+    /// Number of leading drives that the table contains.
     fn columns(&self) -> usize;
     fn contacts(&self) -> usize;
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
-    /// The contacts `which`, or more.
+    /// Evaluates at least the contacts `which`.
     fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
 }
 
@@ -43,7 +44,8 @@ impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
     fn contacts(&self) -> usize {
         self.0.size().contacts
     }
-    // Without optimisation it is compiled once for each shape and width, not for each place and instruction set.
+    // Not inlined without optimisation: it is then compiled once for each shape and width, instead of once
+    // for each call and instruction set.
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
@@ -60,7 +62,7 @@ impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
     }
 }
 
-/// Any model, alone.
+/// Any model, run alone.
 pub(crate) struct Plain<'m, M: ?Sized>(pub(crate) &'m M);
 
 impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
@@ -84,16 +86,16 @@ impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
     }
 }
 
-/// What every run of a batch has: its state, its step and the drives that are its own.
+/// The data of all lanes: states, steps, drives and meters.
 #[derive(Clone, Debug)]
 pub(crate) struct Bundle<S: Number> {
     pub(crate) q: Vec<S>,
     pub(crate) v: Vec<S>,
-    /// h.
+    /// Step h of each lane, in the time unit of its model.
     pub(crate) step: S,
-    /// All drives; those of the table that vary are filled in by the steps.
+    /// All drives. Each step overwrites those that are [`varying`](Table::varying) columns of the table.
     pub(crate) u: Vec<S>,
-    /// Whether meters run.
+    /// Whether the steps are measured.
     pub(crate) metered: bool,
     pub(crate) meters: Meters<S>,
     scratch: Vec<S>,
@@ -101,7 +103,7 @@ pub(crate) struct Bundle<S: Number> {
 }
 
 impl<S: Number> Bundle<S> {
-    /// Room for a model over a table, all zero.
+    /// States and steps of zero; the drives at the start of the period.
     pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &Table, meters: Meters<S>) -> Self {
         let zero = S::from(0.0);
         let (n, drives) = (algebra.dof(), algebra.drives());
@@ -123,30 +125,50 @@ impl<S: Number> Bundle<S> {
     }
 }
 
-/// A stretch of steps to make.
+/// A range of steps of one period, made in all lanes with the classical Runge-Kutta method.
+///
+/// With a(t, q, v) the acceleration, and the drives from the table at t, t + h/2 and t + h:
+///
+/// a₁ = a(t, q, v)
+///
+/// a₂ = a(t + h/2, q + h/2 v, v₂),   v₂ = v + h/2 a₁
+///
+/// a₃ = a(t + h/2, q + h/2 v₂, v₃),   v₃ = v + h/2 a₂
+///
+/// a₄ = a(t + h, q + h v₃, v + h a₃)
+///
+/// q ← q + h (v + h/6 (a₁ + a₂ + a₃)),   v ← v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄)
+///
+/// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
 pub(crate) struct Kernel<'a, A, S: Number> {
     pub(crate) algebra: &'a A,
     pub(crate) table: &'a Table,
-    /// Which steps of the period.
+    /// The steps of the period, counted from 0.
     pub(crate) steps: Range<usize>,
     pub(crate) bundle: &'a mut Bundle<S>,
 }
 
-/// Most drives and contacts of a model whose step stays in registers.
+/// Maximum number of drives of a model whose stages stay in registers.
 const DRIVES: usize = WHOLE;
 
+/// Maximum number of contacts of a model whose stages stay in registers.
 const CONTACTS: usize = 2;
 
-/// Vectors of coordinates in a step.
+/// Number of vectors in [`Work`] with one element for each degree of freedom.
 const STATES: usize = 7;
 
+/// Whether the stages of a step stay in registers.
 #[inline(always)]
 fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
     (1..=2).contains(&algebra.dof()) && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
 }
 
-/// The room for `len` numbers in which vectors one after the other begin 576 bytes apart in their pages of 4 KiB: processors take a load for
-/// one of a store just made when only these places agree, and vectors that march in step would meet so again and again.
+/// Distance from the start of a working vector of `len` numbers to the start of the next one, in numbers. It
+/// is 576 bytes more than a whole number of pages of 4 KiB.
+///
+/// This avoids 4K aliasing: a processor treats a load as dependent on a recent store if their addresses
+/// differ by a multiple of 4 KiB. In vectors that are accessed at the same index this would happen in every
+/// step.
 fn spread<S>(len: usize) -> usize {
     const PAGE: usize = 4096;
     const APART: usize = 576;
@@ -154,7 +176,7 @@ fn spread<S>(len: usize) -> usize {
     bytes.div_ceil(size_of::<S>())
 }
 
-/// The next vector of `n` numbers.
+/// Takes a working vector of `n` numbers from the start of `rest`.
 #[inline(always)]
 fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
     let (vector, others) = std::mem::take(rest).split_at_mut(spread::<S>(n));
@@ -162,8 +184,8 @@ fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
     &mut vector[..n]
 }
 
-/// The working vectors of a step: coordinates and velocities, those of a stage, the acceleration, a1 and a2 + a3, the drives of the moment,
-/// the contacts.
+/// The working vectors of a step: q and v, q and v of a stage, the acceleration of a stage, a₁ (`first`), a₂
+/// and then a₂ + a₃ (`inner`), the drives of the stage, the contacts.
 struct Work<'w, S> {
     q: &'w mut [S],
     v: &'w mut [S],
@@ -177,7 +199,7 @@ struct Work<'w, S> {
 }
 
 impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
-    /// Makes the steps.
+    /// Makes the steps with an instruction set.
     pub(crate) fn run(self, set: InstructionSet) {
         set.run(self);
     }
@@ -195,8 +217,9 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         }
     }
 
-    /// On arrays. The stages stay in registers; q and v go through memory once a step, since the compiler bundles lanes from where they are
-    /// stored, and bundles them badly from what a loop hands on.
+    /// Makes the steps on arrays of known length. The stages stay in registers. `black_box` forces q and v
+    /// through memory once per step: the compiler forms vector instructions well from values in memory, and
+    /// badly from values that a loop keeps in registers.
     #[inline(always)]
     fn small<const N: usize, const METERED: bool>(&mut self) {
         let zero = S::from(0.0);
@@ -218,7 +241,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         self.bundle.v.copy_from_slice(work.v);
     }
 
-    /// In memory.
+    /// Makes the steps on vectors in memory.
     #[inline(always)]
     fn large<const METERED: bool>(&mut self) {
         let (n, drives) = (self.algebra.dof(), self.algebra.drives());
@@ -246,7 +269,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         self.bundle.contacts = contacts;
     }
 
-    // Without optimisation it is compiled once, not for each instruction set.
+    // Not inlined without optimisation: it is then compiled once, instead of once for each instruction set.
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
@@ -307,7 +330,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             if SMALL {
                 std::hint::black_box(());
             }
-            // The next step begins with the drives at the end of this one, unless they jump.
+            // Without a drive edge the next step starts with the drives that are already in `u`.
             fresh = !shared;
         }
         if METERED {
@@ -316,12 +339,13 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     }
 }
 
-/// The drives of a row, the same for every lane.
+/// Writes the drives of row `row` to all lanes.
 #[inline(always)]
 fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, columns: usize, u: &mut [S]) {
     let row = table.row(row);
     if SMALL {
-        // Such a table holds all columns; how many is known to the compiler, and they stay in registers.
+        // A table of at most `WHOLE` columns contains all columns. The compiler knows their number here and
+        // keeps the drives in registers.
         let (row, u) = (&row[..columns], &mut u[..columns]);
         for i in 0..columns {
             u[i] = S::from(row[i]);

@@ -1,4 +1,4 @@
-//! What is measured while lanes run.
+//! Meters: statistics of channels and contacts, measured while lanes run.
 #![allow(
     clippy::needless_range_loop,
     reason = "index loops over arrays become vector instructions, iterators do not"
@@ -9,7 +9,7 @@ use crate::contact::tooth::Contact;
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
 
-/// A channel that lanes can read.
+/// A channel that lanes can measure, with the index of the coordinate or contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     Coordinate(usize),
@@ -18,72 +18,80 @@ pub(crate) enum Kind {
     Force(usize),
 }
 
-/// Sums and extremes of one channel on the grid of the steps.
+/// Sums and extremes of one channel, sampled at the start of every step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelMeter<S> {
     pub(crate) sum: S,
     pub(crate) square: S,
     pub(crate) min: S,
     pub(crate) max: S,
-    /// The first sample, and the sums of what samples are off it and of the squares of that.
+    /// The first sample x_0.
     pub(crate) origin: S,
+    /// Σ (x - x_0).
     pub(crate) off: S,
+    /// Σ (x - x_0)².
     pub(crate) off_square: S,
-    /// 1 as long as there is no sample.
+    /// 1 before the first sample, then 0.
     fresh: S,
 }
 
-/// Where one contact has been, on the grid of the steps.
+/// Contact times, impacts and penetrations of one contact, sampled at the start of every step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactMeter {
-    /// Samples on the lower and on the upper flank.
+    /// Samples on the lower and on the upper flank: their number, or the time if edges are located.
     pub(crate) samples: [f64; 2],
-    /// Entries into each from a gap that has a width.
+    /// Number of impacts on each flank. If the gap has a width, the first sample on a flank after a sample
+    /// off it is an impact.
     pub(crate) impacts: [f64; 2],
-    /// Largest penetration of each, negative off the flank.
+    /// Maximum penetration of each flank, in the unit of the deflection; negative without contact.
     pub(crate) deepest: [f64; 2],
-    /// Least penetration of the better of the two.
+    /// Minimum over the samples of the larger of both penetrations; negative if the contact was in the gap.
     pub(crate) loosest: f64,
 }
 
-/// A [`ContactMeter`] in the making. Samples and entries are counted in one number each: whoever was off the flank adds an entry with the
-/// sample.
+/// Running values of a [`ContactMeter`]. Samples and entries of a flank are counted in one number: the first
+/// sample on the flank after a sample off it also adds an entry.
 #[derive(Clone, Copy, Debug)]
 struct Flanks<S> {
-    /// Samples + ENTRY entries.
+    /// Number of samples + [`ENTRY`] × number of entries, for each flank.
     visits: [S; 2],
-    /// What the next sample on the flank adds: 1, or 1 + ENTRY after one off it.
+    /// Addend of the next sample on the flank: 1, or 1 + [`ENTRY`] after a sample off it.
     next: [S; 2],
     deepest: [S; 2],
     loosest: S,
-    /// Least sum of both penetrations at the ends of blocks: below zero if the gap has had a width.
+    /// Minimum of the sum of both penetrations at the ends of blocks, at most 0. The sum is the negative
+    /// width of the gap.
     overlap: S,
 }
 
-/// Above the number of samples between two readings, so that both counts fit into the 53 bits of one number.
+/// Weight of an entry. It exceeds the number of samples between two readings, so that the 53 bits of an `f64`
+/// hold both counts exactly.
 const ENTRY: f64 = (1 << 26) as f64;
 
-/// What one meter of one lane says.
+/// The values of one meter in one lane, with the index of the channel or contact.
 pub(crate) enum Reading {
     Channel(usize, ChannelMeter<f64>),
     Contact(usize, ContactMeter),
 }
 
-/// Samples held back before they are looked at. Sums and extremes then go through memory once in a block, and so do not bound the step.
+/// Number of samples that are buffered before they are added. Sums and extremes are then loaded and stored
+/// once per block instead of once per step.
 const BLOCK: usize = 8;
 
-/// All meters of a batch.
+/// All meters of all lanes.
 #[derive(Clone, Debug)]
 pub(crate) struct Meters<S: Number> {
     kinds: Vec<Kind>,
-    /// The contacts that have to be evaluated.
+    /// The contacts that must be evaluated.
     read: Range<usize>,
-    /// The samples of a block, none between two stretches of steps: a row for each channel, then for each contact one for the penetration of
-    /// each flank.
+    /// The buffered samples of a block: a row for each channel, then two rows for each contact with the
+    /// penetrations of its lower and upper flank. Empty between two ranges of steps.
     held: Vec<[S; BLOCK]>,
+    /// Number of buffered samples.
     filled: usize,
-    /// Of the first channel the parts of all lanes, then of the next.
+    /// The parts of the first channel, then those of the next channel.
     channels: Vec<ChannelMeter<S::Part>>,
+    /// The same for the contacts.
     contacts: Vec<Flanks<S::Part>>,
 }
 
@@ -113,12 +121,12 @@ impl<S: Number> Meters<S> {
         }
     }
 
-    /// The contacts that have to be evaluated.
+    /// The contacts that must be evaluated.
     pub(crate) fn contacts(&self) -> Range<usize> {
         self.read.clone()
     }
 
-    /// One sample of everything.
+    /// Buffers a sample of all channels and contacts.
     #[inline(always)]
     pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
         let at = self.filled % BLOCK;
@@ -145,14 +153,14 @@ impl<S: Number> Meters<S> {
         }
     }
 
-    /// Looks at the samples that are still held.
+    /// Adds the samples that are still buffered.
     #[inline(always)]
     pub(crate) fn finish(&mut self) {
         self.gather(self.filled);
     }
 
-    /// Adds the samples held to the sums, one part of the lanes after the other. With a count that the compiler knows, a part stays in
-    /// registers from one sample to the next.
+    /// Adds the first `count` buffered samples to the meters, one part of the lanes after the other. If the
+    /// compiler knows `count`, a part stays in registers from one sample to the next.
     #[inline(always)]
     fn gather(&mut self, count: usize) {
         let (channels, flanks) = self.held.split_at(self.kinds.len());
@@ -181,19 +189,19 @@ impl<S: Number> Meters<S> {
         self.filled = 0;
     }
 
-    /// Forgets what a lane has seen.
+    /// Resets a lane for a new run.
     pub(crate) fn restart(&mut self, lane: usize) {
         let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for contact in self.contacts.iter_mut().skip(part).step_by(S::PARTS) {
-            // As if on both flanks, so that the first sample is no impact.
+            // A sample on a flank counts as an impact only after a sample off that flank.
             contact.next.iter_mut().for_each(|x| x.set_lane(within, 1.0));
         }
         self.clear(lane);
     }
 
-    /// Starts the sums and extremes of a lane anew.
+    /// Resets the counts, sums and extremes of a lane. The current flank of each contact is kept.
     pub(crate) fn clear(&mut self, lane: usize) {
-        debug_assert_eq!(self.filled, 0, "samples are held");
+        debug_assert_eq!(self.filled, 0, "buffered samples were not added");
         let (part, lane) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for channel in self.channels.iter_mut().skip(part).step_by(S::PARTS) {
             channel.sum.set_lane(lane, 0.0);
@@ -212,9 +220,9 @@ impl<S: Number> Meters<S> {
         }
     }
 
-    /// Shows what a lane has seen since it was last read, and clears it.
+    /// Passes the values of a lane since the last reading to `show`, then clears the lane.
     pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
-        debug_assert_eq!(self.filled, 0, "samples are held");
+        debug_assert_eq!(self.filled, 0, "buffered samples were not added");
         let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for (i, meter) in self.channels.iter().skip(part).step_by(S::PARTS).enumerate() {
             show(Reading::Channel(i, meter.lane(within)));
@@ -226,7 +234,7 @@ impl<S: Number> Meters<S> {
     }
 }
 
-/// One of a few without an index that has to be in memory.
+/// `values[i]`. For one or two values it needs no index into memory, so that they stay in registers.
 #[inline(always)]
 fn pick<S: Copy>(values: &[S], i: usize) -> S {
     match values.len() {
@@ -242,7 +250,7 @@ impl<S: Number> ChannelMeter<S> {
         ChannelMeter { sum: x, square: x, min: x, max: x, origin: x, off: x, off_square: x, fresh: x }
     }
 
-    /// Takes the first sample as origin, in the lanes that have none yet.
+    /// Sets the origin to `x` in the lanes without a sample.
     #[inline(always)]
     fn begin(&mut self, x: S) {
         let zero = S::from(0.0);
@@ -276,7 +284,7 @@ impl<S: Number> ChannelMeter<S> {
 }
 
 impl ChannelMeter<f64> {
-    /// From the figures of a stretch of this weight.
+    /// Sums that correspond to a summary. `weight`: duration or number of samples of the summary.
     pub(crate) fn of(summary: &Summary, weight: f64) -> Self {
         let Summary { mean, rms, min, max, deviation } = *summary;
         let off_square = deviation * deviation * weight;
@@ -291,7 +299,7 @@ impl ChannelMeter<f64> {
             fresh: 0.0,
         }
     }
-    /// Mean, and sum of the squares about it, of a stretch of this weight.
+    /// Mean, and sum of the squared deviations from the mean. `weight`: duration or number of samples.
     pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
         let off = self.off / weight;
         [self.origin + off, (self.off_square - off * self.off).max(0.0)]
@@ -299,7 +307,7 @@ impl ChannelMeter<f64> {
 }
 
 impl ContactMeter {
-    /// From what was counted elsewhere, penetrations unknown.
+    /// Given contact times and impacts, without penetrations.
     pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
         ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
     }
@@ -330,7 +338,7 @@ impl<S: Number> Flanks<S> {
     fn lane(&self, lane: usize) -> ContactMeter {
         let visits = self.visits.map(|x| x.lane(lane));
         let entries = visits.map(|x| (x / ENTRY).floor());
-        // Without backlash the flanks carry in turn, and nothing meets.
+        // Without backlash a change of flank is not an impact.
         let open = self.overlap.lane(lane) < 0.0;
         ContactMeter {
             samples: [visits[0] - ENTRY * entries[0], visits[1] - ENTRY * entries[1]],
@@ -347,12 +355,12 @@ mod tests {
     use crate::sweep::lanes::meter::{Kind, Meters, Reading};
     use crate::sweep::lanes::number::{Lanes, Number};
 
-    /// A deflection that visits both flanks, lanes apart.
+    /// A deflection that reaches both flanks; it differs between lanes.
     fn value(sample: usize, lane: usize) -> f64 {
         2.0 * (1.7 * sample as f64 + 0.4 * lane as f64).sin()
     }
 
-    /// In stretches of every length, blocks cut short or not, a lane has the figures of plain loops, to the bit.
+    /// The values of a lane equal those of plain loops bit by bit, for blocks of any length.
     fn gathers_as_a_loop_does<S: Number>() {
         const SAMPLES: usize = 41;
         for stretch in 1..20 {

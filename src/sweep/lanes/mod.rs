@@ -1,4 +1,4 @@
-//! Many runs at once: lanes of one table.
+//! Lanes: several runs side by side over one drive table.
 
 pub(crate) mod drive_table;
 pub(crate) mod instructions;

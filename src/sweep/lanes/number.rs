@@ -1,4 +1,4 @@
-//! Several numbers that go through the same algebra together.
+//! Vector numbers: one value for each of several runs.
 #![allow(
     clippy::needless_range_loop,
     reason = "index loops over arrays become vector instructions, iterators do not"
@@ -11,8 +11,8 @@ use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// W numbers side by side: one value of each of W trajectories. The compiler makes vector instructions of it, and every lane has the
-/// bits that an `f64` would have.
+/// W numbers side by side: one value for each of W runs. The compiler turns operations on them into vector
+/// instructions. Each lane has the same bits as a computation with `f64`.
 ///
 /// ```
 /// use gear_dynamics::{sweep::Lanes, model::Scalar};
@@ -178,19 +178,19 @@ impl<const W: usize> Scalar for Lanes<W> {
     }
 }
 
-/// A scalar whose lanes can be told apart: what statistics need besides the algebra.
+/// A scalar with access to its single lanes: the operations that statistics need besides the algebra.
 pub(crate) trait Number: Scalar {
-    /// How many lanes.
+    /// Number of lanes.
     const WIDTH: usize;
-    /// So few lanes that several numbers of them fit into registers at once.
+    /// A number with so few lanes that several of them fit into the vector registers.
     type Part: Number;
-    /// How many parts hold all lanes.
+    /// Number of parts that together contain all lanes.
     const PARTS: usize;
-    /// Lanes of a part, zero where there are none left.
+    /// The lanes of part `part`; positions past the last lane are zero.
     fn part(&self, part: usize) -> Self::Part;
     fn lane(&self, lane: usize) -> f64;
     fn set_lane(&mut self, lane: usize, value: f64);
-    /// `yes` where a > b, `no` elsewhere.
+    /// In each lane `yes` if a > b, else `no`.
     fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self;
 }
 

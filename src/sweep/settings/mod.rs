@@ -1,4 +1,4 @@
-//! What is run: the points of a sweep and its settings.
+//! The points and the settings of a sweep.
 
 pub(crate) mod points;
 pub(crate) mod sweep;

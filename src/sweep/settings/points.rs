@@ -21,7 +21,7 @@ impl Axis {
     /// `count` equally spaced values x_i = from + (to - from) i/(count - 1), both ends included.
     ///
     /// # Errors
-    /// An end that is not finite or beyond ±1e50; `to` not above `from`, or more than 1e50 above it; fewer
+    /// An end that is not finite or outside ±1e50; `to` not above `from`, or more than 1e50 above it; fewer
     /// than 2 values or more than 2²⁶.
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
         check::quantity(format!("start of axis {name}"), from)?;
@@ -155,8 +155,9 @@ impl Points {
         &self.names
     }
 
-    /// The number of consecutive points along which a state may be carried from run to run: the length of the
-    /// last axis of a grid, or of the whole list.
+    /// The number of consecutive points that form a line: with a [`WarmStart`](crate::sweep::WarmStart), each
+    /// run on a line starts in the state in which its neighbour ended. It is the length of the last axis of a
+    /// grid, or of the whole list.
     pub(crate) fn line(&self) -> usize {
         match &self.kind {
             Kind::Grid(axes) => axes.last().map_or(1, |axis| axis.values.len()),

@@ -1,12 +1,13 @@
-//! A sweep: which points, how long to settle and to measure, and what.
+//! The settings of a sweep: points, settling and measured periods, requested results.
 
 use crate::periodic::lyapunov::run::Lyapunov;
 use crate::sweep::error::SweepError;
 use crate::sweep::settings::points::Points;
 
-/// Where a run starts from.
+/// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
-/// A state carried from a speed close by is nearly settled: what is measured at once is what is measured after a turn.
+/// The state from a neighbouring speed is nearly settled. In this example a warm start without settling
+/// measures the same as a start of its own with one settling period:
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
@@ -26,17 +27,20 @@ use crate::sweep::settings::points::Points;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WarmStart {
-    /// From the start of its own point.
+    /// The start of its own point. Default.
     #[default]
     No,
-    /// From where its neighbour of lower index ended: along the last axis of a grid, or along the list. The first one of a line has a start.
+    /// The state in which the neighbour of lower index ended, along the last axis of a grid or along the
+    /// list. The first point of a line uses its own start.
     Up,
-    /// From where its neighbour of higher index ended.
+    /// The state in which the neighbour of higher index ended. The last point of a line uses its own start.
     Down,
 }
 
 impl Sweep {
-    /// Settles 60 periods and measures 40, as nothing else is said.
+    /// A sweep over these points. Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a
+    /// periodic motion, no early end of settling, no channels, no rattle, no strobed states, no Lyapunov
+    /// exponent, no warm start, no checks.
     pub fn over(points: Points) -> Self {
         Sweep {
             points,
@@ -53,57 +57,67 @@ impl Sweep {
         }
     }
 
-    /// Periods to settle.
+    /// Number of settling periods. Default: 60.
     pub fn settle(self, periods: usize) -> Self {
         Sweep { settle: periods, ..self }
     }
 
-    /// Ends settling early, once the strobed state repeats this closely, as a share of the range of each coordinate and velocity over a
-    /// period; rigid motion does not count.
+    /// Ends settling early, as soon as the strobed state repeats within `tolerance`. Default: settling does
+    /// not end early.
+    ///
+    /// The tolerance is the maximum change of a coordinate or velocity as a share of its range over a period
+    /// `[1]`, positive. Rigid motion is ignored.
     pub fn until_repeats(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }
 
-    /// Periods to measure over, at least one.
+    /// Number of measured periods, at least 1. Default: 40.
     pub fn measure(self, periods: usize) -> Self {
         Sweep { measure: periods, ..self }
     }
 
-    /// How closely a motion has to return to count as periodic, in the same shares; 1e-6 if nothing is said.
+    /// Tolerance within which a motion must repeat to count as periodic, in the same unit as in
+    /// [`until_repeats`](Sweep::until_repeats) `[1]`. Default: 1e-6. Period multiples up
+    /// to 16 are recognised.
     pub fn periodic_within(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
     }
 
-    /// Channels of which mean, RMS and extremes are wanted (see [`Probe`](crate::analysis::Probe)).
+    /// Requests mean, RMS, extremes and deviation of these channels (see [`Probe`](crate::analysis::Probe)).
+    /// Default: none.
     pub fn channels(self, names: &[&str]) -> Self {
         Sweep { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
 
-    /// Rattle state, contact loss and impacts of every contact are wanted.
+    /// Requests rattle state, contact loss and impacts of every contact. Default: not computed.
     pub fn rattle(self) -> Self {
         Sweep { rattle: true, ..self }
     }
 
-    /// The last `count` strobed states are wanted, at most those of the measured periods, with the extremes of the channels in each of their periods.
+    /// Requests the last `count` strobed states, and the extremes of the channels in the periods that they
+    /// end. Default: 0. Maximum: the number of measured periods; a larger `count` is reduced to it.
     pub fn strobe(self, count: usize) -> Self {
         Sweep { strobes: count, ..self }
     }
 
-    /// The largest Lyapunov exponent is wanted. It is computed with the variational equations and located edges, whatever the engine: from where
-    /// the run of the point has ended, so that nothing is left to settle, over the periods and with the tolerance of `lyapunov`; how many it
-    /// settles and how many exponents it computes otherwise is of no account. It costs about as much as three times the periods with
-    /// [`Located`](crate::sweep::Located).
+    /// Requests the largest Lyapunov exponent. Default: not computed.
+    ///
+    /// With every engine it is computed from the variational equations with located edges. It starts in the
+    /// last state of the run, so that the motion is settled. The settings are those of `lyapunov`, except
+    /// [`settle`](Lyapunov::settle), which is set to 0, and [`count`](Lyapunov::count), which is set to 1.
+    /// The time per period is about three times that of [`Located`](crate::sweep::Located).
     pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
         Sweep { lyapunov: Some(lyapunov.settle(0).count(1)), ..self }
     }
 
-    /// Where runs start from.
+    /// The start of the runs. Default: [`WarmStart::No`].
     pub fn carry(self, carry: WarmStart) -> Self {
         Sweep { carry, ..self }
     }
 
-    /// Every `count`-th point of the sweep is run once more with a quarter of the step, which says how far the step is off; 0 checks none. Lines
-    /// along which states are carried are run again as a whole, for every `count`-th of them.
+    /// Runs every `count`-th point a second time with a quarter of the step, to estimate the error of the
+    /// step. Default: 0, no checks. With a warm start every `count`-th line is run again as a whole.
+    /// [`Located`](crate::sweep::Located) has no fixed step and ignores this setting.
     pub fn check_every(self, count: usize) -> Self {
         Sweep { check_every: count, ..self }
     }
@@ -112,7 +126,7 @@ impl Sweep {
         &self.channels
     }
 
-    /// Figures of a Lyapunov exponent in a row.
+    /// Number of values of the Lyapunov exponent in a row.
     pub(crate) fn exponents(&self) -> usize {
         if self.lyapunov.is_some() { 2 } else { 0 }
     }
@@ -122,11 +136,15 @@ impl Sweep {
         &self.points
     }
 
-    /// Points that are run one after the other, the state carried from each to the next.
+    /// Number of points in a line: 1 without a warm start, else [`Points::line`].
     pub(crate) fn line(&self) -> usize {
         if self.carry == WarmStart::No { 1 } else { self.points.line() }
     }
 
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`SweepError::Setting`], [`SweepError::Parameter`].
     pub(crate) fn check(&self) -> Result<(), SweepError> {
         if self.measure == 0 {
             return Err(SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" });
@@ -143,13 +161,15 @@ impl Sweep {
     }
 }
 
-/// Many runs of one family of models: which points, how long to settle and to measure, and what. Nothing is stored of a run but its row.
+/// Many runs of one family of models: points, settling and measured periods, requested results. Only the row
+/// of a run is stored, no trajectory.
 ///
-/// A rattle map in ten lines:
+/// Example, a map of the rattle state over speed and load:
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let map = Sweep::over(Points::grid(vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?])?)
+/// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
+/// let map = Sweep::over(Points::grid(axes)?)
 ///     .settle(4)
 ///     .measure(1)
 ///     .channels(&["q1"])

@@ -10,22 +10,18 @@ use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::error::BalanceError;
 use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::choice::Demand;
+use crate::periodic::balance::integration::fixed_pieces::OnFixedPieces;
+use crate::periodic::balance::integration::interface::{Integration, Motion};
+use crate::periodic::balance::integration::truncated::Truncated;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::quadrature::closed::Closed;
-use crate::periodic::balance::quadrature::gauss::any_edges;
-use crate::periodic::balance::quadrature::kinks::Kinks;
-use crate::periodic::balance::quadrature::panels::Panels;
-use crate::periodic::balance::quadrature::pulses::pulses;
-use crate::periodic::balance::quadrature::resolution::{Drives, Signals, samples_following};
-use crate::periodic::balance::quadrature::truncated::{Forces, Truncated};
 use crate::periodic::balance::series::assembly::Layout;
 use crate::periodic::balance::series::couplings::{Couplings, holds_pieces};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::{NODES, Stencil};
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 
@@ -52,31 +48,17 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(crate) grid: Grid<'m, M>,
     pub(crate) slopes: Slopes<'m, M>,
     pub(crate) spectra: Spectra,
-    pub(crate) stencil: &'static Stencil,
     pub(crate) switching: Switching,
-    kinks: Kinks,
-    pub(crate) method: Method<'m, M>,
+    pub(crate) integration: Box<dyn Integration<M> + 'm>,
     coefficients: Vec<f64>,
-    /// What `spectra` and `switching` belong to.
-    seen: Vec<f64>,
-    slopes_seen: bool,
+    /// Unknowns of the last evaluation: those of `spectra` and `switching`.
+    evaluated: Vec<f64>,
+    /// Whether the last evaluation included the slopes.
+    has_slopes: bool,
 }
-
-/// Samples of all coordinates at most: over a gigabyte, with their transforms.
-const MOST_SAMPLES: usize = 1 << 23;
 
 /// Stored entries of a Jacobian at most: two gigabytes.
 const MOST_ENTRIES: usize = 1 << 28;
-
-/// How the integrals are taken.
-pub(crate) enum Method<'m, M: ?Sized> {
-    Sampled(Samples),
-    Held(Samples, Vec<Piece>),
-    Kinks(Samples),
-    Panels(Panels),
-    Closed(Closed),
-    Truncated(Samples, Box<dyn Truncated<M> + 'm>),
-}
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
@@ -104,86 +86,31 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let contacts = model.contacts();
         let holds = contacts > 0 && holds_pieces(model);
         let couplings = Couplings::find(&mut slopes, holds);
-        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
-        let by_panels = integrals == Integrals::Panels
-            || (integrals == Integrals::Exact && (edges || (contacts > 0 && !holds)));
-        let ways = match holds {
-            false => vec![None],
-            true => {
-                [Piece::Gap, Piece::Lower, Piece::Upper].map(|piece| Some(vec![piece; contacts])).to_vec()
-            }
-        };
-        let mut drives = Drives::new(model, [&size, &rates], ways);
-        let samples = match integrals {
-            Integrals::Closed | Integrals::Kinks if edges || !holds => {
-                return Err(BalanceError::NotOffered { integrals });
-            }
-            Integrals::Sampled { samples } if samples <= 2 * highest || samples < NODES => {
-                return Err(BalanceError::Samples { samples, highest });
-            }
-            Integrals::Sampled { samples } => samples,
-            // Without contacts a smooth force has few orders more than motion and drives.
-            Integrals::Exact if contacts == 0 => (6 * highest).next_power_of_two().max(64),
-            // Panels follow the drives themselves; their samples only have to show where the tooth edges are.
-            _ => samples_following(
-                &mut drives,
-                if by_panels { Signals::Edges } else { Signals::All },
-                harmonics,
-            ),
-        };
-        let fits =
-            |samples: usize| check::count("samples of the balance", &[finer, samples, n], MOST_SAMPLES);
-        fits(samples)?;
-        let mut grid = Grid::new(model, harmonics, finer * samples);
-        if integrals == Integrals::Exact && contacts == 0 && !by_panels {
-            let needed = drives
-                .orders(Signals::All, Some(&grid))
-                .map_or(0, |orders| 3 * orders.highest * harmonics.periods());
-            if needed > samples {
-                fits(needed.next_power_of_two())?;
-                grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
-            }
-        }
+        let demand = Demand { model, harmonics, integrals, near, finer, size: &size, rates: &rates, holds };
+        let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         let (samples, varying) = (grid.samples(), couplings.varying.len());
-        let sampled = || Samples::new(n, varying, samples);
-        let method = match integrals {
-            _ if by_panels => {
-                let pulses =
-                    if integrals == Integrals::Panels { pulses(model, near, harmonics) } else { Vec::new() };
-                Method::Panels(Panels::new(&grid, varying, &mut drives, finer, &pulses))
-            }
-            Integrals::Sampled { .. } => Method::Sampled(sampled()),
-            Integrals::Exact if contacts == 0 => Method::Sampled(sampled()),
-            Integrals::Kinks => Method::Kinks(sampled()),
-            _ => match Closed::find(model, harmonics, &couplings, &mut slopes) {
-                Some(closed) => Method::Closed(closed),
-                None if integrals == Integrals::Closed => return Err(BalanceError::NotOffered { integrals }),
-                None => Method::Kinks(sampled()),
-            },
-        };
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MOST_ENTRIES)?;
         Ok(BalanceEquations {
             spectra: Spectra::new(n, varying, harmonics),
-            stencil: Stencil::get(),
             switching: Switching::new(contacts, samples),
-            kinks: Kinks::new(n, contacts),
             coefficients: vec![0.0; n * harmonics.unknowns()],
-            seen: Vec::new(),
-            slopes_seen: false,
+            evaluated: Vec::new(),
+            has_slopes: false,
             layout,
             couplings,
             grid,
             slopes,
-            method,
+            integration,
         })
     }
 
-    /// The same equations with every contact held on given pieces.
-    pub(crate) fn held(mut self, pieces: &[Piece]) -> Self {
+    /// The same equations with every contact on a fixed piece.
+    pub(crate) fn on_fixed_pieces(mut self, pieces: &[Piece]) -> Self {
         let (n, varying, m) = (self.layout.dof, self.couplings.varying.len(), self.grid.samples());
-        self.method = Method::Held(Samples::new(n, varying, m), pieces.to_vec());
-        self.seen.clear();
+        let samples = Samples::new(n, varying, m);
+        self.integration = Box::new(OnFixedPieces { samples, pieces: pieces.to_vec() });
+        self.evaluated.clear();
         self
     }
 
@@ -230,27 +157,15 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         orbit
     }
 
-    /// How the integrals are taken.
+    /// The way of integration in use.
     pub fn integrals(&self) -> Integrals {
-        match self.method {
-            Method::Sampled(_) | Method::Held(..) | Method::Truncated(..) => {
-                Integrals::Sampled { samples: self.grid.samples() }
-            }
-            Method::Kinks(_) => Integrals::Kinks,
-            Method::Panels(_) => Integrals::Panels,
-            Method::Closed(_) => Integrals::Closed,
-        }
+        self.integration.integrals(self.grid.samples())
     }
 
-    /// Whether switches are known wherever the equations were evaluated.
-    fn is_located(&self) -> bool {
-        !matches!(self.method, Method::Sampled(_) | Method::Held(..) | Method::Truncated(..))
-    }
-
-    /// Makes `spectra` belong to x.
-    fn look(&mut self, x: &[f64], slopes_too: bool) {
-        let known = self.seen == x;
-        if known && (self.slopes_seen || !slopes_too) {
+    /// Brings `spectra` and `switching` to the unknowns x; with the slopes if these are asked for.
+    fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
+        let known = self.evaluated == x;
+        if known && (self.has_slopes || !slopes_too) {
             return;
         }
         let width = self.layout.harmonics.unknowns();
@@ -261,75 +176,24 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
             self.grid.set(&self.coefficients);
-            if self.is_located() {
-                self.switching.locate(&mut self.grid, self.stencil);
+            if self.integration.follows_switches() {
+                self.switching.locate(&mut self.grid);
             }
-            self.seen.clear();
-            self.seen.extend_from_slice(x);
+            self.evaluated.clear();
+            self.evaluated.extend_from_slice(x);
         }
-        self.slopes_seen = slopes_too;
-        let (grid, kinks, out) = (&mut self.grid, &mut self.kinks, &mut self.spectra);
-        match &mut self.method {
-            Method::Sampled(samples) => {
-                if !known {
-                    samples.forces(grid, None);
-                    samples.transform_forces(grid, out);
-                }
-                if slopes_too {
-                    samples.slopes(grid, None, &mut self.slopes, &self.couplings);
-                    samples.transform_slopes(grid, out);
-                }
-            }
-            Method::Held(samples, pieces) => {
-                samples.forces(grid, Some(pieces));
-                samples.transform_forces(grid, out);
-                samples.slopes(grid, Some(pieces), &mut self.slopes, &self.couplings);
-                samples.transform_slopes(grid, out);
-            }
-            Method::Kinks(samples) => {
-                if !known {
-                    samples.forces(grid, None);
-                    kinks.correct_forces(grid, self.stencil, &self.switching, samples);
-                    samples.transform_forces(grid, out);
-                }
-                if slopes_too {
-                    samples.slopes(grid, None, &mut self.slopes, &self.couplings);
-                    kinks.correct_slopes(
-                        grid,
-                        self.stencil,
-                        &self.switching,
-                        &mut self.slopes,
-                        &self.couplings,
-                        samples,
-                    );
-                    samples.transform_slopes(grid, out);
-                    kinks.jumps(grid, self.stencil, &self.switching, out);
-                }
-            }
-            Method::Panels(panels) => {
-                let wanted = slopes_too.then_some((&mut self.slopes, &self.couplings));
-                panels.evaluate(grid, &self.switching, &self.coefficients, wanted, out);
-                if slopes_too {
-                    kinks.jumps(grid, self.stencil, &self.switching, out);
-                }
-            }
-            Method::Closed(closed) => {
-                if !known {
-                    closed.evaluate(grid, &self.switching, &self.couplings, &self.coefficients, out);
-                }
-                if slopes_too {
-                    kinks.jumps(grid, self.stencil, &self.switching, out);
-                }
-            }
-            Method::Truncated(samples, split) => {
-                if !known {
-                    split.accelerations(grid, &mut samples.force);
-                    samples.transform_forces(grid, out);
-                }
-                if slopes_too {
-                    split.slopes(grid);
-                }
-            }
+        self.has_slopes = slopes_too;
+        let mut motion = Motion {
+            grid: &mut self.grid,
+            switching: &self.switching,
+            couplings: &self.couplings,
+            coefficients: &self.coefficients,
+        };
+        if !known {
+            self.integration.accelerations(&mut motion, &mut self.spectra);
+        }
+        if slopes_too {
+            self.integration.slopes(&mut motion, &mut self.slopes, &mut self.spectra);
         }
     }
 
@@ -338,12 +202,12 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         if !self.layout.harmonics.has_mean() {
             return None;
         }
-        self.look(x, false);
-        if !self.is_located() {
+        self.evaluate(x, false);
+        if !self.integration.follows_switches() {
             if !self.grid.any_floats() {
                 return None;
             }
-            self.switching.locate(&mut self.grid, self.stencil);
+            self.switching.locate(&mut self.grid);
         }
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
@@ -386,9 +250,9 @@ impl<G: Shape> BalanceEquations<'_, Machine<G>> {
     /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Liu 2021 does.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
-        let forces = Forces::new(n, self.grid.model.drives(), contacts, &self.layout.harmonics, m);
-        self.method = Method::Truncated(Samples::new(n, 0, m), Box::new(forces));
-        self.seen.clear();
+        let drives = self.grid.model.drives();
+        self.integration = Box::new(Truncated::new(n, drives, contacts, &self.layout.harmonics, m));
+        self.evaluated.clear();
         self.couplings = self.couplings.without_slopes();
         self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
         self.layout.make_dense();
@@ -402,16 +266,16 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     }
 
     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
-        self.look(x, false);
+        self.evaluate(x, false);
         let (harmonics, width) = (&self.layout.harmonics, self.layout.harmonics.unknowns());
-        for (i, force) in self.spectra.force.iter().enumerate() {
+        for (i, a) in self.spectra.accelerations.iter().enumerate() {
             let (part, scale) = (&self.coefficients[i * width..(i + 1) * width], self.layout.scales[i]);
             let rows = &mut r[i * width..(i + 1) * width];
             for (at, &order) in harmonics.orders().iter().enumerate() {
                 let (at, rate) = (harmonics.place(at), order as f64 * self.layout.omega);
-                rows[at] = (-rate * rate * part[at] - force[at]) / scale;
+                rows[at] = (-rate * rate * part[at] - a[at]) / scale;
                 if order > 0 {
-                    rows[at + 1] = (-rate * rate * part[at + 1] - force[at + 1]) / scale;
+                    rows[at + 1] = (-rate * rate * part[at + 1] - a[at + 1]) / scale;
                 }
             }
         }
@@ -430,11 +294,9 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
-        self.look(x, true);
+        self.evaluate(x, true);
         self.layout.fill(&self.couplings, &self.spectra, out);
-        if let Method::Truncated(_, split) = &mut self.method {
-            split.add_jacobian(&self.layout, out);
-        }
+        self.integration.add_jacobian(&self.layout, out);
         true
     }
 }

@@ -1,10 +1,6 @@
-//! The ways to integrate forces along an orbit.
+//! Gauss panels, and how finely a model must be sampled.
 
 pub(crate) mod at_rest;
-pub(crate) mod closed;
 pub(crate) mod gauss;
-pub(crate) mod kinks;
-pub(crate) mod panels;
 pub(crate) mod pulses;
 pub(crate) mod resolution;
-pub(crate) mod truncated;

@@ -5,7 +5,7 @@ use crate::model::equations::Periodic;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::gauss::{drive_edges, nodes, panels};
-use crate::periodic::balance::quadrature::resolution::Drives;
+use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::couplings::holds_pieces;
 use crate::periodic::balance::series::harmonics::Harmonics;
 
@@ -37,7 +37,7 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     let rates: Vec<f64> =
         size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
     let held = (model.contacts() > 0 && holds_pieces(model)).then(|| vec![Piece::Upper; model.contacts()]);
-    let mut drives = Drives::new(model, [&size, &rates], vec![held]);
+    let mut drives = DriveSampler::new(model, [&size, &rates], vec![held]);
     let mut breaks = drive_edges(model, period);
     breaks.extend([0.0, period]);
     breaks.sort_by(f64::total_cmp);
@@ -47,7 +47,7 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
 }
 
 struct Looks<'m, M: ?Sized> {
-    drives: Drives<'m, M>,
+    drives: DriveSampler<'m, M>,
     period: f64,
 }
 

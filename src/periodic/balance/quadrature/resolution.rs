@@ -47,7 +47,7 @@ const COUNTS: f64 = 1e-13;
 const STATES: [f64; 3] = [1.0, -4.0, 4.0];
 
 /// A model at one state, seen through its drives.
-pub(crate) struct Drives<'m, M: ?Sized> {
+pub(crate) struct DriveSampler<'m, M: ?Sized> {
     model: &'m M,
     /// How contacts stand when accelerations are asked for.
     ways: Vec<Option<Vec<Piece>>>,
@@ -59,13 +59,13 @@ pub(crate) struct Drives<'m, M: ?Sized> {
     contacts: Vec<Contact>,
 }
 
-impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
+impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     /// At a state of the size of coordinates and velocities.
     pub(crate) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
         let part = |half: usize| {
             size[half].iter().enumerate().map(|(j, s)| s * (2.0 * even(0, 1 + 2 * j + half) - 1.0)).collect()
         };
-        Drives {
+        DriveSampler {
             model,
             ways,
             q: part(0),
@@ -202,7 +202,7 @@ impl<'m, M: Periodic + ?Sized> Drives<'m, M> {
 
 /// Samples for located switches: fine enough for the kept orders and for those of the drives.
 pub(crate) fn samples_following<M: Periodic + ?Sized>(
-    drives: &mut Drives<'_, M>,
+    drives: &mut DriveSampler<'_, M>,
     of: Signals,
     harmonics: &Harmonics,
 ) -> usize {
@@ -214,5 +214,9 @@ pub(crate) fn samples_following<M: Periodic + ?Sized>(
 pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
-    samples_following(&mut Drives::new(model, [&size, &rates], Vec::new()), Signals::Edges, orbit.harmonics())
+    samples_following(
+        &mut DriveSampler::new(model, [&size, &rates], Vec::new()),
+        Signals::Edges,
+        orbit.harmonics(),
+    )
 }

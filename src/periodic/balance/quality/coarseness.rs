@@ -1,9 +1,10 @@
-//! Whether integrals are too coarse for the forces along an orbit.
+//! Check whether the integrals are too coarse for the accelerations along an orbit.
 
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::periodic::balance::equations::residual::{BalanceEquations, Method};
+use crate::periodic::balance::equations::residual::BalanceEquations;
 use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::integration::interface::Check;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::orbit::AT_REST;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
@@ -14,52 +15,55 @@ use crate::roots::norms::largest;
 use crate::roots::residual::Residual;
 use num_complex::Complex64;
 
-/// Forces that finer integrals change by more than this share of the largest are noted.
+/// Largest change of the accelerations by finer integrals without a note, as a share of the largest
+/// coefficient `[1]`.
 pub(crate) const COARSE: f64 = 1e-6;
 
-/// Samples whose interpolation gives the forces between them this well need no finer ones.
+/// If the samples interpolate the accelerations between them to this share, finer integrals are not computed
+/// `[1]`.
 const SMOOTH: f64 = 1e-9;
 
-/// Instants looked at between samples.
+/// Number of instants between the samples at which the interpolation is checked.
 const LOOKS: usize = 3;
 
-/// A note, if integrals twice as fine give other forces. Sampled contacts have one of their own.
+/// Returns a note if integrals twice as fine change the accelerations by more than [`COARSE`]. For sampled
+/// contacts there is another note, [`BalanceNote::Aliased`].
 pub(crate) fn note<'m, M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'m, M>,
     orbit: &FourierOrbit,
     finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
 ) -> Option<BalanceNote> {
-    let by_samples = match equations.method {
-        Method::Closed(_) | Method::Held(..) => return None,
-        Method::Sampled(_) if equations.grid.model.contacts() > 0 => return None,
-        Method::Sampled(_) | Method::Truncated(..) => true,
-        Method::Kinks(_) | Method::Panels(_) => false,
-    };
-    if by_samples && between_samples(equations, orbit) <= SMOOTH {
-        return None;
+    match equations.integration.check() {
+        Check::Unnecessary => return None,
+        Check::BetweenSamples if between_samples(equations, orbit) <= SMOOTH => return None,
+        Check::BetweenSamples | Check::Finer => {}
     }
     let mut finer = finer(orbit).ok()?;
     let x = finer.unknowns(orbit);
     let mut r = vec![0.0; x.len()];
     finer.residual(&x, &mut r);
-    let sizes: Vec<f64> = finer.spectra.force.iter().map(|fine| largest(fine)).collect();
+    let sizes: Vec<f64> = finer.spectra.accelerations.iter().map(|fine| largest(fine)).collect();
     let sizes = against(&sizes, &equations.layout.scales);
     let mut share = 0.0f64;
-    for ((coarse, fine), size) in equations.spectra.force.iter().zip(&finer.spectra.force).zip(sizes) {
+    for ((coarse, fine), size) in
+        equations.spectra.accelerations.iter().zip(&finer.spectra.accelerations).zip(sizes)
+    {
         let apart = coarse.iter().zip(fine).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         share = share.max(if apart > 0.0 { apart / size } else { 0.0 });
     }
     (share > COARSE).then_some(BalanceNote::Coarse { integrals: equations.integrals(), share })
 }
 
-/// What forces of these sizes are measured by: themselves, or a small share of the largest in units of the scales, below which one is rounding.
+/// Reference values of accelerations: their own sizes, or [`AT_REST`] times the largest in units of the
+/// scales where that is larger. An acceleration below this share is rounding.
 fn against(forces: &[f64], scales: &[f64]) -> Vec<f64> {
     let most = forces.iter().zip(scales).fold(0.0, |m: f64, (f, s)| m.max(f / s));
     forces.iter().zip(scales).map(|(f, s)| f.max(AT_REST * most * s)).collect()
 }
 
-/// How far the accelerations along an orbit are, between samples, from the trigonometric polynomials through these, as a share of the
-/// largest: both too few samples and drives that fold onto lower orders show.
+/// Largest distance, between the samples, of the accelerations along an orbit from the trigonometric
+/// polynomials through the samples, as a share of the largest acceleration. It reveals too few samples, and
+/// drives whose orders appear as lower ones.
 fn between_samples<M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'_, M>,
     orbit: &FourierOrbit,
@@ -68,13 +72,13 @@ fn between_samples<M: Periodic + ?Sized>(
     let (n, m, span) = (grid.dof(), grid.samples(), grid.span());
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut z = vec![vec![Complex64::ZERO; m]; n];
-    match &equations.method {
-        Method::Sampled(samples) => {
-            for (z, force) in z.iter_mut().zip(&samples.force) {
-                z.iter_mut().zip(force).for_each(|(z, f)| *z = (*f).into());
+    match equations.integration.plain_samples() {
+        Some(samples) => {
+            for (z, samples) in z.iter_mut().zip(samples) {
+                z.iter_mut().zip(samples).for_each(|(z, a)| *z = (*a).into());
             }
         }
-        _ => {
+        None => {
             for s in 0..m {
                 grid.state(s, &mut q, &mut v);
                 grid.model.accel(grid.drives(s), &q, &v, &mut a);
@@ -118,7 +122,8 @@ fn between_samples<M: Periodic + ?Sized>(
     worst
 }
 
-/// One Newton correction of an orbit towards given equations, as a share of the peak-to-peak; infinite if they are singular there.
+/// One Newton correction of an orbit by given equations, as a share of its peak-to-peak value; infinite if
+/// the equations are singular at the orbit.
 pub(crate) fn correction<M: Periodic + ?Sized>(
     mut equations: BalanceEquations<'_, M>,
     orbit: &FourierOrbit,

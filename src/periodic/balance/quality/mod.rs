@@ -1,4 +1,4 @@
-//! How good an orbit is: proof, coarseness, multipliers.
+//! Accuracy and stability of an orbit: proof, coarseness, multipliers.
 
 pub(crate) mod coarseness;
 pub(crate) mod multipliers_of_series;

@@ -1,4 +1,4 @@
-//! Floquet multipliers straight from a balance.
+//! Floquet multipliers along the series of a balance.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -9,14 +9,13 @@ use crate::model::rigid_stops::first_stop;
 use crate::model::slopes::Slopes;
 use crate::ode::budget::{Budget, Exhausted, Meter};
 use crate::periodic::balance::amplitudes::sizes;
+use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
 use crate::periodic::balance::quadrature::gauss::{MOST_EDGES, drive_edges};
-use crate::periodic::balance::quadrature::kinks::Kinks;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
 use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::Stencil;
 use crate::periodic::multipliers::Multipliers;
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
@@ -24,25 +23,32 @@ use nalgebra::DMatrix;
 use nalgebra::SMatrix;
 use std::f64::consts::TAU;
 
-/// Radians of the fastest local oscillation in one step: over ten of them multipliers err by some 1e-8.
+/// Length of a step as a phase of the fastest local oscillation `[rad]`. Over ten oscillations the error of
+/// the multipliers is then about 1e-8 or less.
 const STEP: f64 = 1.2;
 
 impl FourierOrbit {
-    /// Floquet multipliers of the equation linearised along this series, Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span, by Gauss collocation of
-    /// order 12 on the smooth stretches between switches (Hairer & Wanner II, Sec. IV.5).
+    /// Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span: Floquet multipliers of the equation linearised along this
+    /// series.
     ///
-    /// This is the cheap way. Its error estimate is the change when the top quarter of the orders is dropped and steps are doubled; with
-    /// rattle a truncated series switches at slightly wrong instants, and the multipliers of [`polish`](FourierOrbit::polish) are the reference.
-    /// Forces that jump at a switch leave them undecided. `None` if the model gives no finite slopes, has another number of coordinates, a rigid
-    /// stop, or more than 100000 switches and jumps of the drives; and when the default [`Budget`] is spent.
+    /// The method is Gauss collocation of order 12 on the smooth intervals between switches and drive edges.
+    /// Source: Hairer & Wanner II, Sect. IV.5.
+    ///
+    /// It is faster than shooting. The error estimate is the change when the top quarter of the orders is
+    /// dropped and the steps are doubled. With rattle a truncated series switches at slightly wrong instants;
+    /// the multipliers of [`polish`](FourierOrbit::polish) are then the reference. If an acceleration jumps
+    /// at a switch, the error is infinite and the stability undecided.
+    ///
+    /// `None` if a slope is not finite, if the model has another number of coordinates, a rigid stop, or more
+    /// than 100 000 switches and drive edges, or if the default [`Budget`] is spent.
     pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
         self.multipliers_within(model, &Budget::new()).ok().flatten()
     }
 
-    /// The same within a budget of steps and time.
+    /// [`multipliers`](FourierOrbit::multipliers) within a budget of steps and time.
     ///
     /// # Errors
-    /// [`Exhausted`] says which limit was reached.
+    /// [`Exhausted`]: the limit that was reached.
     pub fn multipliers_within<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -80,8 +86,8 @@ impl FourierOrbit {
         Some(multipliers.with_error(error))
     }
 
-    /// The ends of the smooth stretches of one span, and whether a force jumps at a switch: then the flow does too, and a series cannot
-    /// tell how.
+    /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a switch. Y then jumps
+    /// too; the collocation does not contain that jump.
     fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
         let mut breaks = drive_edges(model, self.span());
         breaks.extend([0.0, self.span()]);
@@ -90,10 +96,10 @@ impl FourierOrbit {
             let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
             grid.set(self.all_coefficients());
             let mut switching = Switching::new(model.contacts(), grid.samples());
-            switching.locate(&mut grid, Stencil::get());
+            switching.locate(&mut grid);
             breaks.extend(switching.events().iter().map(|e| e.time(grid.step())));
             let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
-            Kinks::new(self.dof(), model.contacts()).jumps(&grid, Stencil::get(), &switching, &mut spectra);
+            BothSides::new(self.dof(), model.contacts()).jumps(&grid, &switching, &mut spectra);
             jumps = !spectra.jumps.is_empty();
         }
         breaks.sort_by(f64::total_cmp);
@@ -101,10 +107,10 @@ impl FourierOrbit {
     }
 }
 
-/// Stages of the collocation.
+/// Number of stages of the collocation.
 const STAGES: usize = 6;
 
-/// Nodes and weights on 0 .. 1: Gauss, six points.   Abramowitz & Stegun, Table 25.4.
+/// Nodes c_i of the Gauss rule with six points on [0, 1].   Source: Abramowitz & Stegun, Table 25.4.
 const NODES: [f64; STAGES] = [
     0.033_765_242_898_423_99,
     0.169_395_306_766_867_73,
@@ -114,6 +120,7 @@ const NODES: [f64; STAGES] = [
     0.966_234_757_101_576,
 ];
 
+/// Weights b_i of the same rule.
 const WEIGHTS: [f64; STAGES] = [
     0.085_662_246_189_585_18,
     0.180_380_786_524_069_3,
@@ -123,12 +130,12 @@ const WEIGHTS: [f64; STAGES] = [
     0.085_662_246_189_585_18,
 ];
 
-/// a_ij = ∫_0^{c_i} of the j-th Lagrange polynomial of the nodes.
+/// a_ij = ∫_0^{c_i} L_j(x) dx, with L_j the j-th Lagrange polynomial of the nodes.
 const A: [[f64; STAGES]; STAGES] = {
     let mut a = [[0.0; STAGES]; STAGES];
     let mut j = 0;
     while j < STAGES {
-        // The polynomial by its coefficients, then its integral.
+        // Coefficients of L_j, then its integral.
         let mut p = [0.0; STAGES];
         p[0] = 1.0;
         let mut k = 0;
@@ -158,7 +165,7 @@ const A: [[f64; STAGES]; STAGES] = {
     a
 };
 
-/// a² and bᵀa.
+/// a²: Σ_k a_ik a_kj.
 const SQUARE: [[f64; STAGES]; STAGES] = {
     let mut square = [[0.0; STAGES]; STAGES];
     let mut entry = 0;
@@ -170,6 +177,7 @@ const SQUARE: [[f64; STAGES]; STAGES] = {
     square
 };
 
+/// bᵀa: Σ_i b_i a_ij.
 const TWICE: [f64; STAGES] = {
     let mut twice = [0.0; STAGES];
     let mut entry = 0;
@@ -181,27 +189,27 @@ const TWICE: [f64; STAGES] = {
     twice
 };
 
-/// Y carried along a series.
+/// Integration of Y along a series.
 struct Flow<'m, M: ?Sized> {
     model: &'m M,
     meter: &'m Meter<'m>,
     slopes: Slopes<'m, M>,
-    /// 2n x 2n by columns.
+    /// Y, 2n x 2n, by columns.
     y: Vec<f64>,
     q: Vec<f64>,
     v: Vec<f64>,
-    /// The same at every stage.
+    /// Coordinates and velocities at every stage.
     stages: [Vec<[f64; STAGES]>; 2],
-    /// sin and cos of the phase from the start of a step of this length to every stage.
+    /// Length of the last step, and sin and cos of the phase from its start to every stage.
     ahead: (f64, [[f64; STAGES]; 2]),
     u: Vec<f64>,
     contacts: Vec<Contact>,
     pieces: Vec<Piece>,
-    /// Slopes of every stage, by columns.
+    /// ∂a/∂q and ∂a/∂v of every stage, by columns.
     of_q: Vec<f64>,
     of_v: Vec<f64>,
     system: Matrix,
-    /// Accelerations of every stage for every column of Y.
+    /// Accelerations k of every stage for every column of Y.
     k: Vec<f64>,
 }
 
@@ -230,7 +238,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         }
     }
 
-    /// ∂x(span)/∂x(0) along a series.
+    /// Monodromy matrix ∂x(span)/∂x(0) along a series. `None` if [`advance`](Flow::advance) fails.
     fn monodromy(&mut self, orbit: &FourierOrbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
         let m = 2 * orbit.dof();
         self.ahead.0 = 0.0;
@@ -242,7 +250,8 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         Some(DMatrix::from_column_slice(m, m, &self.y))
     }
 
-    /// Over a smooth stretch.
+    /// Integrates Y over a smooth interval. `None` if a slope is not finite, a step is singular, or the
+    /// budget is spent.
     fn advance(&mut self, orbit: &FourierOrbit, start: f64, end: f64, step: f64) -> Option<()> {
         let mut t = start;
         if end <= start {
@@ -258,7 +267,8 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
             if !fastest.is_finite() || self.meter.spend().is_err() {
                 return None;
             }
-            // Whole steps of equal length to the end, as long as the highest frequency so far allows; the slowest allowed is one order.
+            // Equal steps to the end of the interval, at most `step` radians of the highest frequency so far.
+            // That frequency counts as at least the base frequency.
             let longest = step / fastest.max(TAU / orbit.span());
             if h > longest {
                 h = (end - t) / ((end - t) / longest).ceil().max(1.0);
@@ -269,19 +279,23 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         fastest.is_finite().then_some(())
     }
 
-    /// Slopes with these drives and this motion; √ of their largest row sum.
+    /// Reads the slopes at the current drives and motion. Returns the fastest local frequency: the maximum of
+    /// √(Σ_j |∂a_i/∂q_j|) and Σ_j |∂a_i/∂v_j| over the rows i.
     fn read(&mut self) -> f64 {
         let held = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
         self.slopes.at(held, &self.u, &self.q, &self.v);
         let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
         let n = self.q.len();
         let sum = |i: usize, m: &DMatrix<f64>| (0..n).map(|j| m[(i, j)].abs()).sum::<f64>();
-        // A maximum passes over NaN.
+        // `f64::max` ignores NaN.
         let all = |m: f64, x: f64| if x.is_nan() { f64::INFINITY } else { m.max(x) };
         (0..n).fold(0.0, |m: f64, i| all(all(m, sum(i, of_q).sqrt()), sum(i, of_v)))
     }
 
-    /// One step: the accelerations k of all stages solve k_i = A_i (q + c_i h v + h² Σ a²_ij k_j) + B_i (v + h Σ a_ij k_j).
+    /// k_i = A_i (q + c_i h v + h² Σ_j a²_ij k_j) + B_i (v + h Σ_j a_ij k_j): one step of length h.
+    ///
+    /// k_i are the accelerations, A_i = ∂a/∂q and B_i = ∂a/∂v at stage i. Returns the fastest local frequency
+    /// at the stages.
     fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
         let n = self.q.len();
         let mut fastest = 0.0f64;
@@ -330,7 +344,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         Some(fastest)
     }
 
-    /// k of one coordinate: sizes are fixed, and nothing is on the heap.
+    /// Computes k for one coordinate, with arrays of fixed size and no allocation.
     fn single(&mut self, h: f64) -> Option<()> {
         let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
         let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
@@ -348,7 +362,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         Some(())
     }
 
-    /// k of any number of coordinates.
+    /// Computes k for any number of coordinates.
     fn several(&mut self, h: f64) -> Option<()> {
         let n = self.q.len();
         let rows = STAGES * n;

@@ -1,4 +1,4 @@
-//! How good an orbit is.
+//! Proof of an orbit: estimates of its errors.
 
 use crate::contact::piece::Piece;
 use crate::error::ParameterError;
@@ -6,7 +6,7 @@ use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
-use crate::periodic::balance::equations::residual::{BalanceEquations, Method};
+use crate::periodic::balance::equations::residual::BalanceEquations;
 use crate::periodic::balance::error::BalanceError;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::note::BalanceNote;
@@ -20,7 +20,7 @@ use crate::periodic::shooting::orbit::ShootingOrbit;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
-/// Proof of an orbit.
+/// Estimates of the errors of an orbit of a [`Balance`](crate::Balance), by [`Balance::prove`].
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
@@ -28,37 +28,45 @@ use nalgebra::DVector;
 /// let balance = Balance::new(Harmonics::up_to(70));
 /// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
 /// let proof = balance.prove(&pair, &orbit)?;
-/// assert!((proof.truncation - 5.469e-6).abs() < 1e-9); // what 70 orders miss of the peak-to-peak
+/// assert!((proof.truncation - 5.469e-6).abs() < 1e-9); // truncation error of 70 orders
 /// assert!(proof.aliasing < 1e-9 && proof.finer.harmonics().highest() == 91);
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proof {
-    /// max |z_H - z_1.3H| over the peak-to-peak: the error of this orbit, where both converged.
+    /// max |z_H - z_1.3H| over the peak-to-peak value `[1]`: the truncation error of this orbit, if both
+    /// balances converged.
     pub truncation: f64,
-    /// The orbit on 1.3 H orders.
+    /// The orbit with 1.3 H orders.
     pub finer: FourierOrbit,
-    /// The first Newton correction that finer integrals ask for, over the peak-to-peak: exact ones where contacts were sampled, else twice the samples
-    /// or half the panels' width, or panels around the pulses that the drives hide between them. What the root finder left over is in it too.
+    /// First Newton correction of the orbit with finer integrals, over the peak-to-peak value `[1]`.
+    ///
+    /// The finer integrals are panels if the drives have pulses between the samples or panels, exact
+    /// integrals if contacts were sampled, and otherwise twice the samples or half the width of the panels.
+    /// The residual that the root finder left contributes too.
     pub aliasing: f64,
-    /// The first correction of multiple shooting, over the range of motion: a few times smaller than the error when it is small; above 0.1,
-    /// and infinite when shooting finds nothing, there is no orbit of the equation near.
+    /// First correction of multiple shooting, over the range of motion `[1]`.
+    ///
+    /// A small correction is a few times smaller than the error. If it exceeds 0.1, or is infinite because
+    /// shooting failed, there is no orbit of the equation near this one.
     pub shooting: f64,
-    /// The orbit of the equation itself, to 1e-12, with its monodromy, if shooting found it.
+    /// The orbit of the equation itself, to 1e-12, with its monodromy matrix; `None` if shooting failed.
     pub polished: Option<ShootingOrbit>,
 }
 
-/// Orders must pass the fastest local natural order by this factor.
+/// Required ratio of the highest order to the fastest local natural order `[1]`.
 const RESOLVED: f64 = 1.2;
 
-/// Sampling that moves an orbit by more than this share of its peak-to-peak is noted.
+/// Largest error by sampling without a note, as a share of the peak-to-peak value `[1]`.
 const ALIASED: f64 = 1e-3;
 
 impl Balance {
-    /// Solves again on 1.3 H orders, asks finer integrals for their correction, and shoots from the orbit.
+    /// Estimates the errors of an orbit: solves again with 1.3 H orders, computes the correction by finer
+    /// integrals, and starts multiple shooting from the orbit.
     ///
     /// # Errors
-    /// [`BalanceError`] if the finer balance has no orbit near this one: then it is not to be believed.
+    /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one: this orbit is then not
+    /// reliable.
     pub fn prove<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -85,11 +93,15 @@ impl Balance {
         proof(model, orbit, finer, correction(better, orbit), meter)
     }
 
-    /// The same for an orbit of [`solve_truncating_forces`](Balance::solve_truncating_forces): on 1.3 H orders and with twice the samples, forces
-    /// truncated too. Its truncation tells how far that balance is from its own limit; the shooting, how far from the equation.
+    /// [`prove`](Balance::prove) for an orbit of
+    /// [`solve_truncating_forces`](Balance::solve_truncating_forces).
+    ///
+    /// The balances with 1.3 H orders and with twice the samples truncate the forces too. `truncation` is
+    /// then the distance from the limit of this balance for many orders, and `shooting` the distance from the
+    /// orbit of the equation.
     ///
     /// # Errors
-    /// [`BalanceError`] if the finer balance has no orbit near this one.
+    /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one.
     pub fn prove_truncating_forces<G: Shape>(
         &self,
         model: &Machine<G>,
@@ -101,12 +113,14 @@ impl Balance {
         proof(&model, orbit, finer, aliasing, &meter)
     }
 
-    /// Adds orders until the truncation error, the correction of finer integrals and that of shooting, which sees what no kept order does, all
-    /// fall below `accuracy`, a share of the peak-to-peak, up to order `highest`.
+    /// Adds orders, up to order `highest`, until the three errors of the [`Proof`] are at most `accuracy`
+    /// `[1]`: truncation, correction by finer integrals, correction by shooting.
+    ///
+    /// The correction by shooting also contains errors that do not appear at any kept order.
     ///
     /// # Errors
-    /// [`BalanceError::Accuracy`] with the best orbit when that takes more orders, or when no orbit is found on more; [`BalanceError`] if there is none
-    /// from the guess.
+    /// [`BalanceError::Accuracy`] with the best orbit if this requires more orders than `highest`, or if no
+    /// orbit is found with more orders; another [`BalanceError`] if there is no orbit from the guess.
     pub fn solve_to<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -171,7 +185,7 @@ fn proof(
     Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
 }
 
-/// What every solved orbit is checked for.
+/// Checks a solved orbit and returns its notes.
 pub(crate) fn notes<'m, M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'m, M>,
     orbit: &FourierOrbit,
@@ -182,7 +196,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
     if (highest as f64) < needed {
         notes.push(BalanceNote::Unresolved { highest, needed });
     }
-    if let Method::Sampled(_) = equations.method
+    if equations.integration.plain_samples().is_some()
         && equations.grid.model.contacts() > 0
         && let Ok(exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
     {
@@ -199,7 +213,8 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
     notes
 }
 
-/// The mean acceleration along an orbit, as a share of the largest of its coordinate.
+/// Largest mean acceleration of a coordinate along an orbit, as a share of the largest acceleration of this
+/// coordinate.
 fn mean_force<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
     let (grid, n) = (&equations.grid, equations.layout.dof);
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -217,7 +232,7 @@ fn mean_force<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 
     seen.into_iter().map(share).fold(0.0, f64::max)
 }
 
-/// √(largest local stiffness)/ω, every contact on a flank.
+/// √(largest local stiffness)/ω, with every contact on a flank.
 fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) -> f64 {
     let (n, m, contacts) = (equations.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
     let flanks = match contacts {
@@ -228,7 +243,7 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     let mut stiffest = 0.0f64;
     let looks = m.min(if n == 1 { 128 } else { 64 });
     for look in 0..looks {
-        // Evenly spread, but in step with no drive.
+        // Evenly spread, but not in phase with any drive.
         let s = if looks == m { look } else { (even(look, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
         for flank in &flanks {
@@ -240,7 +255,8 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     stiffest.sqrt() / equations.layout.omega
 }
 
-/// By power iteration: M⁻¹K is similar to a symmetric matrix without negative eigenvalues.
+/// Largest eigenvalue, by power iteration. M⁻¹K is similar to a symmetric matrix without negative
+/// eigenvalues.
 fn largest_eigenvalue(stiffness: &DMatrix<f64>) -> f64 {
     let mut mode = DVector::from_fn(stiffness.nrows(), |i, _| 1.0 + (i as f64 * 0.7).sin());
     let mut eigenvalue = 0.0;

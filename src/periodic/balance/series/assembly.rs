@@ -1,25 +1,27 @@
-//! The Jacobian of a balance: Toeplitz plus Hankel in the coefficients of the slopes.
+//! Jacobian of a balance: Toeplitz plus Hankel matrices of the Fourier coefficients of the slopes.
 
 use crate::periodic::balance::series::couplings::{Coupling, Couplings, Slope};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::roots::matrix::Matrix;
 
-/// Where the unknowns of a balance stand, and how to fill its Jacobian.
+/// Order of the unknowns of a balance, and assembly of its Jacobian.
 ///
-/// Unknowns: coefficients of every coordinate over its scale, then the mean accelerations of the rigid motions.
+/// The unknowns are the coefficients of every coordinate over its scale, then the mean accelerations of the
+/// rigid motions.
 pub(crate) struct Layout {
     pub(crate) harmonics: Harmonics,
     pub(crate) dof: usize,
     pub(crate) omega: f64,
-    /// q_j = scale_j x_j, and equation i over scale_i.
+    /// Scales: q_j = scale_j x_j; equation i is divided by scale_i.
     pub(crate) scales: Vec<f64>,
-    /// Free motions of the whole, one entry per coordinate.
+    /// Rigid motions, one entry per coordinate.
     pub(crate) rigid: Vec<Vec<f64>>,
-    /// Unknown α over its scale.
+    /// Scale of the mean accelerations α.
     pub(crate) rigid_scale: f64,
-    /// For each rigid motion the coordinate whose mean is held at zero.
+    /// For each rigid motion, the coordinate whose mean is prescribed as zero.
     pub(crate) fixed: Vec<usize>,
+    /// Whether the Jacobian is stored in blocks.
     sparse: bool,
 }
 
@@ -55,20 +57,21 @@ impl Layout {
         self.dof * self.harmonics.unknowns() + self.rigid.len()
     }
 
-    /// Entries that its Jacobian stores, at most.
+    /// Upper bound of the number of entries that the Jacobian stores.
     pub(crate) fn entries(&self, couplings: &Couplings) -> usize {
         let height = self.harmonics.unknowns() + self.rigid.len();
         let blocks = if self.sparse { couplings.list.len() + self.dof } else { self.dof * self.dof };
         blocks.saturating_mul(height.saturating_mul(height))
     }
 
-    /// An empty Jacobian, its blocks in the order of the couplings; a dense one where most of them are full.
+    /// An empty Jacobian: blocks in the order of the couplings, or one dense matrix if there are few
+    /// coordinates or many full blocks.
     pub(crate) fn matrix(&self, couplings: &Couplings) -> Matrix {
         if !self.sparse {
             return Matrix::dense(self.size());
         }
         let mut heights = vec![self.harmonics.unknowns(); self.dof];
-        // The mean accelerations stand with the coordinate whose mean is fixed.
+        // The mean accelerations belong to the block of the coordinate whose mean is prescribed.
         heights[self.dof - 1] += self.rigid.len();
         let mut matrix = Matrix::of_heights(&heights);
         matrix.eliminate_last(self.dof - 1);
@@ -84,7 +87,7 @@ impl Layout {
         matrix
     }
 
-    /// ∂R/∂x of R = q'' - a, all over the scales.
+    /// Computes ∂R/∂x of R = q'' - a, with equations and unknowns in their scales.
     pub(crate) fn fill(&self, couplings: &Couplings, spectra: &Spectra, out: &mut Matrix) {
         let (width, size) = (self.harmonics.unknowns(), self.size());
         let heights: Vec<usize> = (0..out.block_rows()).map(|i| out.height(i)).collect();
@@ -117,18 +120,18 @@ impl Layout {
                 let start = view.first + (at + parity) * view.stride;
                 let (length, diagonal) = if view.pairs { (2, 0) } else { (width, at) };
                 let block = &mut values[start..start + length];
-                // The velocity of c cos is -kω c sin, of s sin it is +kω s cos.
+                // The velocity of c cos kωt is -kω c sin kωt; the velocity of s sin kωt is kω s cos kωt.
                 let turned = scale * if parity == 0 { -rate } else { rate };
                 match c.q {
                     Slope::Constant(a) => block[diagonal + parity] += scale * a,
-                    Slope::VaryingSpeed(number) => {
+                    Slope::Periodic(number) => {
                         tables[number].add(block, &self.harmonics, order, parity == 1, scale)
                     }
                 }
                 match c.v {
                     _ if order == 0 => {}
                     Slope::Constant(b) => block[diagonal + 1 - parity] += turned * b,
-                    Slope::VaryingSpeed(number) => {
+                    Slope::Periodic(number) => {
                         tables[number].add(block, &self.harmonics, order, parity == 0, turned)
                     }
                 }
@@ -148,7 +151,7 @@ impl Layout {
         }
     }
 
-    /// Mean accelerations as unknowns, and the means that they replace.
+    /// Fills the columns of the mean accelerations and the rows of the prescribed means.
     fn fill_border(&self, out: &mut Matrix) {
         let (width, size, n) = (self.harmonics.unknowns(), self.size(), self.dof);
         let (last, sparse) = (n - 1, self.sparse);
@@ -174,20 +177,23 @@ impl Layout {
         }
     }
 
-    /// Which coordinate an unknown belongs to.
+    /// Coordinate to which an unknown belongs. A mean acceleration belongs to the last coordinate.
     pub(crate) fn coordinate(&self, unknown: usize) -> usize {
         (unknown / self.harmonics.unknowns()).min(self.dof - 1)
     }
 }
 
-/// Where a block stands in its values.
+/// Place of a block in an array of values.
 struct View {
     first: usize,
+    /// Distance from column to column.
     stride: usize,
+    /// Whether the block stores its diagonal pairs alone.
     pairs: bool,
 }
 
-/// For each motion a coordinate that moves along with it and with none of the motions before, the last possible one.
+/// For each rigid motion, the last coordinate whose share exceeds 1 % of the largest share, after the earlier
+/// motions have been eliminated with their coordinates.
 fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
     let mut reduced = rigid.to_vec();
     let mut fixed = Vec::new();
@@ -205,5 +211,5 @@ fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
 }
 
 pub(crate) fn is_varying(slope: Slope) -> bool {
-    matches!(slope, Slope::VaryingSpeed(_))
+    matches!(slope, Slope::Periodic(_))
 }

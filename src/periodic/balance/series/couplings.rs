@@ -1,19 +1,19 @@
-//! Which accelerations depend on which coordinates.
+//! Couplings of a model: the dependence of its accelerations on its coordinates and velocities.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Periodic};
 use crate::model::slopes::Slopes;
 
-/// How one acceleration depends on one coordinate or velocity.
+/// Dependence of one acceleration on one coordinate or velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Slope {
     Constant(f64),
-    /// Number of the periodic slope.
-    VaryingSpeed(usize),
+    /// Index of the periodic slope in [`Couplings::varying`].
+    Periodic(usize),
 }
 
-/// ∂a_i/∂q_j and ∂a_i/∂v_j, where they are not always zero.
+/// ∂a_i/∂q_j and ∂a_i/∂v_j, for i = j and for slopes that are not always zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coupling {
     pub(crate) i: usize,
@@ -22,25 +22,27 @@ pub(crate) struct Coupling {
     pub(crate) v: Slope,
 }
 
-/// The pattern of a model, found by looking.
+/// Couplings of a model, found from Jacobians at several instants and states.
 #[derive(Clone, Debug)]
 pub(crate) struct Couplings {
-    /// By column j, then row i.
+    /// Sorted by column j, then by row i.
     pub(crate) list: Vec<Coupling>,
-    /// (i, j, of velocity) of every periodic slope.
+    /// Every periodic slope as (i, j, whether it is ∂a_i/∂v_j).
     pub(crate) varying: Vec<(usize, usize, bool)>,
-    /// Largest |∂a_i/∂q_i| seen.
+    /// Largest |∂a_i/∂q_i| found.
     pub(crate) stiffest: f64,
 }
 
-/// Instants looked at.
+/// Number of instants.
 const LOOKS: usize = 16;
 
 impl Couplings {
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, holds: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;
-        // 0 never, 1 constant, 2 varying; a model that hides its pieces may hide couplings too.
+        // 0: always zero, 1: constant, 2: varying. If the pieces cannot be fixed, the samples may miss
+        // couplings: all slopes then count as varying, if the Jacobian comes from differences or the model is
+        // small.
         let hidden = !holds && (slopes.differenced || n <= 4);
         let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
         let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
@@ -75,7 +77,7 @@ impl Couplings {
         let mut slope = |kind: u8, i: usize, j: usize, velocity: bool| match (kind, &first) {
             (2, _) => {
                 varying.push((i, j, velocity));
-                Slope::VaryingSpeed(varying.len() - 1)
+                Slope::Periodic(varying.len() - 1)
             }
             (_, Some(first)) => Slope::Constant(if velocity { first.v[(i, j)] } else { first.q[(i, j)] }),
             _ => Slope::Constant(0.0),
@@ -94,7 +96,7 @@ impl Couplings {
 }
 
 impl Couplings {
-    /// The pattern alone: all slopes zero.
+    /// The same couplings with all slopes zero.
     pub(crate) fn without_slopes(&self) -> Self {
         let none = Slope::Constant(0.0);
         let list = self.list.iter().map(|c| Coupling { q: none, v: none, ..*c }).collect();
@@ -102,12 +104,13 @@ impl Couplings {
     }
 }
 
-/// Numbers spread over 0..1, different in every direction.   Weyl sequence of square roots.
+/// Numbers evenly spread over [0, 1), a different sequence for each direction: Weyl sequences of square
+/// roots.
 pub(crate) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
-/// Whether a model offers held pieces.
+/// Whether a model evaluates its laws on fixed pieces (`accel_on_pieces`).
 pub(crate) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
     let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
     model.drive(0.0, Side::After, &mut u);

@@ -1,4 +1,4 @@
-//! Drives and motion at M instants of one span.
+//! Drives and motion at M uniform instants of one span.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -9,12 +9,12 @@ use crate::periodic::balance::series::transform::{Transform, spread};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// A model sampled at t_s = s pT/M.
+/// A model sampled at t_s = s p T/M, s = 0 .. M - 1.
 pub(crate) struct Grid<'m, M: ?Sized> {
     pub(crate) model: &'m M,
     harmonics: Harmonics,
     span: f64,
-    /// M x drives.
+    /// Drives at all instants: M x drives.
     u: Vec<f64>,
     drives: usize,
     /// q + i v of every coordinate at every instant.
@@ -26,7 +26,7 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
     pub(crate) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
         let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
         let mut u = vec![0.0; samples * drives];
-        // One period of drives serves all.
+        // If M is a multiple of p, the drives of one period repeat.
         let distinct =
             if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
         for s in 0..distinct {
@@ -61,12 +61,12 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
     pub(crate) fn omega(&self) -> f64 {
         TAU / self.span
     }
-    /// Time between instants.
+    /// Time between two instants.
     pub(crate) fn step(&self) -> f64 {
         self.span / self.samples() as f64
     }
 
-    /// The motion of these coefficients.
+    /// Sets the motion from its coefficients.
     pub(crate) fn set(&mut self, coefficients: &[f64]) {
         let (width, omega) = (self.harmonics.unknowns(), self.omega());
         for (z, part) in self.z.iter_mut().zip(coefficients.chunks_exact(width)) {
@@ -75,7 +75,7 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
         }
     }
 
-    /// Whether some contact is in its gap at every instant of a coarse look.
+    /// Whether a contact is in its gap at all of at least 32 instants, or at all instants if there are fewer.
     pub(crate) fn any_floats(&self) -> bool {
         if self.model.contacts() == 0 {
             return false;

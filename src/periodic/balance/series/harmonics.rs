@@ -1,10 +1,11 @@
-//! Which orders a balance keeps.
+//! The orders that a balance keeps.
 
 use crate::error::{ParameterError, check};
 
 /// The orders of a truncated Fourier series, q(t) = Σ_k c_k cos(k ω t) + s_k sin(k ω t), ω = 2π/(p T).
 ///
-/// Coefficients of one coordinate stand in the order [mean, c_k, s_k, ...] with increasing k; without order 0 there is no mean.
+/// T is the period of the model and p the number of periods in one base period. The coefficients of one
+/// coordinate are [mean, c_k, s_k, ...] with increasing k; without order 0 there is no mean.
 ///
 /// ```
 /// use gear_dynamics::Harmonics;
@@ -19,31 +20,34 @@ use crate::error::{ParameterError, check};
 pub struct Harmonics {
     orders: Vec<usize>,
     periods: usize,
-    /// The highest order asked for.
+    /// Highest order that was requested.
     asked: usize,
 }
 
 impl Harmonics {
-    /// The highest order that is kept.
+    /// Highest allowed order.
     pub const HIGHEST: usize = 65_536;
-    /// The most periods of the model in one of the base frequency.
+    /// Maximum number of periods of the model in one base period.
     pub const MOST_PERIODS: usize = 32_768;
 
-    /// 0, 1, ..., H. Above [`HIGHEST`](Harmonics::HIGHEST) the list ends there, and balances and orbits refuse it with
+    /// Orders 0, 1, ..., H.
+    ///
+    /// If H exceeds [`HIGHEST`](Harmonics::HIGHEST), balances and orbits with these orders return
     /// [`ParameterError::TooMany`].
     pub fn up_to(highest: usize) -> Self {
         Harmonics { orders: (0..=highest.min(Self::HIGHEST)).collect(), periods: 1, asked: highest }
     }
 
-    /// Whether all orders asked for are kept.
+    /// Error if an order above [`HIGHEST`](Harmonics::HIGHEST) was requested.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::count("highest order", &[self.asked], Self::HIGHEST).map(|_| ())
     }
 
-    /// Any orders.
+    /// The orders of a list, in any sequence.
     ///
     /// # Errors
-    /// An empty list, an order twice, or one above [`HIGHEST`](Harmonics::HIGHEST).
+    /// [`ParameterError`] for an empty list, a repeated order, or an order above
+    /// [`HIGHEST`](Harmonics::HIGHEST).
     pub fn list(orders: &[usize]) -> Result<Self, ParameterError> {
         let mut orders = orders.to_vec();
         orders.sort_unstable();
@@ -61,10 +65,11 @@ impl Harmonics {
         }
     }
 
-    /// Bands K Z ± J around the first `count` mesh orders, with the mean: {|K Z + j| : K = 0..count, j = -J..J}.
+    /// {|K Z + j| : K = 0 .. count, j = -J .. J}: bands around the first `count` multiples of the mesh order
+    /// Z, and around the mean. J is the half width.
     ///
     /// # Errors
-    /// A mesh order of zero; a highest order above [`HIGHEST`](Harmonics::HIGHEST).
+    /// [`ParameterError`] for mesh order 0, or a highest order above [`HIGHEST`](Harmonics::HIGHEST).
     pub fn bands(mesh_order: usize, count: usize, half_width: usize) -> Result<Self, ParameterError> {
         if mesh_order == 0 {
             return Err(ParameterError::TooFew { name: "mesh order".into(), value: 0, least: 1 });
@@ -78,10 +83,11 @@ impl Harmonics {
         Ok(Harmonics { orders, periods: 1, asked })
     }
 
-    /// Orders of 1/p of the frequency of the model: for orbits that repeat after p periods.
+    /// The same orders of 1/p of the frequency of the model, for orbits that repeat after p periods. Default:
+    /// p = 1.
     ///
     /// # Errors
-    /// p = 0, or above [`MOST_PERIODS`](Harmonics::MOST_PERIODS).
+    /// [`ParameterError`] for p = 0, or p above [`MOST_PERIODS`](Harmonics::MOST_PERIODS).
     pub fn over_periods(self, periods: usize) -> Result<Self, ParameterError> {
         if periods == 0 {
             return Err(ParameterError::TooFew { name: "periods".into(), value: 0, least: 1 });
@@ -90,40 +96,41 @@ impl Harmonics {
         Ok(Harmonics { periods, ..self })
     }
 
-    /// The orders, increasing.
+    /// The orders, in increasing sequence.
     pub fn orders(&self) -> &[usize] {
         &self.orders
     }
-    /// Periods of the model in one of the base frequency.
+    /// Number p of periods of the model in one base period.
     pub fn periods(&self) -> usize {
         self.periods
     }
-    /// The highest order.
+    /// Highest order.
     pub fn highest(&self) -> usize {
         self.orders[self.orders.len() - 1]
     }
-    /// Whether there is a mean.
+    /// Whether order 0, the mean, is kept.
     pub fn has_mean(&self) -> bool {
         self.orders[0] == 0
     }
-    /// Unknowns of one coordinate.
+    /// Number of unknowns of one coordinate.
     pub fn unknowns(&self) -> usize {
         2 * self.orders.len() - usize::from(self.has_mean())
     }
 
-    /// Where the coefficients of the i-th order begin.
+    /// Index of the first coefficient of the i-th order.
     #[inline]
     pub(crate) fn place(&self, i: usize) -> usize {
         if self.has_mean() { (2 * i).saturating_sub(1) } else { 2 * i }
     }
 
-    /// Where the cosine of order k stands, the sine behind it.
+    /// Index of the cosine coefficient of order k, or of the mean; the sine coefficient follows. `None` if
+    /// the order is not kept.
     pub(crate) fn place_of(&self, order: usize) -> Option<usize> {
         self.orders.binary_search(&order).ok().map(|i| self.place(i))
     }
 
-    /// Every order up to 1.3 times the highest, so that gaps of a list show too; two orders of the model at least, for symmetric orbits have every
-    /// other one.
+    /// All orders up to 1.3 times the highest. The gaps of a list are filled, and at least two orders of the
+    /// model are added, since every second order of a symmetric orbit is zero.
     pub(crate) fn extended(&self) -> Self {
         let highest = self.highest();
         let further = highest + (3 * highest).div_ceil(10).max(2 * self.periods);

@@ -1,4 +1,4 @@
-//! Series and samples: orders, transforms, couplings, amplitudes.
+//! Series and samples: orders, transforms, couplings, Jacobian.
 
 pub(crate) mod assembly;
 pub(crate) mod couplings;

@@ -1,9 +1,9 @@
-//! The coefficients of a periodic slope, and what they do to a harmonic.
+//! Fourier coefficients of a periodic slope, and its product with a harmonic.
 
 use crate::periodic::balance::series::harmonics::Harmonics;
 use num_complex::Complex64;
 
-/// D_k for k = -2H ..= 2H, real and imaginary parts apart.
+/// Coefficients D_k of D(t) = Σ_k D_k e^{i k ω t}, k = -2H ..= 2H, as real and imaginary parts.
 pub(crate) struct Table {
     re: Vec<f64>,
     im: Vec<f64>,
@@ -11,16 +11,17 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Zeros.
+    /// All coefficients zero; `highest` is H.
     pub(crate) fn new(highest: usize) -> Self {
         Table { re: vec![0.0; 4 * highest + 1], im: vec![0.0; 4 * highest + 1], middle: 2 * highest }
     }
 
-    /// The highest k.
+    /// Highest k.
     pub(crate) fn reach(&self) -> usize {
         self.middle
     }
 
+    /// Sets D_k, and D_{-k} to its conjugate.
     pub(crate) fn set(&mut self, k: usize, d: Complex64) {
         (self.re[self.middle + k], self.im[self.middle + k]) = (d.re, d.im);
         if k > 0 {
@@ -28,8 +29,10 @@ impl Table {
         }
     }
 
-    /// Adds the response of D(t) times cos(lωt) or sin(lωt): with D∓ = D_{k∓l},
-    /// cosine rows  Re(D- + D+) or Im(D- - D+),   sine rows  -Im(D- + D+) or Re(D- - D+),   mean row half the cosine row.
+    /// Adds `scale` times the coefficients of D(t) cos(lωt), or of D(t) sin(lωt).
+    ///
+    /// With D∓ = D_{k∓l}: cosine rows Re(D- + D+) or Im(D- - D+), sine rows -Im(D- + D+) or Re(D- - D+). The
+    /// mean row is half the cosine row of k = 0.
     #[inline]
     pub(crate) fn add(&self, block: &mut [f64], harmonics: &Harmonics, l: usize, sine: bool, scale: f64) {
         let orders = harmonics.orders();

@@ -1,4 +1,5 @@
-//! Between coefficients and samples: the discrete Fourier transform of pairs of real signals, and where the kept orders stand in it.
+//! Transforms between coefficients and samples: the discrete Fourier transform of pairs of real signals, and
+//! the places of the kept orders in it.
 
 use crate::periodic::balance::series::harmonics::Harmonics;
 use num_complex::Complex64;
@@ -9,10 +10,10 @@ use std::sync::LazyLock;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 
-/// Plans once made serve every balance.
+/// Plans of the transforms, shared by all balances.
 static PLANNER: LazyLock<Mutex<FftPlanner<f64>>> = LazyLock::new(|| Mutex::new(FftPlanner::new()));
 
-/// Transforms of length M, with their working array.
+/// Transforms of length M, with their scratch array.
 pub(crate) struct Transform {
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
@@ -28,25 +29,26 @@ impl Transform {
         Transform { forward, inverse, scratch }
     }
 
-    /// Spectra to samples: Σ_k Z_k e^{+i k ω t}.
+    /// Z_k to samples Σ_k Z_k e^{i k ω t}, in place.
     pub(crate) fn synthesise(&mut self, buffer: &mut [Complex64]) {
         self.inverse.process_with_scratch(buffer, &mut self.scratch);
     }
 
-    /// Samples of x + i y to M Z_k.
+    /// Samples to M Z_k, in place.
     pub(crate) fn analyse(&mut self, buffer: &mut [Complex64]) {
         self.forward.process_with_scratch(buffer, &mut self.scratch);
     }
 }
 
-/// Where orders k and -k stand among m: most are below m, and need no division.
+/// Indices of orders k and -k in a spectrum of length m.
 #[inline]
 fn places(k: usize, m: usize) -> (usize, usize) {
+    // Usually k < m: this needs no division.
     let here = if k < m { k } else { k % m };
     (here, if here == 0 { 0 } else { m - here })
 }
 
-/// The complex coefficients X_k and Y_k of the two real signals x and y whose x + i y was analysed.
+/// Complex coefficients X_k and Y_k of the real signals x and y, from the transform of x + i y.
 #[inline]
 pub(crate) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
     let (here, mirror) = places(k, buffer.len());
@@ -56,12 +58,13 @@ pub(crate) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
     ((z + mirror) * per, Complex64::new(y.im, -y.re))
 }
 
-/// Samples that resolve the highest order 32 times: then local polynomials of degree 15 are exact to rounding.
+/// Number of samples that resolves the highest order 32 times: local polynomials of degree 15 are then exact
+/// to rounding. At least 256, a power of two.
 pub(crate) fn samples_for(highest: usize) -> usize {
     (32 * highest).next_power_of_two().max(256)
 }
 
-/// Q_k of Σ_k Q_k e^{i k ω t} from the coefficients of one coordinate.
+/// Q_k of Σ_k Q_k e^{i k ω t}, from the coefficients of one coordinate; 0 for an order that is not kept.
 pub(crate) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex64 {
     match harmonics.place_of(order) {
         None => Complex64::ZERO,
@@ -70,7 +73,7 @@ pub(crate) fn read(part: &[f64], harmonics: &Harmonics, order: usize) -> Complex
     }
 }
 
-/// Cosine and sine from X_k.
+/// Writes the cosine and sine coefficients of X_k, or the mean for order 0.
 #[inline]
 pub(crate) fn write(out: &mut [f64], order: usize, x: Complex64) {
     if order == 0 {
@@ -80,7 +83,7 @@ pub(crate) fn write(out: &mut [f64], order: usize, x: Complex64) {
     }
 }
 
-/// The spectrum of q + i q' of one coordinate.
+/// Computes the spectrum of q + i q' of one coordinate.
 pub(crate) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [Complex64]) {
     z.fill(Complex64::ZERO);
     for (i, &order) in harmonics.orders().iter().enumerate() {
@@ -88,7 +91,7 @@ pub(crate) fn spread(part: &[f64], harmonics: &Harmonics, omega: f64, z: &mut [C
         if order == 0 {
             z[0] += part[at];
         } else {
-            // Q + i V with V = i k ω Q, and the same of the conjugates at -k.
+            // At k: Q + i V with V = i k ω Q. At -k: the same with the conjugates of Q and V.
             let (q, rate) = (Complex64::new(0.5 * part[at], -0.5 * part[at + 1]), omega * order as f64);
             let (here, mirror) = places(order, z.len());
             z[here] += q * (1.0 - rate);

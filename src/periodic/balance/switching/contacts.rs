@@ -1,10 +1,10 @@
-//! What contacts do along an orbit.
+//! Histories of the contacts along an orbit.
 
 use crate::analysis::rattle::ContactStatistics;
 use crate::contact::piece::Piece;
 use crate::periodic::balance::switching::instants::Switching;
 
-/// What one contact does over a span.
+/// The pieces of one contact over one span of an orbit, with contact times and impacts.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, RattleState, contact::Piece};
@@ -17,9 +17,10 @@ use crate::periodic::balance::switching::instants::Switching;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactHistory {
-    /// From when to when on which piece, in order; the first begins at the first switch, and one may end past the span.
+    /// Intervals as (start, end, piece), in increasing time. The first interval begins at the first switch;
+    /// the last one may end after the span.
     pub intervals: Vec<(f64, f64, Piece)>,
-    /// Times and impacts.
+    /// Contact times and number of impacts.
     pub statistics: ContactStatistics,
 }
 
@@ -37,11 +38,11 @@ impl ContactHistory {
         }
         for (i, &(start, piece)) in events.iter().enumerate() {
             let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
-            // A gap without width takes no time, and is no interval.
+            // A gap without width takes no time and gets no interval.
             if piece != Piece::Gap || end > start {
                 history.intervals.push((start, end, piece));
             }
-            // An impact ends an interval in the gap.
+            // An impact is the entry to a flank after some time in the gap.
             let before = if i == 0 { events[events.len() - 1].0 - span } else { events[i - 1].0 };
             match piece {
                 Piece::Lower if start > before => history.statistics.impacts[0] += 1,

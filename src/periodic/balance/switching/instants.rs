@@ -1,4 +1,4 @@
-//! When contacts change their piece along a sampled orbit.
+//! Switches: the instants at which contacts change their piece along a sampled orbit.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -14,20 +14,20 @@ pub(crate) struct Event {
     pub(crate) to: Piece,
     /// Between samples `cell` and `cell + 1`.
     pub(crate) cell: usize,
-    /// Place in the cell, -1/2 .. 1/2.
+    /// Position in the cell, -1/2 .. 1/2.
     pub(crate) phi: f64,
     /// d(deflection - edge)/dφ.
     pub(crate) slope: f64,
 }
 
 impl Event {
-    /// Its time, for samples `step` apart.
+    /// Time of the change; `step` is the time between two samples.
     pub(crate) fn time(&self, step: f64) -> f64 {
         (self.cell as f64 + 0.5 + self.phi) * step
     }
 }
 
-/// Deflections of every contact over its edges, and the switches between its pieces.
+/// Distances of every contact from its edges, and the switches between its pieces.
 pub(crate) struct Switching {
     /// Per contact: d - lower, d - upper and their rates over one sampling step.
     lower: Vec<Vec<[f64; 2]>>,
@@ -55,7 +55,7 @@ impl Switching {
         self.lower.first().map_or(0, Vec::len)
     }
 
-    /// In order of contact and time.
+    /// All switches, contact by contact in increasing time.
     pub(crate) fn events(&self) -> &[Event] {
         &self.events
     }
@@ -76,8 +76,9 @@ impl Switching {
         self.events.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
     }
 
-    /// Looks at the motion on the grid.
-    pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>, stencil: &Stencil) {
+    /// Locates all switches of the motion on the grid.
+    pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+        let stencil = Stencil::get();
         self.events.clear();
         self.q.resize(grid.dof(), 0.0);
         self.v.resize(grid.dof(), 0.0);
@@ -106,11 +107,11 @@ impl Switching {
         }
     }
 
-    /// The edges between two pieces, in the order in which they are crossed.
+    /// Locates the crossings between two samples on different pieces, in the order in which they occur.
     fn cross(&mut self, contact: usize, cell: usize, from: Piece, to: Piece, stencil: &Stencil) {
         let mut here = from;
         while here != to {
-            // Up through the lower edge first, down through the upper one first.
+            // On the way up the lower edge comes first, on the way down the upper edge.
             let (next, edge) = match (here, to) {
                 (Piece::Lower, _) => (Piece::Gap, &self.lower[contact]),
                 (Piece::Upper, _) => (Piece::Gap, &self.upper[contact]),
@@ -124,10 +125,10 @@ impl Switching {
         }
     }
 
-    /// An excursion that begins and ends between two samples.
+    /// Locates an excursion to another piece that begins and ends between two samples.
     fn graze(&mut self, contact: usize, cell: usize, piece: Piece, stencil: &Stencil) {
         let m = self.samples();
-        // Distances to the edges that bound this piece, positive inside.
+        // Edges of this piece: sign of the distance inside, whether it is the lower edge, the piece beyond.
         let edges: &[(f64, bool, Piece)] = match piece {
             Piece::Lower => &[(-1.0, true, Piece::Gap)],
             Piece::Gap => &[(1.0, true, Piece::Lower), (-1.0, false, Piece::Upper)],
@@ -137,7 +138,8 @@ impl Switching {
             let edge = if low { &self.lower[contact] } else { &self.upper[contact] };
             let ([a, da], [b, db]) = (edge[cell], edge[(cell + 1) % m]);
             let (a, da, b, db) = (sign * a, sign * da, sign * b, sign * db);
-            // Towards the edge at first, away at the end, and tangents that meet beyond it.
+            // Only if the contact moves towards the edge at the first sample and away at the second, and one
+            // of the two tangents crosses the edge between the samples.
             if !(da < 0.0 && db > 0.0) || (a + da > 0.0 && b - db > 0.0) {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! When contacts change their piece along an orbit.
+//! Switches of the contacts along an orbit.
 
 pub(crate) mod contacts;
 pub(crate) mod instants;

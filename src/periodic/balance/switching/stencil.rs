@@ -1,12 +1,13 @@
-//! Sixteen samples around a cell: local polynomials, and the quadrature that knows where inside the cell a kink lies.
+//! Sixteen samples around a cell: local polynomials, and quadrature weights for a kink inside the cell.
 
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
-/// Samples of a stencil: nodes y = -15/2, ..., 15/2 in units of the sampling step, the cell being -1/2 < y < 1/2.
+/// Number of samples of a stencil. The nodes are y = -15/2, ..., 15/2 in units of the sampling step; the cell
+/// is -1/2 < y < 1/2.
 pub(crate) const NODES: usize = 16;
 
-/// ζ(-m, 1/2) = -B_{m+1}(1/2)/(m + 1) for odd m; zero for even m.   Bernoulli numbers: Abramowitz & Stegun, Table 23.2.
+/// Bernoulli numbers B_2, B_4, ..., B_16.   Source: Abramowitz & Stegun, Table 23.2.
 const BERNOULLI: [f64; 8] = [
     1.0 / 6.0,
     -1.0 / 30.0,
@@ -25,7 +26,7 @@ pub(crate) struct Stencil {
 }
 
 impl Stencil {
-    /// The one there is.
+    /// The shared instance.
     pub(crate) fn get() -> &'static Self {
         static STENCIL: LazyLock<Stencil> = LazyLock::new(Stencil::new);
         &STENCIL
@@ -47,13 +48,13 @@ impl Stencil {
         Stencil { basis }
     }
 
-    /// The sample at node i of the stencil of a cell; samples repeat with their number.
+    /// Index of the sample at node i of the stencil of a cell. The samples are periodic.
     #[inline]
     pub(crate) fn index(cell: usize, i: usize, samples: usize) -> usize {
         (cell + i + samples - 7) % samples
     }
 
-    /// The polynomial through the samples around a cell.
+    /// Polynomial through the samples around a cell.
     pub(crate) fn polynomial(&self, cell: usize, samples: usize, value: impl Fn(usize) -> f64) -> Polynomial {
         let mut p = [0.0; NODES];
         for (i, basis) in self.basis.iter().enumerate() {
@@ -63,9 +64,11 @@ impl Stencil {
         Polynomial(p)
     }
 
-    /// Weights w_i such that ∫_φ^∞ g dy = Σ_{y_i > 0} g(y_i) + Σ_i w_i g(y_i) for smooth g: the Euler-Maclaurin sum begun at φ.
+    /// ∫_φ^∞ g dy = Σ_{y_i > 0} g(y_i) + Σ_i w_i g(y_i): weights w_i of the Euler-Maclaurin formula with the
+    /// lower limit φ, for smooth g.
     pub(crate) fn weights(&self, phi: f64) -> [f64; NODES] {
-        // Of g = y^m: (B_{m+1}(1/2) - φ^{m+1})/(m + 1), with B_n(1/2) = (2^{1-n} - 1) B_n.
+        // Σ_i w_i y_i^m = (B_{m+1}(1/2) - φ^{m+1})/(m + 1), with B_n(1/2) = (2^{1-n} - 1) B_n, which is 0 for
+        // odd n.
         let mut moments = [0.0; NODES];
         let mut power = 1.0;
         for (m, moment) in moments.iter_mut().enumerate() {
@@ -77,7 +80,7 @@ impl Stencil {
     }
 }
 
-/// Σ p_m y^m.
+/// Σ_m p_m y^m.
 #[derive(Clone, Copy)]
 pub(crate) struct Polynomial([f64; NODES]);
 
@@ -95,7 +98,8 @@ impl Polynomial {
         Polynomial(d)
     }
 
-    /// A root between a and b, where the values differ in sign; the nearer end otherwise.
+    /// Root between a and b by Newton's method, with bisection where a step leaves the bracket. If the values
+    /// at a and b have the same sign, the end with the smaller absolute value.
     pub(crate) fn root(&self, mut a: f64, mut b: f64) -> f64 {
         let (mut fa, fb) = (self.at(a).0, self.at(b).0);
         if fa * fb > 0.0 {
@@ -122,14 +126,14 @@ impl Polynomial {
         y
     }
 
-    /// Where the derivative vanishes inside the cell, if its ends differ in sign.
+    /// Root of the derivative inside the cell; `None` if the derivative has the same sign at both ends.
     pub(crate) fn extreme(&self) -> Option<f64> {
         let d = self.derivative();
         (d.at(-0.5).0 * d.at(0.5).0 < 0.0).then(|| d.root(-0.5, 0.5))
     }
 }
 
-/// e^{-i k x} for k = 0, 1, ... by multiplication, its error growing like k ε.
+/// e^{-i k x} for k = 0, 1, ..., by repeated multiplication. The error grows like k ε.
 pub(crate) struct Phasors {
     z: Complex64,
     turn: Complex64,
@@ -156,7 +160,7 @@ impl Iterator for Phasors {
 mod tests {
     use super::*;
 
-    /// ∫_φ^∞ of a smooth decaying function against the corrected sum.
+    /// The corrected sum agrees with ∫_φ^∞ of a smooth decaying function.
     #[test]
     fn sums_begin_between_nodes() {
         let stencil = Stencil::new();

@@ -10,11 +10,14 @@
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::at_rest::{Look, Part, Series, is_linear_on_pieces, value_at};
 use crate::periodic::balance::series::couplings::{Couplings, Slope, even};
-use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
+use crate::periodic::balance::series::transform::write;
 use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
@@ -38,7 +41,8 @@ pub(crate) struct Closed {
     phasors: Vec<Complex64>,
     turns: Vec<Complex64>,
     slopes: Vec<Vec<Complex64>>,
-    forces: Vec<Vec<Complex64>>,
+    accelerations: Vec<Vec<Complex64>>,
+    sides: BothSides,
 }
 
 /// Samples of the drives tried at most.
@@ -63,7 +67,7 @@ impl Closed {
                 return Some(Closed {
                     indicator: vec![Complex64::ZERO; reach + 1],
                     slopes: vec![vec![Complex64::ZERO; 2 * harmonics.highest() + 1]; couplings.varying.len()],
-                    forces: vec![vec![Complex64::ZERO; harmonics.orders().len()]; model.dof()],
+                    accelerations: vec![vec![Complex64::ZERO; harmonics.orders().len()]; model.dof()],
                     ..closed
                 });
             }
@@ -113,8 +117,17 @@ impl Closed {
             }
         }
         let flanks = flanks.into_iter().flatten().collect();
-        let (switches, phasors, turns, slopes, forces) = Default::default();
-        let closed = Closed { base, flanks, indicator: Vec::new(), switches, phasors, turns, slopes, forces };
+        let closed = Closed {
+            base,
+            flanks,
+            indicator: Vec::new(),
+            switches: Vec::new(),
+            phasors: Vec::new(),
+            turns: Vec::new(),
+            slopes: Vec::new(),
+            accelerations: Vec::new(),
+            sides: BothSides::new(model.dof(), contacts),
+        };
         // Orders that the samples fold onto lower ones show between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper]
             .into_iter()
@@ -152,27 +165,29 @@ impl Closed {
         let parts = std::iter::once(&self.base).chain(self.flanks.iter().flatten());
         parts.flat_map(|p| p.force.iter().chain(&p.slopes)).map(Vec::len).max().unwrap_or(0)
     }
+}
 
-    /// Forces and slopes along the motion whose switches are located.
-    pub(crate) fn evaluate<M: Periodic + ?Sized>(
-        &mut self,
-        grid: &Grid<'_, M>,
-        switching: &Switching,
-        couplings: &Couplings,
-        coefficients: &[f64],
-        out: &mut Spectra,
-    ) {
+impl<M: Periodic + ?Sized> Integration<M> for Closed {
+    fn integrals(&self, _: usize) -> Integrals {
+        Integrals::Closed
+    }
+    fn check(&self) -> Check {
+        Check::Unnecessary
+    }
+    /// The accelerations are products of the slopes and the motion: both are found here.
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+        let Motion { grid, switching, couplings, coefficients } = motion;
         let harmonics = grid.harmonics();
         let (width, periods) = (harmonics.unknowns(), harmonics.periods());
         let reach = 2 * harmonics.highest();
-        let Closed { base, flanks, indicator, switches, phasors, turns, slopes, forces } = self;
-        slopes.iter_mut().chain(&mut *forces).for_each(|sum| sum.fill(Complex64::ZERO));
+        let Closed { base, flanks, indicator, switches, phasors, turns, slopes, accelerations, .. } = self;
+        slopes.iter_mut().chain(&mut *accelerations).for_each(|sum| sum.fill(Complex64::ZERO));
         for (sum, series) in slopes.iter_mut().zip(&base.slopes) {
             for (k, c) in series.iter().enumerate().take_while(|(k, _)| k * periods <= reach) {
                 sum[k * periods] += c;
             }
         }
-        for (sum, series) in forces.iter_mut().zip(&base.force) {
+        for (sum, series) in accelerations.iter_mut().zip(&base.force) {
             for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                 if order % periods == 0 {
                     *sum += series.get(order / periods).copied().unwrap_or_default();
@@ -193,7 +208,7 @@ impl Closed {
                     }
                 }
                 for (sum, series) in
-                    forces.iter_mut().zip(&part.force).filter(|(_, series)| !series.is_empty())
+                    accelerations.iter_mut().zip(&part.force).filter(|(_, series)| !series.is_empty())
                 {
                     for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                         *sum += chi.times(series, periods, order);
@@ -204,19 +219,15 @@ impl Closed {
         for (table, values) in out.slopes.iter_mut().zip(&*slopes) {
             values.iter().enumerate().for_each(|(k, d)| table.set(k, *d));
         }
-        for (force, values) in out.force.iter_mut().zip(&*forces) {
+        for (force, values) in out.accelerations.iter_mut().zip(&*accelerations) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
-                crate::periodic::balance::series::transform::write(
-                    &mut force[harmonics.place(i)..],
-                    order,
-                    *value,
-                );
+                write(&mut force[harmonics.place(i)..], order, *value);
             }
         }
         // What is linear in the motion: the same products that fill the Jacobian.
         for c in &couplings.list {
             let part = &coefficients[c.j * width..(c.j + 1) * width];
-            let force = &mut out.force[c.i];
+            let force = &mut out.accelerations[c.i];
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 let (at, rate) = (harmonics.place(i), order as f64 * grid.omega());
                 let (cos, sin) = (part[at], if order == 0 { 0.0 } else { part[at + 1] });
@@ -228,7 +239,7 @@ impl Closed {
                                 force[at + 1] += a * sin;
                             }
                         }
-                        Slope::VaryingSpeed(number) => {
+                        Slope::Periodic(number) => {
                             out.slopes[number].add(force, harmonics, order, false, cos);
                             if order > 0 {
                                 out.slopes[number].add(force, harmonics, order, true, sin);
@@ -238,6 +249,9 @@ impl Closed {
                 }
             }
         }
+    }
+    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, _: &mut Slopes<'_, M>, out: &mut Spectra) {
+        self.sides.jumps(motion.grid, motion.switching, out);
     }
 }
 

@@ -1,24 +1,25 @@
-//! Exact switching by Gauss quadrature on the smooth stretches between switches and jumps of the drives.
+//! Exact switching by Gauss quadrature on the smooth intervals between switches and drive edges.
 
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::gauss::{drive_edges, quadrature};
-use crate::periodic::balance::quadrature::resolution::Drives;
-use crate::periodic::balance::series::couplings::Couplings;
+use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
-use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Scratch of a quadrature.
+/// Panels between the drive edges, and scratch.
 pub(crate) struct Panels {
-    /// Jumps of the drives inside the span.
+    /// Drive edges inside the span, and ends of the panels of pulses.
     edges: Vec<f64>,
-    /// The order that panels resolve.
+    /// The order that the panels resolve.
     order: usize,
     breaks: Vec<f64>,
     q: Vec<f64>,
@@ -26,16 +27,18 @@ pub(crate) struct Panels {
     a: Vec<f64>,
     u: Vec<f64>,
     phasors: Vec<Complex64>,
-    force: Vec<Vec<Complex64>>,
+    accelerations: Vec<Vec<Complex64>>,
     slopes: Vec<Vec<Complex64>>,
+    sides: BothSides,
 }
 
 impl Panels {
-    /// Panels of the width that the kept orders and the drives ask for, or this many times finer; those of pulses end where these say.
+    /// Panels as narrow as the kept orders and the drives require, divided by `finer`. `pulses`: further ends of
+    /// panels.
     pub(crate) fn new<M: Periodic + ?Sized>(
         grid: &Grid<'_, M>,
         varying: usize,
-        drives: &mut Drives<'_, M>,
+        drives: &mut DriveSampler<'_, M>,
         finer: usize,
         pulses: &[f64],
     ) -> Self {
@@ -54,39 +57,38 @@ impl Panels {
             a: vec![0.0; n],
             u: vec![0.0; grid.model.drives()],
             phasors: vec![Complex64::ZERO; 2 * highest + 1],
-            force: vec![vec![Complex64::ZERO; grid.harmonics().orders().len()]; n],
+            accelerations: vec![vec![Complex64::ZERO; grid.harmonics().orders().len()]; n],
             slopes: vec![vec![Complex64::ZERO; 2 * highest + 1]; varying],
+            sides: BothSides::new(n, grid.model.contacts()),
         }
     }
 
-    /// Forces, and slopes if asked for.
-    pub(crate) fn evaluate<M: Periodic + ?Sized>(
+    /// Integrates the accelerations, and the slopes if these are given.
+    fn integrate<M: Periodic + ?Sized>(
         &mut self,
-        grid: &Grid<'_, M>,
-        switching: &Switching,
-        coefficients: &[f64],
-        wanted: Option<(&mut Slopes<'_, M>, &Couplings)>,
+        motion: &Motion<'_, '_, M>,
+        mut slopes: Option<&mut Slopes<'_, M>>,
         out: &mut Spectra,
     ) {
+        let Motion { grid, switching, couplings, coefficients } = motion;
         let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
         let mut breaks = std::mem::take(&mut self.breaks);
         breaks.clear();
         breaks.extend(self.edges.iter().copied().chain(switching.events().iter().map(|e| e.time(step))));
         breaks.extend([0.0, span]);
         breaks.sort_unstable_by(f64::total_cmp);
-        self.force.iter_mut().chain(&mut self.slopes).for_each(|f| f.fill(Complex64::ZERO));
-        let mut wanted = wanted;
+        self.accelerations.iter_mut().chain(&mut self.slopes).for_each(|sums| sums.fill(Complex64::ZERO));
         quadrature(&breaks, span, self.order, |t, share| {
             self.phasors.iter_mut().zip(Phasors::new(TAU * (t / span))).for_each(|(p, z)| *p = z);
             self.move_to(grid, coefficients);
             grid.model.drive(t, Side::After, &mut self.u);
             grid.model.accel(&self.u, &self.q, &self.v, &mut self.a);
-            for (force, a) in self.force.iter_mut().zip(&self.a) {
-                for (f, &order) in force.iter_mut().zip(harmonics.orders()) {
-                    *f += self.phasors[order] * (share * a);
+            for (sums, a) in self.accelerations.iter_mut().zip(&self.a) {
+                for (sum, &order) in sums.iter_mut().zip(harmonics.orders()) {
+                    *sum += self.phasors[order] * (share * a);
                 }
             }
-            if let Some((slopes, couplings)) = &mut wanted {
+            if let Some(slopes) = &mut slopes {
                 slopes.at(None, &self.u, &self.q, &self.v);
                 for (sum, &(i, j, velocity)) in self.slopes.iter_mut().zip(&couplings.varying) {
                     let d =
@@ -96,12 +98,12 @@ impl Panels {
             }
         });
         self.breaks = breaks;
-        for (force, values) in out.force.iter_mut().zip(&self.force) {
+        for (part, values) in out.accelerations.iter_mut().zip(&self.accelerations) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
-                write(&mut force[harmonics.place(i)..], order, *value);
+                write(&mut part[harmonics.place(i)..], order, *value);
             }
         }
-        if wanted.is_some() {
+        if slopes.is_some() {
             for (table, values) in out.slopes.iter_mut().zip(&self.slopes) {
                 values.iter().enumerate().for_each(|(k, d)| table.set(k, *d));
             }
@@ -125,5 +127,21 @@ impl Panels {
             }
             (self.q[j], self.v[j]) = (q, v * grid.omega());
         }
+    }
+}
+
+impl<M: Periodic + ?Sized> Integration<M> for Panels {
+    fn integrals(&self, _: usize) -> Integrals {
+        Integrals::Panels
+    }
+    fn check(&self) -> Check {
+        Check::Finer
+    }
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+        self.integrate(motion, None, out);
+    }
+    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+        self.integrate(motion, Some(slopes), out);
+        self.sides.jumps(motion.grid, motion.switching, out);
     }
 }

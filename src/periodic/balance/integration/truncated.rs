@@ -6,11 +6,14 @@ use crate::dual::Dual;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape};
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::series::assembly::Layout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::slope_series::Table;
-use crate::periodic::balance::series::spectra::pack;
+use crate::periodic::balance::series::spectra::{Samples, Spectra, pack};
 use crate::periodic::balance::series::transform::{spread, unpack, write};
 use crate::roots::matrix::Matrix;
 use crate::scalar::Scalar;
@@ -18,23 +21,14 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
 
-/// What a balance with truncated forces asks of a machine; a trait so that other models need not be one.
-pub(crate) trait Truncated<M: ?Sized> {
-    /// Samples of the acceleration with truncated forces.
-    fn accelerations(&mut self, grid: &mut Grid<'_, M>, out: &mut [Vec<f64>]);
-    /// The slopes on the same motion, for a Jacobian to come.
-    fn slopes(&mut self, grid: &mut Grid<'_, M>);
-    /// Adds the slopes to a dense Jacobian.
-    fn add_jacobian(&self, layout: &Layout, out: &mut Matrix);
-}
-
 /// Directions that one evaluation gives: coordinates, velocities and forces.
 const DIRECTIONS: usize = 4;
 
-type Slopes = Dual<DIRECTIONS>;
+type Number = Dual<DIRECTIONS>;
 
 /// f_c, and what depends on what, of every contact.
-pub(crate) struct Forces {
+pub(crate) struct Truncated {
+    accelerations: Samples,
     /// Truncated forces per contact x M.
     forces: Vec<Vec<f64>>,
     /// ∂a_i/∂q_j and ∂a_i/∂v_j at given forces: i, j, half.
@@ -54,11 +48,11 @@ pub(crate) struct Forces {
     values: Vec<f64>,
     seen: Vec<Cell<f64>>,
     /// Drives, q, v, given forces and a.
-    duals: Vec<Slopes>,
-    seen_duals: Vec<Cell<Slopes>>,
+    duals: Vec<Number>,
+    seen_duals: Vec<Cell<Number>>,
 }
 
-impl Forces {
+impl Truncated {
     pub(crate) fn new(
         dof: usize,
         drives: usize,
@@ -67,8 +61,9 @@ impl Forces {
         samples: usize,
     ) -> Self {
         let tables = |count: usize| (0..count).map(|_| Table::new(harmonics.highest())).collect::<Vec<_>>();
-        let zero = Slopes::from(0.0);
-        Forces {
+        let zero = Number::from(0.0);
+        Truncated {
+            accelerations: Samples::new(dof, 0, samples),
             forces: vec![vec![0.0; samples]; contacts],
             direct: tables(2 * dof * dof),
             levers: tables(dof * contacts),
@@ -117,8 +112,18 @@ impl Forces {
     }
 }
 
-impl<G: Shape> Truncated<Machine<G>> for Forces {
-    fn accelerations(&mut self, grid: &mut Grid<'_, Machine<G>>, out: &mut [Vec<f64>]) {
+impl<G: Shape> Integration<Machine<G>> for Truncated {
+    fn integrals(&self, samples: usize) -> Integrals {
+        Integrals::Sampled { samples }
+    }
+    fn follows_switches(&self) -> bool {
+        false
+    }
+    fn check(&self) -> Check {
+        Check::BetweenSamples
+    }
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, Machine<G>>, out: &mut Spectra) {
+        let grid = &mut *motion.grid;
         let (n, waves) = (self.dof, grid.model.size().waves);
         for s in 0..grid.samples() {
             let (q, v, a, _) = split(&mut self.values, n);
@@ -133,11 +138,18 @@ impl<G: Shape> Truncated<Machine<G>> for Forces {
             given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
             let u = Drives::new(waves, grid.drives(s));
             grid.model.shape().accel(&Given { forces: given, seen: &self.seen }, u, q, v, a);
-            out.iter_mut().zip(a).for_each(|(out, a)| out[s] = *a);
+            self.accelerations.accelerations.iter_mut().zip(a).for_each(|(values, a)| values[s] = *a);
         }
+        self.accelerations.transform_accelerations(grid, out);
     }
 
-    fn slopes(&mut self, grid: &mut Grid<'_, Machine<G>>) {
+    fn slopes(
+        &mut self,
+        motion: &mut Motion<'_, '_, Machine<G>>,
+        _: &mut Slopes<'_, Machine<G>>,
+        _: &mut Spectra,
+    ) {
+        let grid = &mut *motion.grid;
         let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
         let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
         for s in 0..grid.samples() {
@@ -146,7 +158,7 @@ impl<G: Shape> Truncated<Machine<G>> for Forces {
             forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
             let (u, rest) = self.duals.split_at_mut(drives);
             let (variables, a) = rest.split_at_mut(2 * n + c);
-            let set = |to: &mut [Slopes], from: &[f64]| {
+            let set = |to: &mut [Number], from: &[f64]| {
                 to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
             };
             set(u, grid.drives(s));
@@ -242,7 +254,7 @@ impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
     }
 }
 
-/// Forces as given, those of the laws written down.
+/// Truncated as given, those of the laws written down.
 struct Given<'a, S> {
     forces: &'a [S],
     seen: &'a [Cell<S>],

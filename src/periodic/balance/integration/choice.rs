@@ -1,0 +1,117 @@
+//! The choice of a way of integration and of its samples.
+
+use crate::contact::piece::Piece;
+use crate::error::check;
+use crate::model::equations::Periodic;
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::closed::Closed;
+use crate::periodic::balance::integration::interface::Integration;
+use crate::periodic::balance::integration::kinks::Kinks;
+use crate::periodic::balance::integration::panels::Panels;
+use crate::periodic::balance::integration::sampled::Sampled;
+use crate::periodic::balance::orbit::FourierOrbit;
+use crate::periodic::balance::quadrature::gauss::any_edges;
+use crate::periodic::balance::quadrature::pulses::pulses;
+use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, samples_following};
+use crate::periodic::balance::series::couplings::Couplings;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::balance::series::spectra::Samples;
+use crate::periodic::balance::switching::stencil::NODES;
+
+/// Maximum number of samples of all coordinates: over a gigabyte, with their transforms.
+const MAX_SAMPLES: usize = 1 << 23;
+
+/// A grid of samples and the integration on it.
+pub(crate) type Choice<'m, M> = (Grid<'m, M>, Box<dyn Integration<M> + 'm>);
+
+/// The requirements of a balance.
+pub(crate) struct Demand<'a, 'm, M: ?Sized> {
+    pub(crate) model: &'m M,
+    pub(crate) harmonics: &'a Harmonics,
+    pub(crate) integrals: Integrals,
+    /// The orbit from which the balance starts.
+    pub(crate) near: &'a FourierOrbit,
+    /// Factor on the number of samples, or on that of the panels.
+    pub(crate) finer: usize,
+    /// Sizes of the coordinates and of the velocities.
+    pub(crate) size: &'a [f64],
+    pub(crate) rates: &'a [f64],
+    /// Whether the model has contacts and evaluates them on fixed pieces.
+    pub(crate) holds: bool,
+}
+
+impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
+    /// The grid and the integration.
+    ///
+    /// # Errors
+    /// Too few samples, too many samples, a way of integration that is not available for the model.
+    pub(crate) fn choose(
+        &self,
+        couplings: &Couplings,
+        slopes: &mut Slopes<'m, M>,
+    ) -> Result<Choice<'m, M>, BalanceError> {
+        let Demand { model, harmonics, integrals, finer, .. } = *self;
+        let (n, contacts, varying) = (model.dof(), model.contacts(), couplings.varying.len());
+        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
+        let by_panels = integrals == Integrals::Panels
+            || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.holds)));
+        let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces());
+        let samples = match integrals {
+            Integrals::Closed | Integrals::Kinks if edges || !self.holds => {
+                return Err(BalanceError::NotOffered { integrals });
+            }
+            Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
+                return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
+            }
+            Integrals::Sampled { samples } => samples,
+            // Without contacts a smooth acceleration has few more orders than the motion and the drives.
+            Integrals::Exact if contacts == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
+            // Panels follow the drives themselves: their samples serve only to locate switches.
+            _ if by_panels => samples_following(&mut drives, Signals::Edges, harmonics),
+            _ => samples_following(&mut drives, Signals::All, harmonics),
+        };
+        let fits = |samples: usize| check::count("samples of the balance", &[finer, samples, n], MAX_SAMPLES);
+        fits(samples)?;
+        let mut grid = Grid::new(model, harmonics, finer * samples);
+        if integrals == Integrals::Exact && contacts == 0 && !by_panels {
+            let needed = drives
+                .orders(Signals::All, Some(&grid))
+                .map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+            if needed > samples {
+                fits(needed.next_power_of_two())?;
+                grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());
+            }
+        }
+        let sampled = || Samples::new(n, varying, grid.samples());
+        let integration: Box<dyn Integration<M> + 'm> = match integrals {
+            Integrals::Panels => {
+                let pulses = pulses(model, self.near, harmonics);
+                Box::new(Panels::new(&grid, varying, &mut drives, finer, &pulses))
+            }
+            _ if by_panels => Box::new(Panels::new(&grid, varying, &mut drives, finer, &[])),
+            Integrals::Sampled { .. } => Box::new(Sampled::new(sampled(), contacts)),
+            Integrals::Exact if contacts == 0 => Box::new(Sampled::new(sampled(), contacts)),
+            Integrals::Kinks => Box::new(Kinks::new(sampled(), contacts)),
+            Integrals::Exact | Integrals::Closed => match Closed::find(model, harmonics, couplings, slopes) {
+                Some(closed) => Box::new(closed),
+                None if integrals == Integrals::Closed => {
+                    return Err(BalanceError::NotOffered { integrals });
+                }
+                None => Box::new(Kinks::new(sampled(), contacts)),
+            },
+        };
+        Ok((grid, integration))
+    }
+
+    /// The sets of fixed pieces on which accelerations are sampled; the laws as they are if there are none.
+    fn pieces(&self) -> Vec<Option<Vec<Piece>>> {
+        if !self.holds {
+            return vec![None];
+        }
+        let all = |piece| Some(vec![piece; self.model.contacts()]);
+        [Piece::Gap, Piece::Lower, Piece::Upper].map(all).to_vec()
+    }
+}

@@ -1,0 +1,99 @@
+//! Exact switching on uniform samples: the rectangle rule with a correction around every kink.
+//!
+//! Across a switch at t_s an acceleration is f + Δ H(t - t_s), H the unit step. Δ is smooth, since both pieces
+//! continue past their edge. The error of the sum over the samples is a functional of Δ e^{-ikωt} near t_s.
+//! Weights on sixteen samples around the switch give this functional to rounding for every order at once.
+//! The samples are corrected first; one transform then gives all orders.
+
+use crate::model::equations::Periodic;
+use crate::model::slopes::{Slopes, accelerate};
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::jumps::BothSides;
+use crate::periodic::balance::series::spectra::{Samples, Spectra};
+use crate::periodic::balance::switching::stencil::{NODES, Stencil};
+
+pub(crate) struct Kinks {
+    samples: Samples,
+    sides: BothSides,
+    stencil: &'static Stencil,
+}
+
+impl Kinks {
+    pub(crate) fn new(samples: Samples, contacts: usize) -> Self {
+        let sides = BothSides::new(samples.accelerations.len(), contacts);
+        Kinks { samples, sides, stencil: Stencil::get() }
+    }
+
+    fn correct_accelerations<M: Periodic + ?Sized>(&mut self, motion: &Motion<'_, '_, M>) {
+        let (grid, switching, stencil) = (&*motion.grid, motion.switching, self.stencil);
+        for event in switching.events() {
+            self.sides.stand_on(event, switching);
+            let weights = stencil.weights(event.phi);
+            for (i, w) in weights.iter().enumerate().take(NODES) {
+                let s = Stencil::index(event.cell, i, grid.samples());
+                grid.state(s, &mut self.sides.q, &mut self.sides.v);
+                for side in 0..2 {
+                    accelerate(
+                        grid.model,
+                        Some(&self.sides.pieces[side]),
+                        grid.drives(s),
+                        &self.sides.q,
+                        &self.sides.v,
+                        &mut self.sides.a[side],
+                    );
+                }
+                for (values, (before, after)) in
+                    self.samples.accelerations.iter_mut().zip(self.sides.a[0].iter().zip(&self.sides.a[1]))
+                {
+                    values[s] += w * (after - before);
+                }
+            }
+        }
+    }
+
+    fn correct_slopes<M: Periodic + ?Sized>(
+        &mut self,
+        motion: &Motion<'_, '_, M>,
+        slopes: &mut Slopes<'_, M>,
+    ) {
+        let (grid, switching, stencil) = (&*motion.grid, motion.switching, self.stencil);
+        for event in switching.events() {
+            self.sides.stand_on(event, switching);
+            let weights = stencil.weights(event.phi);
+            for (i, w) in weights.iter().enumerate() {
+                let s = Stencil::index(event.cell, i, grid.samples());
+                grid.state(s, &mut self.sides.q, &mut self.sides.v);
+                for (side, sign) in [(0, -w), (1, *w)] {
+                    slopes.at(Some(&self.sides.pieces[side]), grid.drives(s), &self.sides.q, &self.sides.v);
+                    for (values, &(i, j, velocity)) in
+                        self.samples.slopes.iter_mut().zip(&motion.couplings.varying)
+                    {
+                        values[s] += sign
+                            * if velocity { slopes.jacobian.v[(i, j)] } else { slopes.jacobian.q[(i, j)] };
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<M: Periodic + ?Sized> Integration<M> for Kinks {
+    fn integrals(&self, _: usize) -> Integrals {
+        Integrals::Kinks
+    }
+    fn check(&self) -> Check {
+        Check::Finer
+    }
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+        self.samples.accelerate(motion.grid, None);
+        self.correct_accelerations(motion);
+        self.samples.transform_accelerations(motion.grid, out);
+    }
+    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+        self.samples.differentiate(motion.grid, None, slopes, motion.couplings);
+        self.correct_slopes(motion, slopes);
+        self.samples.transform_slopes(motion.grid, out);
+        self.sides.jumps(motion.grid, motion.switching, out);
+    }
+}

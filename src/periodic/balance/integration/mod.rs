@@ -1,0 +1,11 @@
+//! The ways of integrating accelerations along an orbit, one file each.
+
+pub(crate) mod choice;
+pub(crate) mod closed;
+pub(crate) mod fixed_pieces;
+pub(crate) mod interface;
+pub(crate) mod jumps;
+pub(crate) mod kinks;
+pub(crate) mod panels;
+pub(crate) mod sampled;
+pub(crate) mod truncated;

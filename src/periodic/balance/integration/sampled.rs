@@ -1,0 +1,44 @@
+//! Uniform samples of the contact laws as they are: the alternating frequency-time scheme.
+//!
+//! a_k ≈ (2/M) Σ_s a(u(t_s), q(t_s), q'(t_s)) e^{-ikωt_s},   t_s = s pT/M.
+
+use crate::model::equations::Periodic;
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::series::spectra::{Samples, Spectra};
+
+pub(crate) struct Sampled {
+    samples: Samples,
+    check: Check,
+}
+
+impl Sampled {
+    /// `contacts`: number of contacts. Samples of a contact law alias; a note of its own reports that.
+    pub(crate) fn new(samples: Samples, contacts: usize) -> Self {
+        Sampled { samples, check: if contacts > 0 { Check::Unnecessary } else { Check::BetweenSamples } }
+    }
+}
+
+impl<M: Periodic + ?Sized> Integration<M> for Sampled {
+    fn integrals(&self, samples: usize) -> Integrals {
+        Integrals::Sampled { samples }
+    }
+    fn follows_switches(&self) -> bool {
+        false
+    }
+    fn check(&self) -> Check {
+        self.check
+    }
+    fn plain_samples(&self) -> Option<&[Vec<f64>]> {
+        Some(&self.samples.accelerations)
+    }
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+        self.samples.accelerate(motion.grid, None);
+        self.samples.transform_accelerations(motion.grid, out);
+    }
+    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+        self.samples.differentiate(motion.grid, None, slopes, motion.couplings);
+        self.samples.transform_slopes(motion.grid, out);
+    }
+}
