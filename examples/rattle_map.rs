@@ -54,8 +54,10 @@ fn main() -> Outcome<()> {
     let bar = progress("speed x load", SIDE * SIDE);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows =
-        sweep.run_chunk(0, 1, &LaneRk4::<16>::new(STEPS), pair, start, &Monitor::new().progress(&advance))?;
+    let rows = sweep
+        .runner(&LaneRk4::<16>::new(STEPS), pair, start)
+        .monitor(&Monitor::new().progress(&advance))
+        .run()?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 

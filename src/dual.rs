@@ -1,4 +1,4 @@
-//! Dual numbers.
+//! Dual numbers: exact derivatives of the algebra of a model.
 
 use crate::scalar::Scalar;
 use std::ops::Add;
@@ -7,10 +7,12 @@ use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// A value with its slopes in N directions: x + Σ x'_i ε_i with ε_i ε_j = 0. Derivatives through it are exact to rounding.
+/// x + Σ x'_i ε_i with ε_i ε_j = 0: a value and its slopes (derivatives) in N directions. Slopes are exact to
+/// rounding.
 ///
-/// At 0 the slope of √x, which has no bound, is that of the smallest normal number, 3.4e153: what vanishes there has slope 0 under the root
-/// too, and x √x has the slope 0 that it should have. Powers below 1 and logarithms have their slope at 1.5e-154.
+/// The slope of √x is infinite at x = 0. There it is replaced by the slope at the smallest normal number,
+/// 3.4e153. A term with slope 0 then keeps slope 0 under the root, and x √x has its exact slope 0. For powers
+/// with an exponent below 1 and for logarithms, the slope at 0 is replaced by the slope at 1.5e-154.
 ///
 /// ```
 /// use gear_dynamics::model::{Dual, Scalar};
@@ -24,30 +26,30 @@ use std::ops::Sub;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize = 1> {
-    /// x.
+    /// Value x.
     pub value: f64,
-    /// x'_i.
+    /// Slopes x'_i.
     pub slope: [f64; N],
 }
 
-/// √ of the smallest normal number.
+/// √2.2e-308, the root of the smallest normal number.
 const LEAST_ROOT: f64 = 1.491_668_146_240_041_3e-154;
 
 impl Dual {
-    /// The variable itself: slope 1.
+    /// A variable with this value: slope 1.
     pub fn variable(value: f64) -> Self {
         Dual { value, slope: [1.0] }
     }
 }
 
 impl<const N: usize> Dual<N> {
-    /// The variable of one direction: slope 1 there and 0 in all others.
+    /// The variable of one direction, counted from 0: slope 1 in this direction and 0 in all others.
     #[inline(always)]
     pub fn along(value: f64, direction: usize) -> Self {
         Dual { value, slope: std::array::from_fn(|i| if i == direction { 1.0 } else { 0.0 }) }
     }
 
-    /// g(x) from g and g' at x.
+    /// g(x) + Σ g'(x) x'_i ε_i, from g(x) and g'(x): the chain rule.
     #[inline(always)]
     fn chain(self, g: f64, dg: f64) -> Self {
         Dual { value: g, slope: self.slope.map(|x| dg * x) }

@@ -1,225 +1,232 @@
-//! Errors of constructors: which value, what it was, what is allowed.
+//! Errors of parameters: the value, what it was, what is allowed.
 
 use thiserror::Error;
 
-/// A parameter that cannot be used. Every variant names the place, the value found and what is allowed.
+/// The reason why a parameter is not allowed.
 ///
-/// Every physical quantity lies within ±1e50, and every quantity that is divided by (an inertia, a radius, a period, a frequency) in
-/// 1e-50 .. 1e50. Products of several of them then stay far from the largest `f64`, 1.8e308.
+/// Physical quantities must lie in [-1e50, 1e50]. Quantities that are divisors (an inertia, a radius, a
+/// period, a frequency) must lie in [1e-50, 1e50]. Products of several of them then remain far below the
+/// largest `f64`, 1.8e308.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, ParameterError};
 /// let error = Backlash::new(-1e-5).unwrap_err();
-/// assert!(matches!(&error, ParameterError::Negative { name, value } if name == "half width b" && *value == -1e-5));
+/// assert_eq!(error, ParameterError::Negative { name: "half width b".into(), value: -1e-5 });
 /// assert_eq!(error.to_string(), "half width b is -0.00001: it must not be negative");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// A NaN or an infinity.
+    /// The value is a NaN or an infinity.
     #[error("{name} is {value}: it must be a finite number")]
     NotFinite {
-        /// Where it stands.
+        /// Name of the parameter.
         name: String,
-        /// What it was.
+        /// The value given.
         value: f64,
     },
-    /// Zero or less where more is needed.
+    /// The value is zero or negative; it must be positive.
     #[error("{name} is {value}: it must be positive")]
     NotPositive {
-        /// Where it stands.
+        /// Name of the parameter.
         name: String,
-        /// What it was.
+        /// The value given.
         value: f64,
     },
-    /// Below zero.
+    /// The value is negative; it must be zero or positive.
     #[error("{name} is {value}: it must not be negative")]
     Negative {
-        /// Where it stands.
+        /// Name of the parameter.
         name: String,
-        /// What it was.
+        /// The value given.
         value: f64,
     },
-    /// Outside its range.
+    /// The value is outside its range.
     #[error("{name} is {value}: it must lie in {allowed}")]
     OutOfRange {
-        /// Where it stands.
+        /// Name of the parameter.
         name: String,
-        /// What it was.
+        /// The value given.
         value: f64,
-        /// The range, in words.
+        /// The range allowed.
         allowed: &'static str,
     },
-    /// A list without entries.
+    /// A list is empty.
     #[error("{name} is empty: at least {least} entries are needed")]
     Empty {
-        /// Which list.
+        /// Name of the list.
         name: String,
-        /// The smallest length that works.
+        /// Minimum length.
         least: usize,
     },
-    /// A list of the wrong length.
+    /// A list has the wrong length.
     #[error("{name} has {found} entries: {expected} are needed")]
     Length {
-        /// Which list.
+        /// Name of the list.
         name: String,
-        /// The length that fits.
+        /// Required length.
         expected: usize,
-        /// The length given.
+        /// Length given.
         found: usize,
     },
-    /// Two parameters of one name.
-    #[error("there is more than one parameter \"{name}\"")]
+    /// Two parameters have the same name.
+    #[error("there is more than one parameter \"{name}\": names must be different")]
     Twice {
-        /// The name.
+        /// The name that occurs twice.
         name: String,
     },
-    /// A count that is too small: teeth, gears, samples.
+    /// A count (of teeth, gears, samples) is below its minimum.
     #[error("{name} is {value}: at least {least} are needed")]
     TooFew {
-        /// What was counted.
+        /// Name of the count.
         name: String,
-        /// What it was.
+        /// The count given.
         value: usize,
-        /// The smallest count that works.
+        /// Minimum count.
         least: usize,
     },
-    /// A count beyond what there is room or time for.
+    /// A count exceeds its maximum, which limits memory and time.
     #[error("{name} is {value}: at most {most} are allowed")]
     TooMany {
-        /// What was counted.
+        /// Name of the count.
         name: String,
-        /// What it was; `usize::MAX` if it is more than can be counted.
+        /// The count given; `usize::MAX` if it exceeds the range of `usize`.
         value: usize,
-        /// The largest count allowed.
+        /// Maximum count.
         most: usize,
     },
-    /// A figure beyond the largest number.
-    #[error("{name} overflows: the largest value in it is {value}")]
+    /// A computed quantity exceeds the largest `f64`.
+    #[error("{name} overflows: the largest of the values it is computed from is {value}")]
     Overflow {
-        /// Which figure.
+        /// Name of the computed quantity.
         name: String,
-        /// The value, of all that enter it, that is largest in size.
+        /// The value of largest magnitude among those it is computed from.
         value: f64,
     },
-    /// A ring of an odd number of ordinary external meshes.
+    /// A ring has an odd number of ordinary external meshes and cannot turn.
     #[error(
-        "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so an odd ring \
-         locks; use an even number of gears, or Ring::as_printed for the form of the paper, which stands for a ring \
-         with one mesh that does not reverse"
+        "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so \
+         an odd number locks; use an even number of gears, or Ring::as_printed for the equations of Yao \
+         2020, in which one mesh of an odd ring does not reverse the rotation"
     )]
     OddRing {
         /// Number of gears in the ring.
         gears: usize,
     },
-    /// A wave that does not repeat when the shape says.
-    #[error("{name} does not repeat with the angle {period} rad")]
+    /// A wave does not have the period that its shape states.
+    #[error("{name} does not repeat after {period} rad")]
     NotPeriodic {
-        /// Which wave.
+        /// Name of the wave.
         name: String,
-        /// The angle with which it should repeat `[rad]`.
+        /// Required period `[rad]`.
         period: f64,
     },
-    /// A state that breaks the closure of the ring.
-    #[error("{name} is {found}: the closure of the ring asks for {expected}")]
+    /// Relative coordinates or rates do not satisfy the closure of the ring.
+    #[error("{name} is {found}: the closure of the ring requires {expected}")]
     Inconsistent {
-        /// Which sum.
+        /// Name of the sum.
         name: String,
-        /// What it was.
+        /// Value of the sum.
         found: f64,
-        /// What it has to be.
+        /// Required value.
         expected: f64,
     },
-    /// A drive slot that the model does not have.
-    #[error("drive slot {slot} does not exist: the model has {drives} drives")]
+    /// The model has no drive with this slot.
+    #[error("drive slot {slot} does not exist: the model has {drives} drives; slots count from 0")]
     NoSuchSlot {
-        /// The slot asked for.
+        /// The slot given, from 0.
         slot: usize,
-        /// How many the model has.
+        /// Number of drives of the model.
         drives: usize,
     },
-    /// A constant that the shape does not have.
+    /// The shape has no constant with this name.
     #[error("no constant \"{name}\"; there are: {known}")]
     NoSuchConstant {
-        /// The name asked for.
+        /// The name given.
         name: String,
-        /// The names there are.
+        /// The names of all constants of the shape.
         known: String,
     },
-    /// A constant without a value.
+    /// A constant has no value.
     #[error("constant \"{name}\" has no value")]
     MissingConstant {
-        /// Which constant.
+        /// Name of the constant.
         name: String,
     },
-    /// A constant with two values.
+    /// A constant is given twice, or two constants of a shape have the same name.
     #[error("constant \"{name}\" is given twice")]
     ConstantTwice {
-        /// Which constant.
+        /// Name of the constant.
         name: String,
     },
-    /// A constant that the algebra reads in another form, so that no drive holds it, or the speed.
+    /// A constant has no slot among the drives: the algebra uses values derived from it, or it is the speed
+    /// of the angle.
     #[error(
-        "constant \"{name}\" is no drive that may be added to: the algebra reads what is derived from it, or it is the speed of the angle (see VaryingSpeed)"
+        "constant \"{name}\" has no slot among the drives: the algebra uses values derived from it, or it is \
+         the speed of the angle (see VaryingSpeed)"
     )]
     NotADrive {
-        /// Which constant.
+        /// Name of the constant.
         name: String,
     },
-    /// A contact that the algebra of a shape asks for and its size does not count.
+    /// The algebra of a shape evaluates a contact beyond the number of contacts in its `Size`.
     #[error(
-        "the algebra asks the law for contact {contact}, but the size of the shape says {contacts} contacts"
+        "the algebra evaluates contact {contact}, but the size of the shape has {contacts} contacts; \
+         contacts count from 0"
     )]
     NoSuchContact {
-        /// The contact asked for; the first one is 0.
+        /// Index of the contact, from 0.
         contact: usize,
-        /// How many there are.
+        /// Number of contacts in the size of the shape.
         contacts: usize,
     },
-    /// A law without the flank on which the load rests.
-    #[error("the law has no {flank} flank: a positive load presses on that one, and nothing holds it")]
+    /// A contact law lacks the flank that a positive load requires.
+    #[error("the contact law has no {flank} flank: a positive load requires it")]
     NoFlank {
-        /// Lower or upper.
+        /// "lower" or "upper".
         flank: &'static str,
     },
-    /// A contact whose law has edges where the contact itself has none.
+    /// The algebra evaluates a contact law with edges, but the contact itself has none.
     #[error(
-        "the algebra gives edges to the law of contact {contact}, but contact({contact}) has none: solvers would never see it touch"
+        "the algebra evaluates the law of contact {contact} with edges, but contact({contact}) returns none: \
+         solvers cannot locate its crossings"
     )]
     NoEdges {
-        /// Which contact; the first one is 0.
+        /// Index of the contact, from 0.
         contact: usize,
     },
-    /// An output channel that the model does not have.
+    /// The model has no channel with this name.
     #[error("there is no channel \"{name}\"; the model has: {known}")]
     NoSuchChannel {
-        /// The name asked for.
+        /// The name given.
         name: String,
-        /// The names there are.
+        /// The names of all channels of the model.
         known: String,
     },
 }
 
-/// Checks at the door, shared by every constructor.
+/// Checks of parameters, for all constructors and settings.
 pub(crate) mod check {
     use crate::error::ParameterError as E;
 
     type Checked = Result<f64, E>;
 
-    /// Most numbers in one list: half a gigabyte.
+    /// Maximum number of values in one list: 512 MiB of `f64`.
     pub(crate) const NUMBERS: usize = 1 << 26;
-    /// Highest order of a Fourier series: each is summed at every evaluation.
+    /// Maximum order of a Fourier series. All orders are summed at every evaluation.
     pub(crate) const ORDERS: usize = 10_000;
-    /// Most times that a wave may repeat in a turn: beyond it the phase of a mesh loses digits that derivatives need.
+    /// Maximum number of periods of a wave in a turn. Beyond it, rounding of the phase of a mesh makes
+    /// derivatives inaccurate.
     pub(crate) const TEETH: usize = 1_000_000;
-    /// Largest size of a physical quantity.
+    /// Largest magnitude of a physical quantity.
     const LARGEST: f64 = 1e50;
 
+    /// A finite number.
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }
     }
 
-    /// Any physical quantity: at most 1e50 in size, so that products of a few of them do not overflow.
+    /// A physical quantity: in [-1e50, 1e50], so that products of several of them do not overflow.
     pub(crate) fn quantity(name: impl Into<String>, value: f64) -> Checked {
         if value.abs() <= LARGEST {
             Ok(value)
@@ -228,7 +235,7 @@ pub(crate) mod check {
         }
     }
 
-    /// A [`quantity`] above zero.
+    /// A positive [`quantity`].
     pub(crate) fn positive(name: impl Into<String>, value: f64) -> Checked {
         if value > 0.0 {
             quantity(name, value)
@@ -237,7 +244,7 @@ pub(crate) mod check {
         }
     }
 
-    /// A [`quantity`] of zero or more.
+    /// A [`quantity`] that is not negative.
     pub(crate) fn not_negative(name: impl Into<String>, value: f64) -> Checked {
         if value >= 0.0 {
             quantity(name, value)
@@ -246,7 +253,8 @@ pub(crate) mod check {
         }
     }
 
-    /// A quantity that is divided by, such as an inertia, a period or a frequency: positive, and its inverse is a [`quantity`] too.
+    /// A divisor, such as an inertia, a period or a frequency: in [1e-50, 1e50], so that its inverse is a
+    /// [`quantity`].
     pub(crate) fn scale(name: impl Into<String>, value: f64) -> Checked {
         match value {
             1e-50..=1e50 => Ok(value),
@@ -255,7 +263,7 @@ pub(crate) mod check {
         }
     }
 
-    /// A tolerance of a flow: no finer than the rounding of numbers, and below 1.
+    /// A tolerance of a flow: in [1e-16, 1), which is not below the rounding of numbers.
     pub(crate) fn tolerance(name: impl Into<String>, value: f64) -> Checked {
         let allowed = "[1e-16, 1)";
         if (1e-16..1.0).contains(&value) {
@@ -265,7 +273,7 @@ pub(crate) mod check {
         }
     }
 
-    /// 0 <= value < 1, for ratios such as the eccentric ratio.
+    /// A ratio in [0, 1), such as the eccentric ratio.
     pub(crate) fn fraction(name: impl Into<String>, value: f64) -> Checked {
         if (0.0..1.0).contains(&value) {
             Ok(value)
@@ -274,21 +282,23 @@ pub(crate) mod check {
         }
     }
 
-    /// What is wrong with a value that is not allowed.
+    /// The error for a value that is not allowed: `NotFinite`, or `how` for a finite value.
     fn wrong(name: impl Into<String>, value: f64, how: impl FnOnce(String) -> E) -> Checked {
         let name = name.into();
         Err(if value.is_finite() { how(name) } else { E::NotFinite { name, value } })
     }
 
+    /// A list of finite numbers.
     pub(crate) fn all_finite(name: &str, values: &[f64]) -> Result<(), E> {
         first_wrong(name, values, f64::is_finite, finite)
     }
 
+    /// A list of physical quantities; see [`quantity`].
     pub(crate) fn quantities(name: &str, values: &[f64]) -> Result<(), E> {
         first_wrong(name, values, |value| value.abs() <= LARGEST, quantity)
     }
 
-    /// The error of the first value that is not right.
+    /// The error for the first value that is not `right`, with its index.
     fn first_wrong(
         name: &str,
         values: &[f64],
@@ -299,13 +309,13 @@ pub(crate) mod check {
         wrong.map_or(Ok(()), |i| check(format!("{name}[{i}]"), values[i]).map(drop))
     }
 
-    /// A count of numbers to be stored or of rounds to be made, given as its factors.
+    /// The product of `factors`, a count of numbers or of repetitions; an error if it exceeds `most`.
     pub(crate) fn count(name: impl Into<String>, factors: &[usize], most: usize) -> Result<usize, E> {
         let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
         if value <= most { Ok(value) } else { Err(E::TooMany { name: name.into(), value, most }) }
     }
 
-    /// A figure of `values`, if it has not overflowed.
+    /// A quantity `figure` that is computed from `values`; an error if it is not finite.
     pub(crate) fn representable<'v>(
         name: impl Into<String>,
         figure: f64,
@@ -318,6 +328,7 @@ pub(crate) mod check {
         Err(E::Overflow { name: name.into(), value })
     }
 
+    /// A list of the required length.
     pub(crate) fn length(name: impl Into<String>, found: usize, expected: usize) -> Result<(), E> {
         if found == expected { Ok(()) } else { Err(E::Length { name: name.into(), expected, found }) }
     }

@@ -1,10 +1,15 @@
-//! Nonlinear gear dynamics: backlash, mesh stiffness and rattle, integrated with located tooth edges.
+//! Nonlinear dynamics of gears with backlash, varying mesh stiffness and transmission error.
 //!
-//! A gear model is drives, algebra and contacts ([`Model`]); solvers ([`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advance any model,
-//! locate the edges of its backlash and never straddle a jump of its drives; observers ([`Statistics`], [`Rattle`], [`Section`](analysis::Section),
-//! closures) see every step; [`Settle`] runs a periodic model until it repeats.
+//! - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
+//! - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advances a model in time. It locates the
+//!   instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
+//!   drives.
+//! - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
+//!   closure.
+//! - [`Settle`] integrates a periodic model until its state repeats.
 //!
-//! The noncircular face gear pair at 180 rad/s rattles on both flanks, 252 edges crossed in a turn:
+//! Example: the noncircular face gear pair of Liu 2021 at 180 rad/s. It rattles on both flanks and crosses
+//! edges of the gap 252 times in one turn.
 //!
 //! ```
 //! use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle};
@@ -20,20 +25,39 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! | what | where |
-//! |---|---|
-//! | a model of one's own | [`Shape`], [`Machine`], or two methods of [`Model`]; [`check_model`](check::check_model) says what is inconsistent |
-//! | gear models | [`NfgPair`], [`NfgPair2`](models::nfg::NfgPair2), [`Ring`] |
-//! | functions of an angle | [`Wave`], [`Excitation`](excitation::Excitation): [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave), [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table), [`Function`](excitation::Function), ... |
-//! | contact laws | [`Nonlinearity`](contact::Nonlinearity): [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash), [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw), [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped), ...; rigid stops: [`Restitution`](contact::Restitution); [table](guide::contact_laws) |
-//! | random drives, functions of time | [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held); [`Driven`](drives::Driven) |
-//! | periodic orbits | [`Balance`], [`Harmonics`], [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof); [`Shooting`], [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers), [`Stability`](periodic::Stability); [`Lyapunov`] |
-//! | equations of one's own | [`Newton`](roots::Newton), [`Broyden`](roots::Broyden), [`Residual`](roots::Residual) |
-//! | what to read off | [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`], [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], named channels by [`Probe`](analysis::Probe) |
-//! | many runs | [`Sweep`] with [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4), [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors), [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters) |
-//! | limits on work | [`Budget`]: steps, time, a flag |
-//! | changing speed | [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed), [`Waterfall`](analysis::Waterfall) |
-//! | background | [`guide`] |
+//! # Contents
+//!
+//! - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
+//!   [`check_model`](check::check_model) finds inconsistencies in it.
+//! - **Gear models**: [`NfgPair`] and [`NfgPair2`](models::nfg::NfgPair2) (Liu 2021), [`Ring`] (Yao 2020).
+//! - **Functions of an angle**: [`Wave`] and [`Excitation`](excitation::Excitation), with
+//!   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
+//!   [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table),
+//!   [`Function`](excitation::Function) and others.
+//! - **Contact laws** ([table](guide::contact_laws)): [`Nonlinearity`](contact::Nonlinearity), with
+//!   [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash),
+//!   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
+//!   [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped) and others. Rigid stops:
+//!   [`Restitution`](contact::Restitution).
+//! - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
+//!   [`Driven`](drives::Driven).
+//! - **Varying speed**: [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed),
+//!   [`Waterfall`](analysis::Waterfall).
+//! - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
+//!   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).
+//! - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
+//!   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
+//!   [`Stability`](periodic::Stability), [`Lyapunov`].
+//! - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
+//!   [`Broyden`](roots::Broyden).
+//! - **Results of a run**: [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`],
+//!   [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
+//!   [`Probe`](analysis::Probe).
+//! - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
+//!   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
+//!   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
+//! - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
+//! - **Background**: [`guide`].
 
 pub mod analysis;
 pub mod check;
@@ -44,6 +68,7 @@ mod error;
 pub mod excitation;
 pub mod model;
 pub mod models;
+mod numeric;
 pub mod ode;
 pub mod periodic;
 pub mod roots;
@@ -74,7 +99,8 @@ pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::shooting::multiple::Shooting;
 pub use crate::sweep::settings::sweep::Sweep;
 
-/// Guide pages: theory, a model of one's own, events, contact laws, periodic orbits, the two models, sweeps, errata of their papers, references.
+/// Guide pages: theory, your own model, events, contact laws, periodic orbits, the two gear models, sweeps,
+/// errata of the papers, references.
 pub mod guide {
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
@@ -94,7 +120,7 @@ pub mod guide {
     pub mod errata {}
     #[doc = include_str!("../docs/references.md")]
     pub mod references {}
-    /// The README, so that its code is tested.
+    /// The README, included here so that its code is tested.
     #[doc = include_str!("../README.md")]
     #[cfg(doctest)]
     pub mod readme {}

@@ -1,4 +1,4 @@
-//! The numbers that the algebra of a model runs on.
+//! The number types with which the algebra of a model is computed.
 
 use std::fmt::Debug;
 use std::ops::Add;
@@ -7,12 +7,15 @@ use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// A number, a dual number or a bundle of lanes: what a model's algebra needs and no more.
+/// The operations of a number type in the algebra of a model. The types are `f64`,
+/// [`Dual`](crate::model::Dual) and [`Lanes`](crate::sweep::Lanes).
 ///
-/// There is no comparison, since a branch on a lane would be a bug; [`step`](Scalar::step) is the branch-free way to say
-/// "in contact". There is no fused multiply-add, so that every processor gives the same bits. Powers, exponentials and sines are those of
-/// [`libm`], for every scalar and on every processor; on a plain `f64` outside of generic code, `x.exp()` is the method of `f64` itself, with
-/// the bits of the platform.
+/// - There are no comparisons, since the lanes of one number may differ in their result.
+///   [`step`](Scalar::step) gives 1 in contact and 0 in the gap without a branch.
+/// - There is no fused multiply-add, so that all processors compute the same bits.
+/// - Powers, exponentials, logarithms, sines and cosines are those of [`libm`] for all types, for the same
+///   reason. For an `f64` outside of generic code, `x.exp()` is the method of `f64` instead, whose bits
+///   depend on the platform.
 ///
 /// ```
 /// use gear_dynamics::model::{Dual, Scalar};
@@ -37,13 +40,15 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// |x|.
     fn abs(self) -> Self;
-    /// The smaller of two.
+    /// The smaller of two numbers.
     fn min(self, other: Self) -> Self;
-    /// The larger of two.
+    /// The larger of two numbers.
     fn max(self, other: Self) -> Self;
-    /// 1 where x > 0 and 0 elsewhere.
+    /// 1 if x > 0, 0 otherwise.
     fn step(self) -> Self;
-    /// x^p, not a number where x is negative and p is no whole number. The slope at 0 is 0 for p > 1 and 1 for p = 1.
+    /// x^p; NaN if x is negative and p is not a whole number.
+    ///
+    /// At x = 0, its slope is 0 for p > 1 and 1 for p = 1.
     fn powf(self, p: f64) -> Self;
     /// e^x.
     fn exp(self) -> Self;
@@ -53,16 +58,19 @@ pub trait Scalar:
     fn sin(self) -> Self;
     /// cos x, x in radians.
     fn cos(self) -> Self;
-    /// Both at once, with the bits of each.
+    /// (sin x, cos x), with the same bits as [`sin`](Scalar::sin) and [`cos`](Scalar::cos).
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         (self.sin(), self.cos())
     }
 }
 
-/// The index of a loop over the elements of a model, for algebra on [`Lanes`](crate::sweep::Lanes): it keeps the compiler from bundling elements
-/// where it should bundle lanes, which gathers its numbers from far apart and is five times slower. It is the index itself, known to be in
-/// range where it was, and changes no result.
+/// Returns `index` unchanged, for loops over the elements of a model in algebra on
+/// [`Lanes`](crate::sweep::Lanes).
+///
+/// The call prevents the compiler from making vector instructions across the elements instead of across the
+/// lanes. Those load their numbers from distant places in memory and are five times slower. Results and
+/// bounds checks do not change.
 ///
 /// ```
 /// use gear_dynamics::model::{Scalar, keep_rolled};

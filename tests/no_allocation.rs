@@ -7,7 +7,7 @@ use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::{Stats, Step};
 use gear_dynamics::periodic::{FourierOrbit, Integrals, Variation};
 use gear_dynamics::roots::Residual;
-use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Monitor, Point, Points, Rows};
+use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Point, Points, Rows};
 use gear_dynamics::{
     Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, ParameterError, Periodic, Rattle,
     Ring, Rk4, Rk45, State, Statistics, Sweep,
@@ -124,14 +124,8 @@ fn a_million_points_fit_into_200_megabytes() {
     };
     let chunk = |i, n| {
         sweep
-            .run_chunk(
-                i,
-                n,
-                &LaneRk4::<16>::new(63 * 2),
-                family,
-                |_, pair: &NfgPair| pair.static_start(),
-                &Monitor::new(),
-            )
+            .runner(&LaneRk4::<16>::new(63 * 2), family, |_, pair: &NfgPair| pair.static_start())
+            .chunk(i, n)
             .unwrap()
     };
     let most = |run: &mut dyn FnMut()| allocation_counter::measure(run).bytes_max as f64 / POINTS as f64;

@@ -1,6 +1,5 @@
 //! Evaluation of runs: statistics, rattle, Poincaré sections, spectra, settling to the steady state.
 
-pub(crate) mod quadrature;
 pub(crate) mod rattle;
 pub(crate) mod returns;
 pub(crate) mod section;

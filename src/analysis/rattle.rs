@@ -1,9 +1,9 @@
 //! Rattle: contact times, impacts and rattle state of every contact.
 
-use crate::analysis::quadrature::GAUSS;
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
+use crate::numeric::gauss::FIVE;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
@@ -192,7 +192,7 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
                 self.contacts[crossing.contact].impacts[usize::from(crossing.to == Piece::Upper)] += 1;
             }
         } else {
-            for [x, w] in GAUSS {
+            for [x, w] in FIVE {
                 let t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x;
                 step.at(t, &mut self.y);
                 let (q, v) = self.y.split_at(self.y.len() / 2);

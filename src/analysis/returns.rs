@@ -1,6 +1,6 @@
 //! Distances between states a whole number of periods apart.
 
-use crate::roots::norms::remove;
+use crate::numeric::norms::remove;
 
 /// Range (max - min) of every coordinate and velocity, without rigid motion: the unit of distances between
 /// states.

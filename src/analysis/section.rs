@@ -1,8 +1,8 @@
 //! Poincaré sections.
 
-use crate::analysis::quadrature::GAUSS;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
+use crate::numeric::gauss::FIVE;
 use crate::ode::error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
@@ -155,7 +155,7 @@ impl<M: Model + ?Sized> Observer for Section<'_, M> {
             self.keep(t0);
         }
         // Looked at between seven points of the step, so that a level crossed up and down inside it is seen.
-        let inside = GAUSS.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
+        let inside = FIVE.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
         for to in inside.into_iter().chain([t1]) {
             let b = self.height(step, to);
             if self.wanted(a, b) {

@@ -1,8 +1,8 @@
 //! Mean, RMS and extremes of channels over a run.
 
-use crate::analysis::quadrature::GAUSS;
 use crate::error::{ParameterError, check};
 use crate::model::equations::Model;
+use crate::numeric::gauss::FIVE;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
@@ -248,7 +248,7 @@ impl<M: Model + ?Sized> Observer for Statistics<'_, M> {
         let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
         let mut times = [t0; POINTS];
         times[POINTS - 1] = t1;
-        for (time, [x, _]) in times[1..].iter_mut().zip(GAUSS) {
+        for (time, [x, _]) in times[1..].iter_mut().zip(FIVE) {
             *time = middle + half * x;
         }
         for (p, &t) in times.iter().enumerate() {
@@ -263,7 +263,7 @@ impl<M: Model + ?Sized> Observer for Statistics<'_, M> {
             if running.origin.is_nan() {
                 running.origin = points[0];
             }
-            for (value, [_, w]) in points[1..].iter().zip(GAUSS) {
+            for (value, [_, w]) in points[1..].iter().zip(FIVE) {
                 running.sum += half * w * value;
                 running.square += half * w * value * value;
                 let off = value - running.origin;

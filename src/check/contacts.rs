@@ -1,4 +1,4 @@
-//! Contacts against the acceleration: at each finite edge it bends or jumps, its pieces part, and the force told does as it does.
+//! Comparison of contacts and accelerations at the edges: kinks, pieces, forces and impacts.
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::Point;
@@ -7,29 +7,34 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::{Model, State};
 
-/// Distances from an edge, in shares of its length, at which it is looked at: a bend is the same at both, a smooth curve a hundredth.
+/// Pairs of distances from an edge at which functions are sampled, as shares of [`Line::length`].
+///
+/// The change of slope at a kink is the same at both distances. That of a smooth function is a hundredth at
+/// the shorter distance.
 const NEAR: [[f64; 2]; 2] = [[1e-2, 1e-4], [1e-4, 1e-6]];
 
-/// What a smooth curve may keep at the shorter distance.
+/// Largest ratio of the changes of a smooth function at the shorter and at the longer distance.
 const SMOOTH: f64 = 0.03;
 
-/// Coordinates along which the deflection of one contact grows.
+/// A straight line in the coordinates along which the deflection d of one contact varies.
 pub(crate) struct Line {
     q: Vec<f64>,
-    /// ∂d/∂q over its square: by how much coordinates move per deflection.
+    /// g/(g·g) with g = ∂d/∂q: change of the coordinates per change of the deflection.
     per_deflection: Vec<f64>,
+    /// The contact at `q`.
     contact: Contact,
+    /// The deflection that corresponds to the size of the coordinates.
     size: f64,
 }
 
 impl Line {
-    /// The coordinates at which the deflection is `d`.
+    /// q + (d - d(q)) g/(g·g): the coordinates at which the linearised deflection is `d`.
     pub(crate) fn to(&self, d: f64) -> Vec<f64> {
         let moved = d - self.contact.deflection;
         self.q.iter().zip(&self.per_deflection).map(|(q, g)| q + moved * g).collect()
     }
 
-    /// The finite edges of a gap that has a width.
+    /// The finite edges; none if the gap has no width.
     pub(crate) fn edges(&self) -> Vec<f64> {
         let Contact { lower, upper, .. } = self.contact;
         if upper > lower {
@@ -39,7 +44,8 @@ impl Line {
         }
     }
 
-    /// The length to measure by at an edge: the gap, or what there is if it is open to one side.
+    /// The unit of distances from an edge: the width of the gap. If the gap is open to one side, it is
+    /// max(|edge|, |d - edge|), or `size` if both are zero.
     pub(crate) fn length(&self, edge: f64) -> f64 {
         let gap = self.contact.upper - self.contact.lower;
         if gap.is_finite() {
@@ -50,16 +56,19 @@ impl Line {
     }
 }
 
-/// How a function changes at an edge: its limits from both sides, its slopes and its curvatures apart.
+/// The change of a function at an edge, from samples on both sides.
 #[derive(Clone, Copy)]
 struct Change {
+    /// Right limit less left limit.
     jump: f64,
+    /// Right slope less left slope.
     bend: f64,
+    /// Second differences on the left and on the right.
     curve: [f64; 2],
 }
 
 impl Change {
-    /// From values at -3, -2, -1, 1, 2, 3 times h.
+    /// The change from values at the distances -3h, -2h, -h, h, 2h, 3h from the edge.
     fn of(f: [f64; 6], h: f64) -> Self {
         let [left, right] = [2.0 * f[2] - f[1], 2.0 * f[3] - f[4]];
         let slopes = [(f[2] - f[1]) / h, (f[4] - f[3]) / h];
@@ -70,7 +79,11 @@ impl Change {
         }
     }
 
-    /// Whether it is no smooth function, from the change at a long and at a short distance.
+    /// Whether the function is not smooth at the edge: it has a kink or a jump, or its second differences on
+    /// both sides differ by more than 30 %.
+    ///
+    /// `far`, `near`: the changes at the longer and at the shorter distance; `h`: the shorter distance;
+    /// `noise`: rounding of the values.
     fn is_edge([far, near]: [Change; 2], h: f64, noise: f64) -> bool {
         let [left, right] = far.curve;
         (near.bend.abs() * h > 8.0 * noise && near.bend.abs() > SMOOTH * far.bend.abs())
@@ -80,19 +93,22 @@ impl Change {
     }
 }
 
-/// What was seen at one edge.
+/// Changes of accelerations and force at one edge.
 struct Seen {
+    /// Deflection at the edge.
     edge: f64,
+    /// The shorter distance.
     h: f64,
-    /// By component, at the long and at the short distance.
+    /// For each component, at the longer and at the shorter distance.
     acceleration: Vec<[Change; 2]>,
+    /// At the longer and at the shorter distance.
     force: [Change; 2],
-    /// Largest force, and the noise of forces.
+    /// Largest absolute value of the sampled forces.
     largest: f64,
 }
 
 impl<M: Model + ?Sized> Point<'_, M> {
-    /// The line of a contact; none if no coordinate moves it.
+    /// The line of a contact; `None` if its deflection does not depend on the coordinates.
     pub(crate) fn line(&self, contact: usize) -> Option<Line> {
         let State { q, v, .. } = &self.state;
         let base = self.contacts(q, v)[contact];
@@ -112,7 +128,9 @@ impl<M: Model + ?Sized> Point<'_, M> {
         Some(Line { q: q.clone(), per_deflection, contact: base, size: self.size[0] * square.sqrt() })
     }
 
-    /// At each finite edge the acceleration bends or jumps, the pieces part, and the force told changes as the acceleration does.
+    /// Checks every contact at its finite edges: the acceleration has a kink or a jump there,
+    /// `accel_on_pieces` depends on the pieces, and the force of the contact changes in proportion to the
+    /// acceleration. At a rigid stop it checks the impact instead.
     pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
@@ -130,7 +148,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                     Change::is_edge(*changes, still.h, ROUNDING * self.terms[row])
                 };
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
-                    // A switch of a law may be idle here and act at other velocities.
+                    // A switching function that depends on the rate may have no effect at these velocities.
                     if !self.moves_with_velocities(contact) {
                         findings.push(Inconsistency::Kink { contact, edge });
                     }
@@ -160,7 +178,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
         })
     }
 
-    /// A contact that meets a rigid stop turns round, and leaves it no faster than it came.
+    /// Checks the impact on a rigid stop: the relative speed after it points away from the stop and does not
+    /// exceed the relative speed before it.
     fn stop(&self, contact: usize, line: &Line, on: Piece, edge: f64) -> Option<Inconsistency> {
         let q = line.to(edge);
         let leaving = |v: &[f64]| {
@@ -176,7 +195,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
             .collect();
         let approach = -leaving(&v);
         if approach.is_nan() || approach <= 0.0 {
-            return None; // the stop runs away faster
+            return None; // the contact does not approach the stop
         }
         self.model.impact(contact, on, &self.u, &q, &mut v);
         let leaves = leaving(&v);
@@ -184,7 +203,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
         (!right).then_some(Inconsistency::Rebound { contact, edge, approach, leaves })
     }
 
-    /// Velocities at which the deflection rests, and at which it moves against its edges, so that damping shows.
+    /// Velocities at which the deflection is at rest, and velocities at which it moves, so that damping has
+    /// an effect.
     fn speeds(&self, contact: usize, line: &Line) -> [Vec<f64>; 2] {
         let State { q, v, .. } = &self.state;
         let c = self.contacts(q, v)[contact];
@@ -195,7 +215,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
         [at(0.0), at(c.rate.abs().max(self.size[1] / largest))]
     }
 
-    /// Looks at an edge from distances at which no other contact changes its piece; none where there are no such.
+    /// Samples accelerations and force at an edge, at distances at which no other contact changes its piece.
+    /// `None` if there are no such distances.
     fn look(&self, contact: usize, line: &Line, v: &[f64], edge: f64) -> Option<Seen> {
         for shares in NEAR {
             let distances = shares.map(|share| share * line.length(edge));
@@ -225,7 +246,8 @@ impl<M: Model + ?Sized> Point<'_, M> {
         None
     }
 
-    /// Whether the acceleration held on the other piece of an edge is still that of the law itself, to the bit, well to both sides.
+    /// Whether the acceleration on the piece beyond an edge equals that of the law itself bit by bit, at 0.3
+    /// lengths on both sides of the edge.
     fn ignores_pieces(&self, contact: usize, line: &Line, edge: f64) -> bool {
         let v = &self.state.v;
         [-0.3, 0.3].into_iter().all(|share| {
@@ -237,9 +259,10 @@ impl<M: Model + ?Sized> Point<'_, M> {
         })
     }
 
-    /// The force told changes at the edges in one proportion to the acceleration: that of a mass.
+    /// Compares the changes of force and acceleration at all edges of a contact. Their ratio is an effective
+    /// mass and must be the same at all edges, for slopes and for jumps.
     fn force(&self, contact: usize, edges: &[Seen]) -> Option<Inconsistency> {
-        // The component that bends the most at all edges, against its own noise: one mass for all of them.
+        // The component with the largest change of slope relative to its rounding, summed over all edges.
         let strength = |row: usize| {
             let of = |seen: &Seen| {
                 (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE)
@@ -259,7 +282,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                 return Some(Inconsistency::NoForce { contact, edge: seen.edge });
             }
             let ratio = *per_force.get_or_insert(a.bend / w.bend);
-            // Slopes, then limits, as forces over the distance looked at.
+            // Slopes times h, then jumps, both as forces. `least` is the absolute tolerance.
             let least =
                 1e-3 * w.bend.abs() * h + 8.0 * noise + 64.0 * ROUNDING * (self.terms[row] / ratio).abs();
             for (given, expected) in [(w.bend * h, a.bend / ratio * h), (w.jump, a.jump / ratio)] {

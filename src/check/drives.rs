@@ -1,20 +1,25 @@
-//! Drives against the edges that they announce.
+//! Comparison of the drives with the drive edges that the model announces by `next_edge`.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::check::tolerances::GOLDEN;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::numeric::spread::golden;
 
-/// Intervals of a span in which jumps are looked for.
+/// Number of intervals into which a span is divided in the search for jumps.
 const INTERVALS: u32 = 256;
 
-/// Announced edges followed within an interval; where there are more, it is left out.
+/// Maximum number of parts of an interval, divided at announced edges, that are checked. The rest of the
+/// interval is not checked.
 const EDGES: usize = 8;
 
-/// What is left of a change when its interval is halved: a half of a smooth one, all of a jump.
+/// Share of a change that one half of its interval must contain if the change is a jump. A smooth change
+/// leaves one half in each half interval; a jump leaves all of it in one.
 const KEPT: f64 = 0.75;
 
-/// Edges lie ahead, and between them the drives do not jump: over the period, or without one over spans of several sizes.
+/// Checks that `next_edge` returns later instants and that the drives do not jump between them.
+///
+/// The check covers the time up to the eighth edge and the period. If the period is not known, it covers the
+/// spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
 pub(crate) fn check<M: Model + ?Sized>(
     model: &M,
     typical: &State,
@@ -53,11 +58,11 @@ pub(crate) fn check<M: Model + ?Sized>(
     }
 }
 
-/// Both sides of instants that are not edges must agree.
+/// Compares the drives on both sides of 64 instants. They may differ only at announced edges.
 fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
     let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
     (0..64).find_map(|i| {
-        let t = start + span * (f64::from(i) * GOLDEN).fract();
+        let t = start + span * golden(f64::from(i));
         model.drive(t, Side::Before, &mut u);
         model.drive(t, Side::After, &mut w);
         let drive = (0..u.len()).find(|&d| u[d] != w[d])?;
@@ -65,13 +70,13 @@ fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsis
     })
 }
 
-/// Whether an edge is announced between two instants, or so close to them that rounding may be the difference.
+/// Whether `next_edge` announces an edge between two instants, with an allowance for rounding.
 fn announced<M: Model + ?Sized>(model: &M, lo: f64, hi: f64, span: f64) -> bool {
     let close = 1e-9 * span + 8.0 * f64::EPSILON * hi.abs();
     model.next_edge(lo - close).is_some_and(|edge| edge <= hi + close)
 }
 
-/// A change that stays the same however short the interval.
+/// Searches for a jump: a change that does not decrease with the length of its interval.
 fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let [mut first, mut last, mut middle, mut scratch] = std::array::from_fn(|_| vec![0.0; drives]);
@@ -106,7 +111,8 @@ fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsist
     None
 }
 
-/// Halves the interval of a change down to neighbouring times, as long as one half keeps most of the largest change met on the way.
+/// Bisects the interval of a change down to neighbouring floating-point times. Returns `None` as soon as the
+/// change in the chosen half is less than [`KEPT`] times the largest change so far: it is then not a jump.
 fn narrow<M: Model + ?Sized>(
     model: &M,
     drive: usize,

@@ -1,169 +1,177 @@
-//! What a check may find.
+//! The findings of a check.
 
-/// Something that does not fit together in a model.
+/// An inconsistency between two parts of a model. Its text names the part, the values and the requirement.
 ///
 /// ```
-/// use gear_dynamics::{check::{Inconsistency, check_model}, Model, State};
+/// use gear_dynamics::{check::{Inconsistency, check_model}, contact::Piece, model::Jacobian, Model, State};
 /// struct Wrong;
 /// impl Model for Wrong {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-///     fn jacobian(&self, _: Option<&[gear_dynamics::contact::Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut gear_dynamics::model::Jacobian) -> bool {
-///         out.q[(0, 0)] = 1.0; // the sign is wrong
+///     fn jacobian(
+///         &self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian,
+///     ) -> bool {
+///         out.q[(0, 0)] = 1.0; // correct: -1
 ///         true
 ///     }
 /// }
 /// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
 /// assert_eq!(findings.len(), 1);
 /// assert!(matches!(findings[0], Inconsistency::Jacobian { row: 0, column: 0, .. }));
-/// assert!(findings[0].to_string().starts_with("jacobian: row 0, column 0 (coordinates, then velocities) is 1"));
+/// let text = findings[0].to_string();
+/// assert!(text.starts_with("jacobian: row 0, column 0 (coordinates, then velocities) is 1"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Inconsistency {
-    /// A drive, an acceleration or a contact that is not a number.
+    /// A drive that is NaN, an acceleration that is NaN or infinite, or a contact with such a deflection,
+    /// rate or force or with a NaN edge.
     NotFinite {
-        /// What it is.
+        /// "drive", "acceleration" or "contact".
         what: &'static str,
-        /// Its index.
+        /// Index of the drive, the acceleration or the contact.
         index: usize,
-        /// When.
+        /// Time.
         t: f64,
     },
-    /// An entry of the Jacobian that differences contradict; columns are coordinates, then velocities.
+    /// An entry of the Jacobian differs from finite differences of `accel`.
     Jacobian {
-        /// Row.
+        /// Row: index of the acceleration.
         row: usize,
-        /// Column.
+        /// Column: coordinates, then velocities.
         column: usize,
-        /// What the model says.
+        /// Value of the model.
         given: f64,
-        /// What differences say.
+        /// Value by differences.
         differences: f64,
     },
-    /// The acceleration on the pieces where the contacts stand differs from the acceleration itself.
+    /// `accel_on_pieces` on the pieces on which the contacts stand differs from `accel`.
     Pieces {
-        /// Component.
+        /// Index of the acceleration.
         component: usize,
-        /// With pieces held.
+        /// Value of `accel_on_pieces`.
         held: f64,
-        /// Without.
+        /// Value of `accel`.
         free: f64,
     },
-    /// The rate of a contact is not the derivative of its deflection along the motion.
+    /// The rate of a contact is not the time derivative of its deflection along the motion.
     ContactRate {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// What the model says.
+        /// Value of the model.
         given: f64,
-        /// What differences say.
+        /// Value by differences.
         differences: f64,
     },
-    /// An edge of a contact moves otherwise than its rate says.
+    /// The rate of an edge of a contact is not the time derivative of the edge.
     EdgeRate {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// What the model says.
+        /// Value of the model.
         given: f64,
-        /// What differences say.
+        /// Value by differences.
         differences: f64,
     },
-    /// The acceleration held on other pieces is the acceleration itself.
+    /// `accel_on_pieces` returns the values of `accel`, although a contact was given the piece beyond its
+    /// edge.
     PiecesIgnored {
-        /// Which contact was held on the piece beyond its edge.
+        /// Index of the contact.
         contact: usize,
-        /// That edge.
+        /// Deflection at the edge.
         edge: f64,
     },
-    /// The acceleration neither bends nor jumps where the contact has an edge.
+    /// The acceleration has neither a kink nor a jump at an edge of a contact.
     Kink {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// The deflection at the edge that was looked at.
+        /// Deflection at the edge.
         edge: f64,
     },
-    /// After an impact on a rigid stop the contact still approaches it, or leaves it faster than it came.
+    /// After an impact on a rigid stop the contact still approaches the stop, or leaves it faster than it
+    /// approached it.
     Rebound {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// The deflection at the stop.
+        /// Deflection at the stop.
         edge: f64,
-        /// Speed over the stop before the impact.
+        /// Speed towards the stop before the impact, relative to the stop.
         approach: f64,
-        /// Speed away from it behind the impact.
+        /// Speed away from the stop after the impact, relative to the stop.
         leaves: f64,
     },
-    /// The acceleration bends or jumps where no contact has an edge.
+    /// The acceleration has a kink or a jump where no contact has an edge.
     UntoldKink {
-        /// Component.
+        /// Index of the acceleration.
         component: usize,
-        /// The coordinates there.
+        /// Coordinates at the kink.
         q: Vec<f64>,
     },
-    /// The acceleration bends at the edge of a contact, and its force does not.
+    /// The acceleration has a kink at an edge of a contact, but the force of the contact has none.
     NoForce {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// The edge.
+        /// Deflection at the edge.
         edge: f64,
     },
-    /// At one edge of a contact its force and the acceleration change in another proportion than at the other, or jump otherwise than they
-    /// bend.
+    /// The changes of force and acceleration at an edge of a contact have another ratio than at its other
+    /// edge, or another ratio for the jump than for the slope.
     Force {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// The edge.
+        /// Deflection at the edge.
         edge: f64,
-        /// Change of the force told.
+        /// Change of the force of the contact.
         given: f64,
-        /// The change that the acceleration asks for.
+        /// Change of the force that corresponds to the change of the acceleration.
         expected: f64,
     },
-    /// A contact whose lower edge lies above its upper one.
+    /// The lower edge of a contact lies above its upper edge.
     NegativeGap {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// Its lower edge.
+        /// Lower edge.
         lower: f64,
-        /// Its upper edge.
+        /// Upper edge.
         upper: f64,
     },
-    /// An edge of the drives that does not lie ahead.
+    /// `next_edge` returns an instant that is not later than its argument.
     EdgeBehind {
-        /// Asked at.
+        /// Argument of `next_edge`.
         t: f64,
-        /// The answer.
+        /// Result of `next_edge`.
         edge: f64,
     },
-    /// A drive jumps where no edge is announced.
+    /// A drive jumps at an instant that `next_edge` does not return.
     UnannouncedJump {
-        /// Which drive.
+        /// Index of the drive.
         drive: usize,
-        /// Close to.
+        /// Approximate instant of the jump.
         t: f64,
     },
-    /// The typical state does not fit the model.
+    /// The lengths of the typical state do not fit the model.
     State {
-        /// Coordinates and velocities given.
+        /// Numbers of coordinates and velocities of the typical state.
         given: [usize; 2],
-        /// Degrees of freedom.
+        /// Degrees of freedom of the model.
         dof: usize,
     },
     /// A period that is not positive and finite.
     BadPeriod {
-        /// What it was.
+        /// Value of the period.
         period: f64,
     },
-    /// An acceleration, or how far a contact is from an edge, does not repeat with the period; of all that does not, what is off the most.
+    /// An acceleration, or the distance of a contact from an edge, does not repeat with the period. The
+    /// finding with the largest deviation is reported, accelerations first.
     Period {
-        /// What it is.
+        /// "acceleration", or "gap" for the distance from an edge.
         what: &'static str,
-        /// Its index.
+        /// Index of the acceleration. For a distance: twice the index of the contact, plus 1 for its upper
+        /// edge.
         index: usize,
-        /// At this time.
+        /// Time t.
         t: f64,
-        /// Its value there.
+        /// Value at t.
         first: f64,
-        /// A period later.
+        /// Value one period later.
         second: f64,
     },
 }

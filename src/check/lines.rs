@@ -1,41 +1,49 @@
-//! Bends and jumps of the acceleration that no contact tells of, looked for along lines through the typical state.
+//! Search for kinks and jumps of the acceleration where no contact has an edge, along lines through the
+//! typical state.
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::Point;
 use crate::model::equations::Model;
 
-/// Equal parts of a line, and of a window that is looked at.
+/// Number of equal parts of a line.
 const PARTS: usize = 32;
 
+/// Number of equal parts of a window.
 const WINDOW: usize = 8;
 
-/// Lines reach to twenty times the size of the coordinates, and to ever smaller distances.
+/// Number of lines along each coordinate. The first reaches 21 sizes of the coordinates to both sides, each
+/// further one a tenth of the one before.
 const REACHES: i32 = 10;
 
-/// Share of the second differences of a window that its two largest neighbours hold: 2/7 on a smooth curve, 1 at a kink. Above the first a
-/// kink is suspected, above the second it is certain.
+/// Share of two neighbouring second differences in the sum over a window above which a kink is suspected. The
+/// share is 2/7 on a smooth curve and 1 at a kink.
 const SUSPECT: f64 = 0.45;
 
+/// Share above which a kink is certain.
 const CERTAIN: f64 = 0.9;
 
-/// Times that a window is narrowed, each to 3/8, and after how many a bend is certain.
+/// Maximum number of windows, each 3/8 of the one before.
 const LEVELS: usize = 14;
 
+/// Smallest level of a window at which a kink can be certain.
 const LEAST: usize = 6;
 
-/// Narrowing a window to 3/8 leaves 3/8 of the second difference at a kink, (3/8)² = 0.14 of that of a smooth curve, (3/8)^1.5 = 0.23 of
-/// that of a cusp x^1.5. Below this share it is no kink.
+/// Smallest factor of the second difference at a kink when the window is narrowed to 3/8. The factor is 3/8
+/// at a kink, (3/8)² = 0.14 on a smooth curve and (3/8)^1.5 = 0.23 at a cusp x^1.5.
 const LEFT: f64 = 0.3;
 
-/// The strongest bend over equal parts: between which nodes, how strong, and its share of all.
+/// The two neighbouring second differences of largest sum over equal parts.
 struct Bend {
+    /// The kink lies between this node and the third node after it.
     node: usize,
+    /// Sum of the two absolute second differences.
     strength: f64,
+    /// `strength` over the sum of all absolute second differences.
     share: f64,
 }
 
 impl Bend {
-    /// Of the values at the ends of the parts.
+    /// From the values at the ends of the parts.
     fn of(f: &[f64]) -> Bend {
         let bends: Vec<f64> = f.windows(3).map(|f| (f[2] - 2.0 * f[1] + f[0]).abs()).collect();
         let total: f64 = bends.iter().sum();
@@ -46,7 +54,8 @@ impl Bend {
 }
 
 impl<M: Model + ?Sized> Point<'_, M> {
-    /// The first bend found along the ray through the typical coordinates, and along each coordinate over several reaches.
+    /// Reports the first kink along the line through zero and the typical coordinates. If there is none, it
+    /// searches along each coordinate, over several reaches.
     pub(crate) fn untold_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let (q, n) = (self.state.q.clone(), self.model.dof());
         let ray = |s: f64| -> Vec<f64> { q.iter().map(|q| s * q).collect() };
@@ -71,6 +80,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         }
     }
 
+    /// Searches along a line from -`reach` to `reach`, in windows that overlap by half.
     fn along(&self, line: &dyn Fn(f64) -> Vec<f64>, reach: f64) -> Option<Inconsistency> {
         let n = self.model.dof();
         let node = |i: usize| reach * (2.0 * i as f64 / PARTS as f64 - 1.0);
@@ -97,13 +107,14 @@ impl<M: Model + ?Sized> Point<'_, M> {
         None
     }
 
-    /// What rounding may make of second differences.
+    /// Upper bound of the rounding of second differences.
     fn noise(&self, component: usize, f: &[f64]) -> f64 {
         let largest = f.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
         256.0 * f64::EPSILON * (self.terms[component] + largest)
     }
 
-    /// Follows a bend into ever shorter windows, until rounding ends it.
+    /// Narrows the window of a kink until rounding exceeds its second difference. Returns the place of the
+    /// kink; `None` if it is not a kink or if a contact has an edge there.
     fn narrow(
         &self,
         line: &dyn Fn(f64) -> Vec<f64>,
@@ -121,7 +132,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
             if !seen {
                 break;
             }
-            // The first windows may hold other curves beside a bend.
+            // The first windows may contain other curvature as well.
             if level > 2 && bend.strength < LEFT * last {
                 return None;
             }
@@ -132,7 +143,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         certain.filter(|_| !self.told(line, lo - (hi - lo), hi + (hi - lo)))
     }
 
-    /// Whether a contact is at an edge somewhere between two points of a line.
+    /// Whether a contact has an edge between two points of a line.
     fn told(&self, line: &dyn Fn(f64) -> Vec<f64>, lo: f64, hi: f64) -> bool {
         let [a, b] = [lo, hi].map(|s| self.contacts(&line(s), &self.state.v));
         a.iter().zip(&b).any(|(a, b)| {

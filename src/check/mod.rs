@@ -1,4 +1,4 @@
-//! What is inconsistent in a model.
+//! Checks of a model for inconsistencies between its parts.
 
 pub(crate) mod contacts;
 pub(crate) mod display;

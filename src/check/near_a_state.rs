@@ -2,20 +2,28 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::Point;
-use crate::check::tolerances::{GOLDEN, ROUNDING};
+use crate::check::tolerances::ROUNDING;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, Periodic, State};
+use crate::numeric::spread::golden;
 use crate::ode::probe::Probe;
 
-/// Looks for contradictions near a typical state, whose size sets the scale of the differences.
+/// Checks a model for inconsistencies near a typical state. Returns the findings; an empty list if there are
+/// none. The magnitude of the typical state sets the steps of finite differences.
 ///
-/// Drives against their edges, Jacobian against differences, pieces and contacts against the acceleration. An empty list is good news. A
-/// factor that is wrong throughout the force of a contact stays unseen, since masses are not known, and so does damping that it lacks.
+/// The checks compare:
+/// - the Jacobian with differences of `accel`, and `accel_on_pieces` with `accel`;
+/// - the rates of contacts and edges with differences of deflections and edges in time;
+/// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
+/// - the drives with the edges that `next_edge` returns.
+///
+/// Two errors are not found: a constant factor in the force of a contact, because masses are not known; and
+/// missing damping in the force of a contact, if the damping acts in the gap as well.
 pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     check_over(model, typical, None)
 }
 
-/// The same with the period of the drives, if it is known.
+/// Checks a model. `period`: the period of the drives, if it is known.
 fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>) -> Vec<Inconsistency> {
     let mut findings = Vec::new();
     if (typical.q.len(), typical.v.len()) != (model.dof(), model.dof()) {
@@ -37,7 +45,8 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
     findings
 }
 
-/// The same, and accelerations and contacts against the period: of all that does not repeat, what is off the most.
+/// Checks a periodic model: the checks of [`check_model`], and whether accelerations and distances from edges
+/// repeat with the period. Of those that do not repeat, the one with the largest deviation is reported.
 pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     let period = Some(model.period()).filter(|period| *period > 0.0 && period.is_finite());
     let mut findings = check_over(model, typical, period);
@@ -50,7 +59,7 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<I
     };
     let mut point = Point::new(model, typical);
     point.measure();
-    // Drives may well not repeat, as time itself; what comes of them has to.
+    // The drives themselves need not repeat: one of them may be time. Accelerations and contacts must repeat.
     let mut probe = Probe::new(model);
     let mut seen = |t: f64| -> [Vec<f64>; 2] {
         let mut a = vec![0.0; model.dof()];
@@ -63,7 +72,7 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<I
     let gap_terms: Vec<f64> = point.reach.iter().flat_map(|reach| [*reach; 2]).collect();
     let mut worst = [(0.0, None), (0.0, None)];
     for i in 1..=16 {
-        let t = typical.t + (f64::from(i) * GOLDEN).fract() * period;
+        let t = typical.t + golden(f64::from(i)) * period;
         let (one, two) = (seen(t), seen(t + period));
         for (k, (what, terms)) in
             [("acceleration", &point.terms), ("gap", &gap_terms)].into_iter().enumerate()

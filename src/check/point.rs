@@ -1,4 +1,4 @@
-//! A model at one state: numbers, Jacobian, pieces.
+//! The checks of a model at one state: finite values, Jacobian, pieces.
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::tolerances::{FINE, ROUGH, ROUNDING, differ};
@@ -8,11 +8,13 @@ use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model, State};
 use crate::ode::probe::Probe;
 
-/// Steps of the differences by coordinates and velocities, in shares of their size: a long one may meet an edge, a short one is lost in
-/// rounding, and a derivative is wrong only if every step that is neither says so.
+/// Steps of the finite differences, as shares of the size of the coordinates or velocities.
+///
+/// A long step may cross an edge, and a short step is dominated by rounding. A derivative is reported only if
+/// no usable step agrees with it.
 const STEPS: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 
-/// Halvings of the size of the coordinates after which only rounding is seen.
+/// Exponents k of the steps size/2^k over which second differences contain rounding only.
 const FAINT: std::ops::Range<i32> = 34..50;
 
 /// A model at one state.
@@ -20,11 +22,12 @@ pub(crate) struct Point<'m, M: ?Sized> {
     pub(crate) model: &'m M,
     pub(crate) state: State,
     pub(crate) u: Vec<f64>,
-    /// Size of coordinates and of velocities, for differences.
+    /// Largest absolute coordinate and velocity, or 1 if it is zero: the unit of the steps.
     pub(crate) size: [f64; 2],
-    /// Σ |∂a/∂q q| + |a| of each acceleration: what its rounding follows, however small the sum.
+    /// Σ_j |∂a_i/∂q_j q_j| + |a_i| of each acceleration, or the sum of the terms that its rounding suggests,
+    /// if larger. Rounding is proportional to it.
     pub(crate) terms: Vec<f64>,
-    /// Σ |∂d/∂q q| + |d| of each deflection.
+    /// Σ_j |∂d_i/∂q_j q_j| + |d_i| of each deflection.
     pub(crate) reach: Vec<f64>,
 }
 
@@ -45,12 +48,13 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         a
     }
 
+    /// The acceleration on given pieces; `None` if the model does not offer it.
     pub(crate) fn held(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
         let mut a = vec![0.0; self.model.dof()];
         self.model.accel_on_pieces(pieces, &self.u, q, v, &mut a).then_some(a)
     }
 
-    /// The contacts with the drives of this instant.
+    /// The contacts at given coordinates and velocities, with the drives of this instant.
     pub(crate) fn contacts(&self, q: &[f64], v: &[f64]) -> Vec<Contact> {
         let mut contacts = vec![Contact::default(); self.model.contacts()];
         self.model.contact(&self.u, q, v, &mut contacts);
@@ -61,7 +65,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         self.contacts(q, v).iter().map(Contact::piece).collect()
     }
 
-    /// The terms of accelerations and deflections.
+    /// Computes `terms` and `reach`.
     pub(crate) fn measure(&mut self) {
         let State { q, v, .. } = self.state.clone();
         let mut terms: Vec<f64> = self.accel(&q, &v).iter().map(|a| a.abs()).collect();
@@ -81,7 +85,8 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
             add(&mut terms, &self.accel(&plus, &v), &self.accel(&minus, &v));
             add(&mut reach, &deflections(&plus), &deflections(&minus));
         }
-        // What is left of second differences over ever shorter distances is rounding, of terms that may cancel unseen inside the model.
+        // Second differences over very short steps are rounding. They show the size of terms that cancel
+        // inside the model.
         let here = self.accel(&q, &v);
         for j in 0..q.len() {
             for k in FAINT {
@@ -98,10 +103,11 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         (self.terms, self.reach) = (terms, reach);
     }
 
+    /// Reports drives, accelerations and contacts that are NaN or infinite, and gaps of negative width.
     pub(crate) fn finite(&mut self, findings: &mut Vec<Inconsistency>) {
         let a = self.accel(&self.state.q, &self.state.v);
         for (what, values) in [("drive", &self.u), ("acceleration", &a)] {
-            // A missing edge is a drive at infinity.
+            // A drive may be infinite: it may be the edge of a law without a flank on that side.
             let wrong = |x: f64| if what == "drive" { x.is_nan() } else { !x.is_finite() };
             let bad = values.iter().enumerate().filter(|(_, x)| wrong(**x));
             findings.extend(bad.map(|(index, _)| Inconsistency::NotFinite { what, index, t: self.state.t }));
@@ -117,7 +123,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         }
     }
 
-    /// The Jacobian against central differences by steps that stay on the pieces of all contacts.
+    /// Compares the Jacobian with central differences, by steps in which no contact changes its piece.
     pub(crate) fn jacobian(&mut self, findings: &mut Vec<Inconsistency>) {
         let n = self.model.dof();
         let mut given = Jacobian::new(n);
@@ -129,7 +135,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         for column in 0..2 * n {
             let (half, j) = (column / n, column % n);
             let entries = if half == 0 { given.q.column(j) } else { given.v.column(j) };
-            // The difference by the longest step, and whether none agreed.
+            // For each row: the difference by the longest step that disagrees, and whether any step agrees.
             let mut wrong: Vec<Option<f64>> = vec![None; n];
             let mut cleared = vec![false; n];
             for step in STEPS {
@@ -166,8 +172,8 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         }
     }
 
-    /// The acceleration on the pieces where the contacts stand is the acceleration: here, and with each contact brought to each of its
-    /// pieces.
+    /// Compares the acceleration on the pieces on which the contacts stand with the acceleration itself: at
+    /// the typical state, and with each contact moved to both sides of each of its edges.
     pub(crate) fn pieces(&mut self, findings: &mut Vec<Inconsistency>) {
         let State { q, v, .. } = self.state.clone();
         let mut places = vec![q];

@@ -1,4 +1,4 @@
-//! The rates of contacts against their deflections and edges.
+//! Comparison of the rates of contacts with differences of their deflections and edges.
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::Point;
@@ -8,10 +8,10 @@ use crate::excitation::side::Side;
 use crate::model::equations::Model;
 use crate::ode::probe::Probe;
 
-/// Number of steps, each a tenth of the one before.
+/// Number of steps of the differences, each a tenth of the one before.
 const STEPS: i32 = 10;
 
-/// A difference quotient, and what rounding may have added to it.
+/// A difference quotient and a bound of its rounding.
 #[derive(Clone, Copy)]
 struct Quotient {
     value: f64,
@@ -19,17 +19,19 @@ struct Quotient {
 }
 
 impl Quotient {
+    /// Whether a given rate agrees with the quotient within [`ROUGH`] and rounding.
     fn agrees(&self, given: f64) -> bool {
         (given - self.value).abs() <= ROUGH * given.abs().max(self.value.abs()) + self.rounding
     }
 
-    /// Whether rounding leaves it two digits, the given rate being of the size in question.
+    /// Whether rounding is at most 1 % of the larger of the quotient and the given rate.
     fn tells(&self, given: f64) -> bool {
         self.rounding <= 1e-2 * given.abs().max(self.value.abs())
     }
 }
 
-/// The quotient that contradicts a given rate: two successive steps agree on it to a hundredth, and no step agrees with what is given.
+/// The quotient that contradicts a given rate: two successive steps agree on it within 1 %, and no accurate
+/// step agrees with the given rate. `None` if there is no contradiction.
 fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
     let telling = || quotients.iter().filter(|x| x.tells(given));
     if telling().any(|x| x.agrees(given)) {
@@ -43,8 +45,8 @@ fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
 }
 
 impl<M: Model + ?Sized> Point<'_, M> {
-    /// d(deflection)/dt and d(edge)/dt along the motion q' = v, v' = a, by central differences in time; and how the rate of a deflection
-    /// changes with the velocities, which shows at rest as well.
+    /// Compares the rates of deflections and edges with central differences in time along the motion q' = v,
+    /// v' = a. It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
     pub(crate) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
         let mut probe = Probe::new(self.model);
         let (t, q, v) = (self.state.t, &self.state.q, &self.state.v);
@@ -93,7 +95,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         }
     }
 
-    /// ∂(rate)/∂v = ∂(deflection)/∂q, for a deflection that does not depend on velocities.
+    /// Checks ∂(rate)/∂v = ∂(deflection)/∂q, for a deflection that does not depend on velocities.
     fn rate_by_velocity(&self, contact: usize, c: &Contact) -> Option<Inconsistency> {
         let (q, v) = (&self.state.q, &self.state.v);
         for j in 0..q.len() {

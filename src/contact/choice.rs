@@ -1,14 +1,19 @@
-//! The piece of a law on which a force is evaluated.
+//! Evaluation of contact laws: by deflection or on fixed pieces.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
 use crate::scalar::Scalar;
 
-/// How contact forces are evaluated: by the law itself, or on a frozen piece of it.
+/// The way in which an algebra evaluates contact laws: by deflection ([`ByDeflection`]) or on fixed pieces
+/// ([`FixedPieces`]).
 pub trait PieceChoice<S: Scalar> {
-    /// The force of contact `i` under `nonlinearity`, per unit stiffness.
+    /// Returns the force of contact `i` per unit stiffness, for the law `nonlinearity`, the deflection `x`,
+    /// its `rate` and the edges `lower` and `upper`.
     fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
-    /// The same for a law of several [switches](Nonlinearity::switches), of which contact `i` is the first.
+    /// Returns the same force for a law with several [switching functions](Nonlinearity::switches).
+    ///
+    /// Contact `i` belongs to the first switching function, the following contacts to the others. Default:
+    /// [`force`](PieceChoice::force).
     fn force_of_switches<N: Nonlinearity>(
         &self,
         i: usize,
@@ -20,11 +25,11 @@ pub trait PieceChoice<S: Scalar> {
     ) -> S {
         self.force(i, nonlinearity, x, rate, lower, upper)
     }
-    /// 1 where contact `i` touches and 0 in its gap.
+    /// Returns 1 if contact `i` touches and 0 if it stands in its gap.
     fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
 }
 
-/// The contact laws as they are.
+/// Evaluation by deflection: the deflection decides on which piece a law stands.
 ///
 /// ```
 /// use gear_dynamics::{contact::{ByDeflection, PieceChoice}, Backlash};
@@ -45,11 +50,12 @@ impl<S: Scalar> PieceChoice<S> for ByDeflection {
     }
 }
 
-/// Every contact held on a given piece, smoothly continued past its edge.
+/// Evaluation on fixed pieces: contact `i` stands on piece `i` of the list, which continues smoothly past its
+/// edges.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::{FixedPieces, Piece, PieceChoice}};
-/// let law = FixedPieces(&[Piece::Upper]);
+/// let law = FixedPieces(&[Piece::Upper]); // x - b, also in the gap
 /// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

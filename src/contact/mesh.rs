@@ -1,4 +1,4 @@
-//! A gear mesh: what rings and trains are made of.
+//! Gear meshes: the components of rings and trains.
 
 use crate::contact::choice::PieceChoice;
 use crate::contact::laws::backlash::Backlash;
@@ -11,33 +11,50 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::{Wave, divisor};
 use crate::scalar::Scalar;
 
-/// When the mesh damping acts. Damping that follows the stiffness or the depth belongs to the law: [`Damped`](crate::contact::Damped),
-/// [`NoPullBacklash`](crate::contact::NoPullBacklash).
+/// Range of deflections in which the mesh damping C acts. Default: `Always`.
+///
+/// Damping that follows the stiffness or the depth belongs to the contact law:
+/// [`Damped`](crate::contact::Damped), [`NoPullBacklash`](crate::contact::NoPullBacklash).
 ///
 /// ```
-/// assert_eq!(gear_dynamics::contact::ContactDamping::default(), gear_dynamics::contact::ContactDamping::Always);
+/// use gear_dynamics::contact::{ByDeflection, ContactDamping};
+/// use gear_dynamics::{excitation::Side, Backlash, Mesh, Wave};
+/// let always = Mesh::new(Wave::constant(2e8)?, Wave::constant(0.0)?, Backlash::new(1e-5)?);
+/// let in_contact = always.clone().with_contact_damping(ContactDamping::InContact);
+/// let mut waves = [0.0; 7];
+/// always.waves(0.0, Side::After, &mut waves);
+/// // In the middle of the gap, d = 0 and d' = 0.5 m/s, with C = 100 N s/m:
+/// let force = |mesh: &Mesh| mesh.contact(&ByDeflection, 0, &waves, 1e3, 100.0, 0.0, 0.5).force;
+/// assert_eq!((force(&always), force(&in_contact)), (50.0, 0.0)); // [N]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactDamping {
-    /// Also in the gap, as Liu 2021 and Yao 2020 have it: an oil film.
+    /// The damping acts on the flanks and in the gap. It represents an oil film, as in Liu 2021 and Yao 2020.
     #[default]
     Always,
-    /// Only while teeth touch; the force then jumps at the edge.
+    /// The damping acts only while the teeth touch. The force then jumps at the edge.
     InContact,
 }
 
-// Waves of a mesh.
+// Places of the drives of a mesh.
 pub(crate) const STIFFNESS: usize = 0; // K [N/m]
 pub(crate) const ERROR: usize = 1; // e [m]
 pub(crate) const ERROR_RATE: usize = 2; // de/dφ [m]
-pub(crate) const LOWER: usize = 3; // edges of the law [m]
-pub(crate) const UPPER: usize = 4;
-pub(crate) const LOWER_RATE: usize = 5; // over φ
-pub(crate) const UPPER_RATE: usize = 6;
+pub(crate) const LOWER: usize = 3; // lower edge of the law [m]
+pub(crate) const UPPER: usize = 4; // upper edge of the law [m]
+pub(crate) const LOWER_RATE: usize = 5; // rate of the lower edge over φ [m]
+pub(crate) const UPPER_RATE: usize = 6; // rate of the upper edge over φ [m]
 
-/// W = C d' + K(φ) f(d), d = x - e(φ): a mesh of two gears whose pitch circles have moved by x along the line of action. A
-/// [`Ring`](crate::Ring) is made of meshes, and so may a [`Shape`](crate::Shape) of one's own be: [`waves`](Mesh::waves) gives the drives, from which
-/// [`contact`](Mesh::contact) has its deflection and force.   Source: Yao 2020, Eq. (1), with the dots it lacks.
+/// A gear mesh with the mesh force W = C d' + K(φ) f(d) and the deflection d = x - e(φ).
+///
+/// x is the displacement of the two gears relative to each other along the line of action, e(φ) the static
+/// transmission error, K(φ) the mesh stiffness, f the contact law and C the damping.   Source: Yao 2020,
+/// Eq. (1), with the time derivatives that the printed W_d lacks (docs/errata.md).
+///
+/// A [`Ring`](crate::Ring) consists of meshes, and a user-defined [`Shape`](crate::Shape) may contain them:
+/// [`waves`](Mesh::waves) computes the drives, and [`contact`](Mesh::contact) computes deflection and force
+/// from them.
 ///
 /// ```
 /// use gear_dynamics::{contact::ByDeflection, Backlash, Mesh, Wave, excitation::{Fourier, Side}};
@@ -46,7 +63,8 @@ pub(crate) const UPPER_RATE: usize = 6;
 /// let mesh = Mesh::new(stiffness, error, Backlash::new(2.65e-5)?);
 /// let mut waves = [0.0; 7];
 /// mesh.waves(0.0, Side::After, &mut waves);
-/// let contact = mesh.contact(&ByDeflection, 0, &waves, 1e3, 0.0, 3e-5, 0.0); // φ' = 1000 rad/s, C = 0, x = 30 μm at rest
+/// // φ' = 1000 rad/s, C = 0, x = 30 μm, x' = 0
+/// let contact = mesh.contact(&ByDeflection, 0, &waves, 1e3, 0.0, 3e-5, 0.0);
 /// assert!((contact.force - 2e8 * (3e-5 - 2.65e-5)).abs() < 1e-9);
 /// assert_eq!(contact.rate, -1e-3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -56,31 +74,37 @@ pub struct Mesh<N = Backlash> {
     stiffness: Wave,
     error: Wave,
     law: N,
-    /// Turns of the mesh angle, that of the law, in one turn of the shaft.
+    /// Turns of the mesh angle in one turn of the shaft. The edges of the law are functions of the mesh
+    /// angle.
     teeth: u32,
-    /// Whether the law has no edges: it always touches.
+    /// Whether the law has no edges, so that the teeth always touch.
     edgeless: bool,
     contact_damping: ContactDamping,
 }
 
 impl<N: Nonlinearity> Mesh<N> {
-    /// How many drives [`waves`](Mesh::waves) are: K, e, de/dφ, the lower and the upper edge of the law, their rates over φ.
+    /// Number of drives that [`waves`](Mesh::waves) writes: K, e, de/dφ, lower edge and upper edge of the
+    /// law, rate of the lower edge and of the upper edge over φ.
     pub const WAVES: usize = 7;
 
-    /// Stiffness K(φ) [N/m], transmission error e(φ) `[m]`, contact law. Its damping C is a constant of the model that it stands in.
+    /// A mesh with stiffness K(φ) [N/m], static transmission error e(φ) `[m]` and a contact law.
+    ///
+    /// The damping C is a constant of the model that contains the mesh. Default: it acts always
+    /// ([`ContactDamping::Always`]).
     pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
         let edgeless = law.edges(0.0, Side::After) == Edges::NONE && !law.moves();
         Mesh { stiffness, error, law, teeth: 1, edgeless, contact_damping: ContactDamping::Always }
     }
 
-    /// The same mesh with damping that acts always or only in contact.
+    /// The same mesh with damping that acts always or only in contact. Default: always.
     pub fn with_contact_damping(self, contact_damping: ContactDamping) -> Self {
         Mesh { contact_damping, ..self }
     }
-    /// The same mesh `teeth` times a turn of the shaft, moving edges of its law included.
+    /// The same mesh, repeated `teeth` times in a turn of the shaft: its waves and the moving edges of its
+    /// law.
     ///
     /// # Errors
-    /// As [`Wave::per_turn`].
+    /// The errors of [`Wave::per_turn`]; more than 1 000 000 teeth, factors of repeated calls multiplied.
     pub fn per_turn(self, teeth: u32) -> Result<Self, ParameterError> {
         let (stiffness, error) = (self.stiffness.per_turn(teeth)?, self.error.per_turn(teeth)?);
         let teeth =
@@ -88,30 +112,31 @@ impl<N: Nonlinearity> Mesh<N> {
         Ok(Mesh { stiffness, error, teeth, ..self })
     }
 
-    /// The same mesh with its stiffness times a factor.
+    /// The same mesh with its stiffness multiplied by `factor`.
     pub(crate) fn scaled(self, factor: f64) -> Result<Self, ParameterError> {
         Ok(Mesh { stiffness: Wave::new(Scaled::new(factor, self.stiffness)?), ..self })
     }
 
-    /// How often all of several meshes repeat in a turn of the shaft: what [`Shape::repeats`](crate::Shape::repeats) asks for.
+    /// Number of times that all given meshes repeat in a turn of the shaft, at least 1, for
+    /// [`Shape::repeats`](crate::Shape::repeats).
     pub fn common_order<'m>(meshes: impl IntoIterator<Item = &'m Self>) -> u32
     where
         N: 'm,
     {
         meshes.into_iter().fold(0, |common, mesh| divisor(common, mesh.repeats())).max(1)
     }
-    /// How often the mesh repeats in a turn of the shaft: the greatest common divisor of the orders of its waves and, if its edges move, its
-    /// teeth. 0 if nothing varies.
+    /// Number of times that the mesh repeats in a turn of the shaft: the greatest common divisor of the
+    /// orders of its waves and, if its edges move, of its number of teeth. 0 if nothing varies.
     fn repeats(&self) -> u32 {
         let of_law = if self.law.moves() { self.teeth } else { 0 };
         divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), of_law)
     }
 
-    /// K(φ).
+    /// Mesh stiffness K(φ) [N/m].
     pub fn stiffness(&self) -> &Wave {
         &self.stiffness
     }
-    /// e(φ).
+    /// Static transmission error e(φ) `[m]`.
     pub fn error(&self) -> &Wave {
         &self.error
     }
@@ -120,31 +145,33 @@ impl<N: Nonlinearity> Mesh<N> {
         &self.law
     }
 
-    /// The [`WAVES`](Mesh::WAVES) drives of the mesh at an angle of the shaft, seen from one side.
+    /// Writes the [`WAVES`](Mesh::WAVES) drives of the mesh at an angle of the shaft `[rad]` to `u`. `side`:
+    /// before or after a jump at this angle.
     ///
     /// # Panics
-    /// If `u` has room for fewer.
+    /// If `u` has fewer than [`WAVES`](Mesh::WAVES) entries.
     pub fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
         let error = self.error.jet(angle, side);
         u[STIFFNESS] = self.stiffness.value(angle, side);
         (u[ERROR], u[ERROR_RATE]) = (error.value, error.rate);
         self.edges(angle, side, u);
     }
-    /// Those of the law's edges alone.
+    /// Writes the edges of the law and their rates alone.
     pub(crate) fn edges(&self, angle: f64, side: Side, u: &mut [f64]) {
         let teeth = f64::from(self.teeth);
         let edges = self.law.edges(teeth * angle, side);
         (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
         (u[LOWER_RATE], u[UPPER_RATE]) = (teeth * edges.lower_rate, teeth * edges.upper_rate);
     }
-    /// The next angle at which one of its waves or an edge of its gap jumps or kinks.
+    /// The next angle of the shaft at which a wave or an edge of the gap jumps or has a kink.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {
         let teeth = f64::from(self.teeth);
         let of_law = self.law.next_edge(teeth * angle).map(|edge| edge / teeth);
         earlier(earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle)), of_law)
     }
 
-    /// Contact `i` from the [`waves`](Mesh::waves) of the mesh, φ', the damping C [N s/m], the path x `[m]` and its rate [m/s].
+    /// Computes contact `i` from the [`waves`](Mesh::waves) of the mesh, the speed φ' [rad/s], the damping C
+    /// [N s/m], the displacement x `[m]` and its rate x' [m/s].
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
     pub fn contact<S: Scalar, L: PieceChoice<S>>(
@@ -163,7 +190,7 @@ impl<N: Nonlinearity> Mesh<N> {
         Contact { deflection, rate, lower: waves[LOWER], upper: waves[UPPER], lower_rate, upper_rate, force }
     }
 
-    /// The force of [`contact`](Mesh::contact) alone: what an algebra over many meshes reads.
+    /// Computes the force of [`contact`](Mesh::contact) alone, for algebra over many meshes.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
     pub(crate) fn pull<S: Scalar, L: PieceChoice<S>>(
@@ -182,7 +209,8 @@ impl<N: Nonlinearity> Mesh<N> {
         self.force(law, i, x - waves[ERROR], rate, rate, at)
     }
 
-    /// W from the deflection d, its rate, the rate `slip` that is damped and what the drives say.
+    /// Computes W from the deflection d, its rate, the rate `slip` on which the damping C acts, and the
+    /// drives of the mesh.
     #[inline(always)]
     pub(crate) fn force<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -203,7 +231,7 @@ impl<N: Nonlinearity> Mesh<N> {
     }
 }
 
-/// What the drives say of a mesh at one instant.
+/// Drives of a mesh at one instant.
 pub(crate) struct MeshDrives<S> {
     pub(crate) stiffness: S,
     pub(crate) damping: S,

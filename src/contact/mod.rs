@@ -1,4 +1,4 @@
-//! Contacts: what a tooth contact looks like, the laws of its force, rigid stops.
+//! Contacts of teeth: contact laws, gear meshes, rigid stops.
 
 pub(crate) mod choice;
 pub(crate) mod laws;

@@ -1,6 +1,6 @@
-//! The piece of a contact law on which a contact stands.
+//! Pieces of a contact law.
 
-/// The piece of a backlash law on which a contact stands.
+/// A smooth piece of a contact law: lower flank, gap or upper flank. A contact stands on one piece at a time.
 ///
 /// ```
 /// use gear_dynamics::contact::{Contact, Piece};
@@ -10,10 +10,10 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Piece {
-    /// Deflection below the lower edge: that flank carries.
+    /// Lower flank: the deflection is below the lower edge.
     Lower,
-    /// Between the edges: the teeth are apart.
+    /// Gap: the deflection is between the edges, and the teeth do not touch.
     Gap,
-    /// Deflection above the upper edge.
+    /// Upper flank: the deflection is above the upper edge.
     Upper,
 }

@@ -1,12 +1,13 @@
-//! Rigid stops: the velocities jump where a contact meets an edge.
+//! Rigid stops: velocities jump when a contact reaches an edge.
 
 use crate::error::{ParameterError, check};
 
-/// Newton's law of restitution: a contact leaves a rigid stop with -e times the speed at which it met it, 0 <= e <= 1.
+/// Newton's law of restitution for a rigid stop: v⁺ - w = -e (v - w), with the velocity w of the stop and
+/// 0 <= e <= 1.
 ///
-/// For [`Model::impact`](crate::Model::impact). A contact that comes to rest on its stop ends a run with
-/// [`IntegrateError::RestsOnStop`](crate::ode::IntegrateError::RestsOnStop): with e < 1 after impacts without number, with e = 0 at once, unless
-/// the stop moves away.
+/// It is used in [`Model::impact`](crate::Model::impact). A contact that comes to rest on its stop ends a run
+/// with [`IntegrateError::RestsOnStop`](crate::ode::IntegrateError::RestsOnStop): for 0 < e < 1 after a
+/// sequence of ever lower rebounds, for e = 0 at the first impact, unless the stop moves away.
 ///
 /// ```
 /// use gear_dynamics::{contact::{Contact, Piece, Restitution}, Dop853, Integrator, Model, State};
@@ -24,7 +25,8 @@ use crate::error::{ParameterError, check};
 ///     }
 /// }
 /// let ball = Ball(Restitution::new(0.5)?);
-/// let end = Dop853::new().end(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.5)?; // meets the floor at t = 1, is on top at t = 1.5
+/// // The ball reaches the floor at t = 1 and the top of its rebound at t = 1.5.
+/// let end = Dop853::new().end(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.5)?;
 /// assert!((end.q[0] - 0.125).abs() < 1e-12 && end.v[0].abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -34,10 +36,12 @@ pub struct Restitution {
 }
 
 impl Restitution {
-    /// Coefficient e `[1]`: 1 keeps the energy, 0 all that the stop can take away is lost.
+    /// Coefficient of restitution e `[1]` in [0, 1]. An impact with e = 1 conserves the energy; e = 0 gives
+    /// the largest loss.
     ///
     /// # Errors
-    /// [`ParameterError::OutOfRange`] outside [0, 1].
+    /// [`ParameterError::OutOfRange`] for a coefficient outside [0, 1]; [`ParameterError::NotFinite`] for a
+    /// NaN or an infinity.
     pub fn new(coefficient: f64) -> Result<Self, ParameterError> {
         let name = "restitution";
         if (0.0..=1.0).contains(&coefficient) {
@@ -46,32 +50,36 @@ impl Restitution {
         check::finite(name, coefficient)?;
         Err(ParameterError::OutOfRange { name: name.into(), value: coefficient, allowed: "[0, 1]" })
     }
-    /// e.
+    /// Coefficient of restitution e `[1]`.
     pub fn coefficient(&self) -> f64 {
         self.coefficient
     }
-    /// v⁺ = w - e (v - w): the speed after an impact on a stop that moves at w, for a deflection that is a coordinate.
+    /// v⁺ = w - e (v - w): the velocity after an impact on a stop that moves at the velocity w. The
+    /// deflection must be a coordinate; otherwise use [`impulse`](Restitution::impulse).
     pub fn rebound(&self, v: f64, w: f64) -> f64 {
         w - self.coefficient * (v - w)
     }
-    /// v⁺ = v - (1 + e) s/(bᵀm) m: the velocities after an impulse along a contact of any direction.
+    /// v⁺ = v - (1 + e) s/(bᵀm) m: the velocities after an impact of a deflection d that depends on several
+    /// coordinates.
     ///
-    /// s = d' - w: the rate of the deflection over the edge before the impact; b = ∂d/∂q; m = M⁻¹ b, M the mass matrix. Friction along the
-    /// stop is left out.   Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, Sect. 8.1.
+    /// s = d' - w is the rate of the deflection relative to the edge before the impact, b = ∂d/∂q and
+    /// m = M⁻¹ b with the mass matrix M. Friction along the stop is neglected.   Source: Pfeiffer & Glocker,
+    /// Multibody Dynamics with Unilateral Contacts, Sect. 8.1.
     ///
     /// ```
     /// use gear_dynamics::contact::Restitution;
-    /// let mut v = [3.0, 0.0]; // masses 1 and 2, d = q1 - q2: momentum 3 and energy 4.5 stay
+    /// let mut v = [3.0, 0.0]; // masses 1 and 2, d = q1 - q2: momentum 3 and energy 4.5 are conserved
     /// Restitution::new(1.0)?.impulse(3.0, &[1.0, -1.0], &[1.0, -0.5], &mut v);
     /// assert_eq!(v, [-1.0, 2.0]);
     /// # Ok::<(), gear_dynamics::ParameterError>(())
     /// ```
+    ///
     /// # Panics
-    /// If b, m and v differ in length, or no velocity is moved by the impulse: bᵀm = 0.
+    /// If b, m and v differ in length, or if bᵀm is not positive.
     pub fn impulse(&self, s: f64, b: &[f64], m: &[f64], v: &mut [f64]) {
         assert!(
             b.len() == m.len() && m.len() == v.len(),
-            "lists of {}, {} and {} numbers",
+            "b, m and v have {}, {} and {} entries: their lengths must be equal",
             b.len(),
             m.len(),
             v.len()

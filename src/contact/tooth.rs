@@ -1,14 +1,19 @@
-//! A tooth contact at one instant.
+//! Tooth contacts at one instant.
 
 use crate::contact::piece::Piece;
 use crate::scalar::Scalar;
 
-/// What a tooth contact looks like at one instant. An edge is infinite where the law has none.
+/// A tooth contact at one instant: deflection, edges and force. An edge that the law does not have is
+/// infinite.
 ///
-/// A deflection and its edges may depend on the drives, the coordinates and the velocities. One that depends on the coordinates alone has a
-/// rate linear in the velocities, as teeth do. One that depends on the velocities, such as a sliding speed at which friction changes its
-/// sign, has a rate that holds the accelerations as well. A force that depends on the piece must not push back towards the edge from both
-/// sides: sliding along an edge is not modelled, and ends in [`IntegrateError::EdgeStall`](crate::ode::IntegrateError::EdgeStall).
+/// The deflection and the edges may depend on drives, coordinates and velocities. If the deflection depends
+/// on the coordinates and drives alone, as between teeth, its rate is linear in the velocities. If it
+/// depends on the velocities, for example as a sliding speed at which friction changes its sign, its rate
+/// contains the accelerations.
+///
+/// A force that depends on the piece must not push the contact back to the edge from both sides. Sliding
+/// along an edge is not modelled and ends in
+/// [`IntegrateError::EdgeStall`](crate::ode::IntegrateError::EdgeStall).
 ///
 /// ```
 /// use gear_dynamics::contact::Contact;
@@ -19,22 +24,22 @@ use crate::scalar::Scalar;
 pub struct Contact<S = f64> {
     /// Deflection d, in the unit of the edges.
     pub deflection: S,
-    /// d'.
+    /// Rate of the deflection, d'.
     pub rate: S,
     /// Lower edge of the gap: -b for a backlash of half width b.
     pub lower: S,
-    /// Upper edge of the gap.
+    /// Upper edge of the gap: b for a backlash of half width b.
     pub upper: S,
     /// Rate of the lower edge.
     pub lower_rate: S,
     /// Rate of the upper edge.
     pub upper_rate: S,
-    /// Mesh force, damping included.
+    /// Mesh force, damping included, in the force unit of the model.
     pub force: S,
 }
 
 impl<S: Scalar> Default for Contact<S> {
-    /// Nothing touches: no edges, no force.
+    /// A contact without edges and without force, at the deflection 0.
     #[inline(always)]
     fn default() -> Self {
         let (zero, most) = (S::from(0.0), S::from(f64::INFINITY));
@@ -51,7 +56,7 @@ impl<S: Scalar> Default for Contact<S> {
 }
 
 impl Contact {
-    /// The piece that the deflection alone says; an edge itself counts as gap.
+    /// The piece on which the deflection lies. A deflection exactly on an edge counts as gap.
     #[inline]
     pub fn piece(&self) -> Piece {
         if self.deflection < self.lower {
@@ -63,7 +68,7 @@ impl Contact {
         }
     }
 
-    /// max(d - upper, lower - d): how deep the teeth press into each other, negative in the gap.
+    /// Penetration max(d - upper, lower - d): the depth past an edge, negative in the gap.
     #[inline]
     pub fn penetration(&self) -> f64 {
         (self.deflection - self.upper).max(self.lower - self.deflection)

@@ -1,4 +1,4 @@
-//! Drives that are functions of time alone.
+//! Drives given by functions of time.
 
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
@@ -10,13 +10,14 @@ use std::sync::Arc;
 
 type OfTime = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
 
-/// A model with functions of time added to chosen drives, `u[slot] += f(t)`: a torque that is run up, a load that steps. What follows a shaft is
-/// a [`Wave`](crate::Wave) instead.
+/// A model with functions of time added to chosen drives, `u[slot] += f(t)`: for example a torque that
+/// increases or a load that steps. A function of the angle of a shaft is a [`Wave`](crate::Wave) instead.
 ///
 /// ```
 /// use gear_dynamics::{drives::Driven, Model, Ring, models::ring::RingSet, excitation::Side};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// let torque = ring.slot("motor torque")?;
+/// // The torque increases by 5 N m/s for 2 s and is constant afterwards.
 /// let run_up = Driven::new(ring).add(torque, |t| if t < 2.0 { 5.0 * t } else { 10.0 }, &[2.0])?;
 /// let mut u = vec![0.0; run_up.drives()];
 /// run_up.drive(1.0, Side::After, &mut u);
@@ -25,20 +26,31 @@ type OfTime = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
 /// ```
 pub type Driven<M> = Wrapped<M, TimeDrives>;
 
-/// The rule of [`Driven`]: which functions of time are added to which drives.
+/// The rule of [`Driven`]: the functions of time and the drives to which they are added.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::drives::TimeDrives::default().functions(), 0);
+/// use gear_dynamics::{drives::Driven, models::ring::RingSet, excitation::Side, Model, Ring};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let torque = ring.slot("motor torque")?;
+/// let ramp = Driven::new(ring).add(torque, |t| 5.0 * t, &[])?;
+/// let both = ramp.add(torque, |t| if t < 2.0 { 0.0 } else { 10.0 }, &[2.0])?;
+/// assert_eq!(both.rule().functions(), 2);
+/// let mut u = vec![0.0; both.drives()];
+/// both.drive(2.0, Side::Before, &mut u);
+/// assert!((u[torque] - (44.0 + 10.0)).abs() < 1e-12); // [N m]
+/// both.drive(2.0, Side::After, &mut u);
+/// assert!((u[torque] - (44.0 + 20.0)).abs() < 1e-12); // the step is added
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Default)]
 pub struct TimeDrives {
     functions: Vec<(usize, OfTime)>,
-    /// When functions jump or kink, increasing.
+    /// Instants at which functions jump or have a kink, increasing.
     edges: Vec<f64>,
 }
 
 impl TimeDrives {
-    /// How many functions there are.
+    /// Number of functions.
     pub fn functions(&self) -> usize {
         self.functions.len()
     }
@@ -55,13 +67,14 @@ impl fmt::Debug for TimeDrives {
 }
 
 impl<M: Model> Driven<M> {
-    /// No function yet.
+    /// A model to which no function is added yet.
     pub fn new(model: M) -> Self {
         Wrapped::by_rule(model, TimeDrives::default())
     }
 
-    /// Adds f(t) to a drive. `edges`: the instants at which it jumps or kinks; solvers end their steps there. At a jump the side from which the
-    /// instant is seen decides: f is asked a little aside.
+    /// Adds f(t) to the drive `slot`. `edges`: the instants at which f jumps or has a kink; solvers end
+    /// their steps there. At these instants f is evaluated at the next smaller or the next larger
+    /// floating-point number, for the value before or after a jump.
     ///
     /// # Errors
     /// A slot that the model does not have; an edge beyond ±1e50.

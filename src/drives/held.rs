@@ -1,4 +1,4 @@
-//! Random processes that are drawn, held and drawn again.
+//! Held processes: random processes that are constant on intervals of equal length.
 
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
@@ -11,16 +11,18 @@ use std::convert::Infallible;
 use std::fmt;
 use std::sync::Arc;
 
-/// Random numbers as a pure function of (seed, member, stream, index): the SplitMix64 sequence from a start mixed of the four.
-/// Source: Steele, Lea & Flood, OOPSLA 2014.
+/// Random numbers as a pure function of (seed, member, stream, index).
 ///
-/// Any number can be asked for in any order, so results do not depend on step sizes, threads or partition.
+/// They are the SplitMix64 sequence from a start that is mixed from the four numbers.   Source: Steele, Lea
+/// & Flood, OOPSLA 2014. Numbers may be drawn in any order. Results therefore do not depend on step sizes,
+/// threads or the partition of the work.
 ///
 /// ```
 /// use gear_dynamics::drives::CounterRng;
 /// use rand::Rng;
-/// assert_eq!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 4).next_u64());
-/// assert_ne!(CounterRng::new(1, 2, 3, 4).next_u64(), CounterRng::new(1, 2, 3, 5).next_u64());
+/// // Index 5 before index 4; the values are the same on every platform.
+/// assert_eq!(CounterRng::new(1, 2, 3, 5).next_u64(), 0xcfc0_0be6_e5b0_4057);
+/// assert_eq!(CounterRng::new(1, 2, 3, 4).next_u64(), 0x4d89_ae18_701f_b6f3);
 /// ```
 #[derive(Clone, Debug)]
 pub struct CounterRng(u64);
@@ -28,7 +30,7 @@ pub struct CounterRng(u64);
 impl CounterRng {
     const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-    /// The stream that belongs to these four numbers.
+    /// The generator of these four numbers.
     pub fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
         let start =
             [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
@@ -69,10 +71,11 @@ impl TryRng for CounterRng {
 
 type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 
-/// A process that is constant between the instants k h: value k holds for k h <= t < (k+1) h.
+/// A held process: x(t) = x_k for k h <= t < (k + 1) h, with random or given values x_k and the hold time h.
 ///
-/// Drawing a number inside the right-hand side has no limit as the step shrinks; held values do, and the hold time h is
-/// a physical parameter.   Source: docs/theory.md, "Random damping".
+/// A solution with numbers drawn at every evaluation of the acceleration does not converge to a random
+/// process as the step size decreases. A solution with held values converges, and the hold time h is a
+/// physical parameter.   Source: docs/theory.md, "Random damping".
 ///
 /// ```
 /// use gear_dynamics::{drives::HeldProcess, excitation::Side};
@@ -94,12 +97,15 @@ pub struct HeldProcess {
 
 #[derive(Clone)]
 enum Source {
+    /// A draw from a distribution.
     Drawn(Draw),
+    /// A list of values.
     Given(Arc<[f64]>),
 }
 
 impl HeldProcess {
-    /// A new value of `distribution` after every hold time h > 0.
+    /// A process with a new value of `distribution` after every hold time h > 0, in the time unit of the
+    /// model. Defaults: seed 0, member 0.
     ///
     /// # Errors
     /// A hold time outside 1e-50 .. 1e50.
@@ -116,10 +122,11 @@ impl HeldProcess {
         })
     }
 
-    /// Given values, one after the other; the last one holds on after the list ends. All streams see the same list.
+    /// A process with given values, one for each hold time h. The last value applies after the end of the
+    /// list. All streams have the same values.
     ///
     /// # Errors
-    /// A hold time outside 1e-50 .. 1e50; no values; one beyond ±1e50.
+    /// A hold time outside 1e-50 .. 1e50; an empty list; a value beyond ±1e50.
     pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
         let hold = check::scale("hold time", hold)?;
         if values.is_empty() {
@@ -129,20 +136,21 @@ impl HeldProcess {
         Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
     }
 
-    /// Another seed: another experiment.
+    /// The same process with another seed, for an independent experiment. Default: 0.
     pub fn with_seed(self, seed: u64) -> Self {
         HeldProcess { seed, ..self }
     }
-    /// Another member of the ensemble of one seed.
+    /// The same process for another member of an ensemble with the same seed. Default: 0.
     pub fn with_member(self, member: u64) -> Self {
         HeldProcess { member, ..self }
     }
-    /// The hold time h.
+    /// Hold time h, in the time unit of the model.
     pub fn hold(&self) -> f64 {
         self.hold
     }
 
-    /// The k-th value of a stream (a mesh, or one stream shared by all). Before t = 0 the first one holds.
+    /// Value x_k of a stream. Different streams are independent: each mesh may have its own one, or all
+    /// meshes share one.
     pub fn held(&self, stream: u64, k: u64) -> f64 {
         match &self.source {
             Source::Drawn(draw) => draw(&mut CounterRng::new(self.seed, self.member, stream, k)),
@@ -150,14 +158,15 @@ impl HeldProcess {
         }
     }
 
-    /// The value at `t`, seen from one side.
+    /// The value x(t) of a stream; x_0 for t < 0. `side`: before or after a jump at `t`.
     pub fn value(&self, t: f64, side: Side, stream: u64) -> f64 {
         let k = self.index(t);
         let before = side == Side::Before && k > 0 && k as f64 * self.hold == t;
         self.held(stream, if before { k - 1 } else { k })
     }
 
-    /// The k with k h <= t < (k+1) h, exact in the rounded products; past 2^52 holds they are no longer told apart.
+    /// The k with k h <= t < (k + 1) h, in which k h is the rounded product; 0 for t < 0, 2^52 beyond that
+    /// index.
     fn index(&self, t: f64) -> u64 {
         let guess = (t / self.hold).max(0.0);
         if guess >= LAST {
@@ -173,13 +182,14 @@ impl HeldProcess {
         k
     }
 
+    /// The first instant k h after `t`, with k >= 1.
     fn next_edge(&self, t: f64) -> Option<f64> {
         let edge = if t < 0.0 { self.hold } else { (self.index(t) + 1) as f64 * self.hold };
         (edge > t).then_some(edge)
     }
 }
 
-/// 2^52: the last hold whose number is exact.
+/// 2^52: largest index k. The numbers k and k + 1 are exact up to here.
 const LAST: f64 = 4_503_599_627_370_496.0;
 
 impl fmt::Debug for HeldProcess {
@@ -191,6 +201,7 @@ impl fmt::Debug for HeldProcess {
     }
 }
 
+/// A process that is added to one drive.
 #[derive(Clone, Debug)]
 struct Fill {
     slot: usize,
@@ -199,43 +210,49 @@ struct Fill {
     stream: u64,
 }
 
-/// A model with random drives: held processes are added to chosen drive slots, `u[slot] += gain value(t)`.
+/// A model with held processes added to chosen drives, `u[slot] += gain x(t)`.
 ///
-/// Streams are counted through all fills of one `Held`, so two processes of one seed on different slots are independent.
+/// Streams are numbered consecutively over all processes of one `Held`. Two processes with the same seed on
+/// different slots are therefore independent.
 ///
-/// The bare model stays periodic; this one is not, so the compiler refuses to balance it.
+/// The wrapped model ([`bare`](Wrapped::bare)) remains periodic. The `Held` model is not periodic: the
+/// compiler rejects a harmonic balance of it.
 ///
 /// ```
 /// use gear_dynamics::{drives::{Held, HeldProcess}, Model, Ring, models::ring::RingSet};
 /// use rand_distr::Uniform;
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
-/// // The paper's C_gΔ: uniform on (0, 1) times 500 N s/m, one stream per mesh, held for a tenth of a millisecond.
+/// // C_gΔ of Yao 2020: uniform on (0, 1) times 500 N s/m, one stream per mesh, hold time 0.1 ms.
 /// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
-/// let slots = (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+/// let slots =
+///     (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
 /// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;
 /// assert_eq!(noisy.next_edge(0.0), Some(1e-4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Held<M> = Wrapped<M, HeldDrives>;
 
-/// The rule of [`Held`]: which processes are added to which drives.
+/// The rule of [`Held`]: the held processes and the drives to which they are added.
 ///
 /// ```
-/// use gear_dynamics::{drives::{Held, HeldDrives}, NfgPair, NfgParams};
-/// let noisy: Held<NfgPair> = Held::new(NfgPair::new(&NfgParams::table1())?);
-/// assert_eq!(noisy.rule().fills(), 0);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// use gear_dynamics::{drives::{Held, HeldProcess}, models::ring::RingSet, Ring};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let slots = [ring.slot("mesh damping 1")?, ring.slot("mesh damping 2")?];
+/// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
+/// let noisy = Held::new(ring).shared(&slots, 500.0, process)?;
+/// assert_eq!(noisy.rule().fills(), 2); // one process, added to two drives
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct HeldDrives {
     processes: Vec<HeldProcess>,
     fills: Vec<Fill>,
-    /// How many streams are taken.
+    /// Number of streams in use.
     streams: u64,
 }
 
 impl HeldDrives {
-    /// How many drives have a process.
+    /// Number of additions of a process to a drive.
     pub fn fills(&self) -> usize {
         self.fills.len()
     }
@@ -275,7 +292,7 @@ impl<M: Model> DriveRule<M> for HeldDrives {
 }
 
 impl<M: Model> Held<M> {
-    /// No process yet.
+    /// A model to which no process is added yet.
     pub fn new(model: M) -> Self {
         Wrapped::by_rule(model, HeldDrives::default())
     }
@@ -290,7 +307,7 @@ impl<M: Model> Held<M> {
         self.map_rule(|model, rule| rule.fill(model.drives(), slots, gains, process, streams))
     }
 
-    /// One stream for all slots: every mesh gets the same value.
+    /// Adds a process with one stream to all slots: at every instant they have the same value.
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.
@@ -298,7 +315,7 @@ impl<M: Model> Held<M> {
         self.fill(slots, &vec![gain; slots.len()], process, &vec![0; slots.len()])
     }
 
-    /// A stream of its own for every slot.
+    /// Adds a process with one stream per slot: the values of the slots are independent.
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.
@@ -307,10 +324,12 @@ impl<M: Model> Held<M> {
         self.fill(slots, &vec![gain; slots.len()], process, &streams)
     }
 
-    /// A stream and a gain of its own for every slot: gains C_g make the process relative to the damping of each mesh.
+    /// Adds a process with one stream and one gain per slot. With the dampings C_g of the meshes as gains,
+    /// the process is relative to the damping of each mesh.
     ///
     /// # Errors
-    /// Gains not as many as slots; a slot that the model does not have; a gain beyond ±1e50.
+    /// A number of gains that differs from the number of slots; a slot that the model does not have; a gain
+    /// beyond ±1e50.
     pub fn per_slot_with_gains(
         self,
         slots: &[usize],
@@ -322,7 +341,8 @@ impl<M: Model> Held<M> {
         self.fill(slots, gains, process, &streams)
     }
 
-    /// A random half width b + gain value(t) of the meshes whose `(lower, upper)` slots are given, one stream per mesh.
+    /// Adds a process to the half widths of meshes, b + gain x(t), with one stream per mesh; b is half the
+    /// backlash. `slots`: the drives with the lower and the upper edge of each mesh.
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.

@@ -1,4 +1,4 @@
-//! Running up, coasting down and speed that fluctuates: a phase that is not ωt.
+//! Varying speed: run-up, coast-down and fluctuation.
 
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
@@ -6,8 +6,10 @@ use crate::excitation::angle::earlier;
 use crate::excitation::side::Side;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
+use crate::numeric::bracket::Bracket;
 
-/// How the phase φ of the drives runs: its speed φ'(t) > 0 over the model's time, and φ(0) = 0.
+/// A phase law: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the time of
+/// the model.
 ///
 /// ```
 /// use gear_dynamics::drives::PhaseLaw;
@@ -18,15 +20,15 @@ use crate::model::shape::Shape;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseLaw {
-    /// Times, speeds and phases at the knots; the speed is linear between them and constant outside.
+    /// Time, speed and phase of each knot. The speed is linear between knots and constant outside.
     knots: Vec<[f64; 3]>,
-    /// Amplitude over the mean speed and frequency of a sinusoidal fluctuation on top.
+    /// Amplitude of an added sinusoidal fluctuation, relative to the mean speed, and its angular frequency.
     swing: f64,
     frequency: f64,
 }
 
 impl PhaseLaw {
-    /// φ = ωt.
+    /// Constant speed ω: φ = ωt.
     ///
     /// # Errors
     /// A speed outside 1e-50 .. 1e50.
@@ -34,29 +36,32 @@ impl PhaseLaw {
         PhaseLaw::table(&[0.0], &[speed])
     }
 
-    /// From one speed to another within a time: run-up or coast-down.
+    /// A run-up or coast-down: the speed changes linearly within `duration` and is constant afterwards.
     ///
     /// # Errors
-    /// Speeds or a duration outside 1e-50 .. 1e50.
+    /// A speed or a duration outside 1e-50 .. 1e50.
     pub fn ramp(from: f64, to: f64, duration: f64) -> Result<Self, ParameterError> {
         check::scale("duration of the ramp", duration)?;
         PhaseLaw::table(&[0.0, duration], &[from, to])
     }
 
-    /// φ' = ω (1 + a cos ft), φ = ω (t + a sin(ft)/f): the amplitude a in [0, 1).
+    /// A sinusoidal fluctuation: φ' = ω (1 + a cos ft), φ = ω (t + a sin(ft)/f), with the mean speed ω, the
+    /// relative amplitude a `[1]` in [0, 1) and the angular frequency f.
     ///
     /// # Errors
-    /// A speed or frequency outside 1e-50 .. 1e50, an amplitude outside [0, 1).
+    /// A speed or a frequency outside 1e-50 .. 1e50; an amplitude outside [0, 1).
     pub fn fluctuation(speed: f64, amplitude: f64, frequency: f64) -> Result<Self, ParameterError> {
         let swing = check::fraction("amplitude of the fluctuation", amplitude)?;
         let frequency = check::scale("frequency of the fluctuation", frequency)?;
         Ok(PhaseLaw { swing, frequency, ..PhaseLaw::constant(speed)? })
     }
 
-    /// Speeds at increasing times, the first of which is 0; linear between them, constant afterwards.
+    /// Given speeds at increasing times, the first of which is 0. The speed is linear between them and
+    /// constant afterwards.
     ///
     /// # Errors
-    /// Lists of different lengths or empty ones; times out of order, or not 1e-50 .. 1e50 apart; speeds outside 1e-50 .. 1e50.
+    /// Lists of different lengths; empty lists; a first time other than 0; times that do not increase by
+    /// 1e-50 .. 1e50; a speed outside 1e-50 .. 1e50.
     pub fn table(times: &[f64], speeds: &[f64]) -> Result<Self, ParameterError> {
         check::length("speeds of the phase law", speeds.len(), times.len())?;
         if times.is_empty() {
@@ -76,10 +81,8 @@ impl PhaseLaw {
                 }
                 None => knots.push([0.0, speed, 0.0]),
                 Some(&[before, last, phase]) => {
-                    let after = check::scale(
-                        format!("times[{i}] less the one before it, of the phase law"),
-                        t - before,
-                    )?;
+                    let after =
+                        check::scale(format!("times[{i}] - times[{}] of the phase law", i - 1), t - before)?;
                     knots.push([t, speed, phase + 0.5 * after * (last + speed)]);
                 }
             }
@@ -87,12 +90,13 @@ impl PhaseLaw {
         Ok(PhaseLaw { knots, swing: 0.0, frequency: 1.0 })
     }
 
-    /// The last knot at or before `t`, and the acceleration after it.
+    /// The last knot at or before `t` and the acceleration after it.
     fn piece(&self, t: f64) -> ([f64; 3], f64) {
         self.piece_before(self.knots.partition_point(|knot| knot[0] <= t))
     }
 
-    /// The knot before knot `next`, and the acceleration between the two; there is none outside all knots.
+    /// The knot before knot `next` and the acceleration between the two. The acceleration outside all knots
+    /// is 0.
     fn piece_before(&self, next: usize) -> ([f64; 3], f64) {
         let knot = self.knots[next.saturating_sub(1)];
         let slope = match self.knots.get(next) {
@@ -102,7 +106,7 @@ impl PhaseLaw {
         (knot, slope)
     }
 
-    /// φ(t) `[rad]`.
+    /// Phase φ(t) `[rad]`.
     pub fn phase(&self, t: f64) -> f64 {
         let ([t0, speed, phase], slope) = self.piece(t);
         let dt = t - t0;
@@ -110,12 +114,12 @@ impl PhaseLaw {
             + dt * (speed + 0.5 * slope * dt)
             + speed * self.swing * libm::sin(self.frequency * t) / self.frequency
     }
-    /// φ'(t).
+    /// Speed φ'(t).
     pub fn speed(&self, t: f64) -> f64 {
         let ([t0, speed, _], slope) = self.piece(t);
         speed + slope * (t - t0) + speed * self.swing * libm::cos(self.frequency * t)
     }
-    /// φ''(t), seen from one side.
+    /// Acceleration φ''(t). `side`: before or after a jump at `t`.
     pub fn acceleration(&self, t: f64, side: Side) -> f64 {
         let at = |next: usize| {
             let ([_, speed, _], slope) = self.piece_before(next);
@@ -126,9 +130,10 @@ impl PhaseLaw {
             Side::After => at(self.knots.partition_point(|knot| knot[0] <= t)),
         }
     }
-    /// When the phase is reached.
+    /// The time t at which φ(t) = `phase` `[rad]`.
     ///
-    /// Between two knots δ = ω dt + α dt²/2 is solved for dt; with a fluctuation the phase is met by Newton steps.
+    /// Between two knots δ = ω dt + α dt²/2 is solved for dt = 2 δ/(ω + √(ω² + 2 α δ)). With a fluctuation
+    /// the equation is solved by Newton's method with bisection as a safeguard.
     pub fn time(&self, phase: f64) -> f64 {
         if self.swing > 0.0 {
             return self.time_in_fluctuation(phase);
@@ -136,14 +141,17 @@ impl PhaseLaw {
         let ([t0, speed, reached], slope) =
             self.piece_before(self.knots.partition_point(|knot| knot[2] <= phase));
         let ahead = phase - reached;
-        // The form of the root that does not cancel.
+        // In this form of the root no digits cancel.
         t0 + 2.0 * ahead / (speed + (speed * speed + 2.0 * slope * ahead).max(0.0).sqrt())
     }
 
-    /// The root x = ft of x + a sin x = y with y = fφ/ω. For y > 0 it lies between max(y - a, y/(1 + a)) and y + a.
+    /// Solves x + a sin x = y for x = ft, with y = fφ/ω. For y > 0 the root lies between max(y - a, y/(1 +
+    /// a)) and y + a. A Newton step x ← x - (x + a sin x - y)/(1 + a cos x) that leaves these bounds is
+    /// replaced by their mean.
     fn time_in_fluctuation(&self, phase: f64) -> f64 {
         let target = self.frequency * phase.abs() / self.knots[0][1];
-        let (mut lo, mut hi) = ((target - self.swing).max(target / (1.0 + self.swing)), target + self.swing);
+        let lo = (target - self.swing).max(target / (1.0 + self.swing));
+        let mut bracket = Bracket { lo, hi: target + self.swing };
         let mut x = lo;
         for _ in 0..200 {
             let (sine, cosine) = libm::sincos(x);
@@ -151,30 +159,26 @@ impl PhaseLaw {
             if off == 0.0 {
                 break;
             }
-            if off > 0.0 {
-                hi = x
-            } else {
-                lo = x
-            }
-            let newton = x - off / (1.0 + self.swing * cosine);
-            let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            bracket.narrow(x, off < 0.0);
+            let next = bracket.newton_or_middle(x, off, 1.0 + self.swing * cosine);
             let step = (next - x).abs();
             x = next;
-            if step <= 2.0 * f64::EPSILON * x || hi <= lo {
+            if step <= 2.0 * f64::EPSILON * x || bracket.hi <= bracket.lo {
                 break;
             }
         }
         (x / self.frequency).copysign(phase)
     }
+    /// The time of the first knot after `t`.
     fn next_knot(&self, t: f64) -> Option<f64> {
         self.knots.iter().map(|knot| knot[0]).find(|knot| *knot > t)
     }
 }
 
-/// A [`Machine`] whose angle follows a phase law in place of constant speed.
+/// A [`Machine`] whose angle follows a [`PhaseLaw`] instead of turning at constant speed.
 ///
-/// Its waves are those of the angle φ(t); φ' and φ'' are those of the law, so that second derivatives of excitations are exact:
-/// d²e/dt² = e'' φ'² + e' φ''.
+/// Its waves are evaluated at the angle φ(t). φ' and φ'' are those of the law, so that second derivatives of
+/// excitations are exact: d²e/dt² = e'' φ'² + e' φ''.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, drives::{PhaseLaw, VaryingSpeed}};
@@ -188,17 +192,19 @@ impl PhaseLaw {
 pub type VaryingSpeed<G> = Wrapped<Machine<G>, PhaseLaw>;
 
 impl<G: Shape> VaryingSpeed<G> {
-    /// The same machine with its angle following a law.
+    /// A machine whose angle follows a phase law.
     pub fn new(model: Machine<G>, law: PhaseLaw) -> Self {
         Wrapped::by_rule(model, law)
     }
-    /// The law.
+    /// The phase law.
     pub fn law(&self) -> &PhaseLaw {
         self.rule()
     }
 }
 
-/// How near to an edge counts as on it, and how far from it its sides are looked at `[rad]`: 1e-9, or what rounding leaves of a large phase.
+/// Distance from an edge `[rad]`, max(1e-9, 16 ε |φ|) with ε = 2.2e-16. An angle within this distance lies
+/// on the edge, and the values before and after the edge are evaluated at this distance. The second term is
+/// the rounding of a large phase.
 fn aside(phase: f64) -> f64 {
     (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
 }
@@ -206,7 +212,7 @@ fn aside(phase: f64) -> f64 {
 impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
         let phase = self.phase(t);
-        // Where an edge is, by rounding, its side is looked at.
+        // If the angle lies on an edge, within rounding, the waves are evaluated on the given side of it.
         let near = aside(phase);
         let phase = match model.shape().next_edge(phase - near).filter(|edge| *edge <= phase + near) {
             Some(edge) if side == Side::Before => edge - near,

@@ -1,28 +1,32 @@
-//! A model whose drives are changed by a rule: the base of all wrappers.
+//! Models whose drives are changed by a rule: the base of all wrappers.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Jacobian, Model};
 
-/// What a wrapper does to the drives of a model; all else stays as it is.
+/// A rule that changes the drives of a model. Algebra, contacts and channels remain those of the model.
 pub trait DriveRule<M: ?Sized> {
-    /// All drives at `t`, seen from one side.
+    /// Writes all drives at `t` to `u`. `side`: before or after a jump at `t`.
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
-    /// The first instant after `t` at which a drive jumps or kinks.
+    /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
 }
 
-/// A model with its drives changed by a rule: [`Held`](crate::drives::Held) adds random processes, [`Driven`](crate::drives::Driven) functions of time,
-/// [`VaryingSpeed`](crate::drives::VaryingSpeed) lets its angle follow a law.
+/// A model with its drives changed by a rule.
 ///
-/// It has no period, whatever the model has.
+/// [`Held`](crate::drives::Held) adds held processes, [`Driven`](crate::drives::Driven) adds functions of
+/// time, and [`VaryingSpeed`](crate::drives::VaryingSpeed) replaces the constant speed by a phase law. The
+/// result is not [`Periodic`](crate::Periodic), even if the model is.
 ///
 /// ```
 /// use gear_dynamics::{drives::{DriveRule, Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
 /// struct Doubled; // doubles the first drive
 /// impl<M: Model> DriveRule<M> for Doubled {
-///     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) { model.drive(t, side, u); u[0] *= 2.0; }
+///     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
+///         model.drive(t, side, u);
+///         u[0] *= 2.0;
+///     }
 ///     fn next_edge(&self, model: &M, t: f64) -> Option<f64> { model.next_edge(t) }
 /// }
 /// let pair = NfgPair::new(&NfgParams::table1())?;
@@ -46,7 +50,7 @@ impl<M, R> Wrapped<M, R> {
     {
         Wrapped { model, rule }
     }
-    /// The model without the rule.
+    /// The wrapped model, without the rule.
     pub fn bare(&self) -> &M {
         &self.model
     }

@@ -5,9 +5,11 @@ use crate::excitation::jet::Jet;
 use std::any::Any;
 use std::fmt::Debug;
 
-/// A function f(φ) of an angle φ `[rad]` that repeats with 2π, with its first two derivatives over the angle, exact where they exist.
+/// A function f(φ) of an angle φ `[rad]` with period 2π and its first two derivatives over the angle, exact
+/// where they exist.
 ///
-/// It does not know how fast the angle turns, nor how often it repeats in one turn of a shaft: [`Wave`](crate::Wave) says the latter.
+/// It contains neither the speed of the angle nor the number of repetitions in one turn of a shaft. The
+/// latter is the order of a [`Wave`](crate::Wave).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Fourier};
@@ -16,25 +18,28 @@ use std::fmt::Debug;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 pub trait Excitation: Any + Debug + Send + Sync {
-    /// f, f' and f'' at an angle in [0, 2π), which is never one of its [`edges`](Excitation::edges).
+    /// Returns f, f' and f'' at an angle in [0, 2π). A [`Wave`](crate::Wave) never evaluates it at one of
+    /// its [`edges`](Excitation::edges).
     fn jet(&self, angle: f64) -> Jet;
-    /// f alone.
+    /// Returns f alone. Default: from [`jet`](Excitation::jet).
     fn value(&self, angle: f64) -> f64 {
         self.jet(angle).value
     }
-    /// Angles in [0, 2π) at which f or a derivative jumps, in any order.
+    /// Angles in [0, 2π) at which f or a derivative jumps, in any order. Default: none.
     fn edges(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// Whether another excitation is the very same function, so that models with it may share a table of drives. Default: it is not. A type
-    /// that is `PartialEq` says `gear_dynamics::excitation::same(self, other)`.
+    /// Whether another excitation is the same function, so that models with either of them may share a drive
+    /// table. Default: `false`. A type with `PartialEq` implements it as
+    /// `gear_dynamics::excitation::same(self, other)`.
     fn same_as(&self, other: &dyn Excitation) -> bool {
         let _ = other;
         false
     }
 }
 
-/// Whether an excitation equals another one of any type: the line of [`Excitation::same_as`] for a type that is `PartialEq`.
+/// Whether two excitations have the same type and are equal. It implements [`Excitation::same_as`] for a
+/// type with `PartialEq`.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Constant, Fourier, same};
@@ -47,7 +52,8 @@ pub fn same<E: Excitation + PartialEq>(one: &E, other: &dyn Excitation) -> bool 
     other.downcast_ref::<E>() == Some(one)
 }
 
-/// The first of several angles or instants, any of which may be missing: the next edge of a model with several waves.
+/// The smallest of several angles or instants, any of which may be missing; `None` if all are missing. A
+/// model with several waves computes its next edge in this way.
 ///
 /// ```
 /// assert_eq!(gear_dynamics::excitation::earliest([None, Some(2.0), Some(1.5)]), Some(1.5));
@@ -64,7 +70,7 @@ pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// A constant.
+/// A constant excitation.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Constant, Excitation};

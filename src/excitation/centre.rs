@@ -4,9 +4,10 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
 
-/// The moving instantaneous centre of an eccentric gear over its phase x `[rad]`: ε its eccentric ratio.
+/// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
 ///
-/// All curves carry exact first and second derivatives.   Source: Liu 2021, Eqs. (8), (18), (20), corrected.
+/// All curves have exact first and second derivatives.   Source: Liu 2021, Eqs. (8), (18), (20), corrected
+/// (docs/errata.md).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, InstantCentre};
@@ -21,7 +22,7 @@ pub struct InstantCentre {
 }
 
 impl InstantCentre {
-    /// Eccentric ratio ε in [0, 1).
+    /// Eccentric ratio ε `[1]` in [0, 0.999999].
     ///
     /// # Errors
     /// An eccentric ratio outside [0, 0.999999].
@@ -29,7 +30,7 @@ impl InstantCentre {
         Ok(InstantCentre { eccentric: Self::check_ratio("eccentric ratio", eccentric)? })
     }
 
-    /// An eccentric ratio so far from 1 that 1 - 2 ε + ε² is not lost in rounding.
+    /// Checks that 0 <= ε <= 0.999999, so that rounding does not spoil 1 - 2 ε + ε².
     pub(crate) fn check_ratio(name: &str, eccentric: f64) -> Result<f64, ParameterError> {
         match check::fraction(name, eccentric)? {
             value if value > 0.999_999 => {
@@ -39,7 +40,7 @@ impl InstantCentre {
         }
     }
 
-    /// β = 2 ε/(1 + ε²): the change rate of the base radius.
+    /// β = 2 ε/(1 + ε²) `[1]`: relative amplitude of the base radius.
     pub fn beta(&self) -> f64 {
         2.0 * self.eccentric / (1.0 + self.eccentric * self.eccentric)
     }
@@ -48,30 +49,35 @@ impl InstantCentre {
         CentreCurve { centre: self, kind }
     }
 
-    /// r = L (1 + β cos x), L its mean.   Liu 2021, Eq. (8) with ω_c for ω_e.
+    /// Base radius r = L (1 + β cos x) with the mean L, in the unit of L.   Source: Liu 2021, Eq. (8) with
+    /// ω_c for ω_e.
     ///
     /// # Errors
     /// A mean radius outside 1e-50 .. 1e50.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Radius(check::scale("mean radius", mean)?)))
     }
-    /// i = i_j (1 + 2 ε cos x + ε²)/(1 - ε²), i_j the reduction ratio.   Liu 2021, Eq. (18).
+    /// Ratio i = i_j (1 + 2 ε cos x + ε²)/(1 - ε²) `[1]` with the reduction ratio i_j.   Source: Liu 2021,
+    /// Eq. (18).
     ///
     /// # Errors
     /// A reduction ratio outside 1e-50 .. 1e50.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Ratio(check::scale("reduction ratio", reduction)?)))
     }
-    /// dθ/dx = (1 - ε²)/(1 + 2 ε cos x + ε²): how the driven gear turns in its rigid motion. Its rate dω/dx = 2 ε (1 - ε²) sin x/(1 + 2 ε cos x +
-    /// ε²)² is the centre forcing: θ'' = (d²θ/dx²) x'² + (dθ/dx) x''.
+    /// Rotation of the driven gear in rigid motion: dθ/dx = (1 - ε²)/(1 + 2 ε cos x + ε²) `[1]`.
+    ///
+    /// Its derivative d²θ/dx² = 2 ε (1 - ε²) sin x/(1 + 2 ε cos x + ε²)² is the centre forcing:
+    /// θ'' = (d²θ/dx²) x'² + (dθ/dx) x''.   Source: Liu 2021, Eq. (20), corrected.
     // Erratum (docs/errata.md): Eq. (20) as printed lacks both squares.
     pub fn rotation(self) -> CentreCurve {
         self.curve(Kind::Rotation)
     }
-    /// The Fourier series of [`rotation`](InstantCentre::rotation): 1 + 2 Σ_{n=1}^{order} (-ε)^n cos n x. Order 2 gives Eq. (22).
+    /// The Fourier series of [`rotation`](InstantCentre::rotation): 1 + 2 Σ_{n=1}^{order} (-ε)^n cos n x.
+    /// Order 2 gives Liu 2021, Eq. (22).
     ///
     /// # Errors
-    /// An order above 10 000: every one of them is summed at every evaluation.
+    /// An order above 10 000, because every evaluation sums all orders.
     pub fn rotation_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
         Ok(self.curve(Kind::Series(check::count("order of the forcing series", &[order], check::ORDERS)?)))
     }

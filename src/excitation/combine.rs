@@ -1,4 +1,4 @@
-//! Excitations made of others.
+//! Excitations composed of waves, and excitations given by closures.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
@@ -7,7 +7,7 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use std::fmt;
 
-/// f(φ) + g(φ) + ...
+/// The sum f(φ) + g(φ) + ... of waves.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Excitation, Fourier, Sum}, Wave};
@@ -20,7 +20,7 @@ use std::fmt;
 pub struct Sum(Vec<Wave>);
 
 impl Sum {
-    /// The terms; none at all is zero.
+    /// The sum of these terms; 0 if there are none.
     pub fn new(terms: Vec<Wave>) -> Self {
         Sum(terms)
     }
@@ -43,7 +43,7 @@ impl Excitation for Sum {
     }
 }
 
-/// f(φ) g(φ) ...
+/// The product f(φ) g(φ) ... of waves.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Excitation, Fourier, Product}, Wave};
@@ -55,7 +55,7 @@ impl Excitation for Sum {
 pub struct Product(Vec<Wave>);
 
 impl Product {
-    /// The factors; none at all is one.
+    /// The product of these factors; 1 if there are none.
     pub fn new(factors: Vec<Wave>) -> Self {
         Product(factors)
     }
@@ -73,7 +73,7 @@ impl Excitation for Product {
     }
 }
 
-/// a f(φ).
+/// A wave f(φ) multiplied by a factor a: a f(φ).
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Excitation, Scaled}, Wave};
@@ -87,7 +87,7 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    /// A factor within ±1e50 and what it scales.
+    /// A factor within ±1e50 and the wave that it multiplies.
     ///
     /// # Errors
     /// A factor beyond ±1e50.
@@ -108,7 +108,11 @@ impl Excitation for Scaled {
     }
 }
 
-/// A closure on [`Jet`]s of the angle: derivatives come from its arithmetic. It should repeat with 2π; where it does not, it jumps at 0.
+/// An excitation given by a closure on [`Jet`]s of the angle. Its derivatives follow from the arithmetic of
+/// the jets.
+///
+/// The closure should have the period 2π. Otherwise the excitation jumps at φ = 0, and 0 belongs to its
+/// edges ([`with_edges`](Function::with_edges)).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Function, Jet};
@@ -128,7 +132,7 @@ impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Function<F> {
         Function { function, edges: Vec::new() }
     }
 
-    /// The same, known to jump or to kink at these angles in [0, 2π).
+    /// The same function with the angles in [0, 2π) at which it jumps or has a kink.
     ///
     /// # Errors
     /// An angle outside [0, 2π).

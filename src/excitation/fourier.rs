@@ -6,7 +6,8 @@ use crate::excitation::jet::Jet;
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-/// f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6), (7).
+/// Fourier series f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6),
+/// (7).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Fourier};
@@ -21,7 +22,7 @@ pub struct Fourier {
 }
 
 impl Fourier {
-    /// Mean, cosine and sine coefficients by order from 1.
+    /// The series with a mean and pairs (c_n, s_n) of cosine and sine coefficients, by order from 1.
     ///
     /// # Errors
     /// A mean or coefficient beyond ±1e50; more than 10 000 orders.
@@ -35,10 +36,10 @@ impl Fourier {
         Ok(Fourier { mean, pairs: pairs.to_vec() })
     }
 
-    /// f(φ) = mean + Σ_n A_n cos(n φ + φ_n) from pairs (A_n, φ_n `[rad]`).
+    /// The series f(φ) = mean + Σ_n A_n cos(n φ + φ_n) from pairs (A_n, φ_n `[rad]`), by order from 1.
     ///
     /// # Errors
-    /// A mean, amplitude or phase beyond ±1e50.
+    /// A mean, amplitude or phase beyond ±1e50; more than 10 000 orders.
     pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]]) -> Result<Self, ParameterError> {
         for (i, pair) in amplitudes.iter().enumerate() {
             check::quantity(format!("amplitude of order {}", i + 1), pair[0])?;
@@ -49,11 +50,14 @@ impl Fourier {
         Fourier::new(mean, &pairs)
     }
 
-    /// The series up to `order` through uniform samples of one period, the first at φ = 0: how the mean stiffness and its
-    /// amplitudes are drawn from a computed stiffness curve (Liu 2021, under Eq. 19).
+    /// The series up to `order` of M uniform samples x_i of one period, the first at φ = 0.
+    ///
+    /// mean = 1/M Σ_i x_i, c_n = 2/M Σ_i x_i cos(2π n i/M), s_n = 2/M Σ_i x_i sin(2π n i/M). Liu 2021 (below
+    /// Eq. 19) obtains the mean stiffness and its amplitudes in this way from a computed stiffness curve.
     ///
     /// # Errors
-    /// Fewer than `2 order + 1` samples cannot tell the orders apart; as [`new`](Fourier::new), for samples and the series through them.
+    /// Fewer than `2 order + 1` samples, which do not determine all orders; a sample or a coefficient beyond
+    /// ±1e50; an order above 10 000.
     pub fn fit(samples: &[f64], order: usize) -> Result<Self, ParameterError> {
         let least = order.saturating_mul(2).saturating_add(1);
         if samples.len() < least {
@@ -67,7 +71,7 @@ impl Fourier {
             .map(|n| {
                 let mut pair = [0.0; 2];
                 for (i, x) in samples.iter().enumerate() {
-                    // The angle is reduced in whole numbers, so that high orders keep their digits.
+                    // The angle is reduced in integers, so that high orders lose no digits.
                     let (s, c) = libm::sincos(TAU * ((n * i) % m) as f64 / m as f64);
                     pair[0] += 2.0 / m as f64 * x * c;
                     pair[1] += 2.0 / m as f64 * x * s;
@@ -78,18 +82,18 @@ impl Fourier {
         Fourier::new(mean, &pairs)
     }
 
-    /// The mean.
+    /// Mean of the series.
     pub fn mean(&self) -> f64 {
         self.mean
     }
-    /// Cosine and sine coefficients, by order from 1.
+    /// Pairs of cosine and sine coefficients, by order from 1.
     pub fn pairs(&self) -> &[[f64; 2]] {
         &self.pairs
     }
 }
 
 impl Fourier {
-    /// f(φ) with its derivatives over φ/times, from the sine and cosine of φ.
+    /// f(φ) and its derivatives over φ/times, from sin φ and cos φ.
     #[inline]
     pub(crate) fn jet_of(&self, (s1, c1): (f64, f64), times: f64) -> Jet {
         let (mut s, mut c, mut w) = (s1, c1, 0.0);
@@ -109,11 +113,12 @@ impl Fourier {
 }
 
 thread_local! {
-    /// The angle asked for last, with its sine and cosine.
+    /// The angle of the last evaluation, its sine and its cosine.
     static LAST: Cell<[f64; 3]> = const { Cell::new([0.0, 0.0, 1.0]) };
 }
 
-/// sin x and cos x. Waves of one order and phase are asked for one after the other at the same angle: the second finds them computed.
+/// sin x and cos x. The last result is stored, because waves of the same order and phase are evaluated one
+/// after the other at the same angle.
 #[inline]
 fn sincos(x: f64) -> (f64, f64) {
     let [last, s, c] = LAST.get();

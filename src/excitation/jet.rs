@@ -1,4 +1,4 @@
-//! A value with its first two derivatives.
+//! Values with their first two derivatives.
 
 use std::ops::Add;
 use std::ops::Div;
@@ -6,7 +6,7 @@ use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// f(x), f'(x), f''(x), carried through arithmetic by the product and chain rules.
+/// A value f(x) with f'(x) and f''(x). Arithmetic on jets follows the product rule and the chain rule.
 ///
 /// ```
 /// use gear_dynamics::excitation::Jet;
@@ -24,17 +24,17 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Three numbers.
+    /// A jet of the given value, first and second derivative.
     #[inline]
     pub fn new(value: f64, rate: f64, second: f64) -> Self {
         Jet { value, rate, second }
     }
-    /// x itself.
+    /// The variable x itself: f' = 1, f'' = 0.
     #[inline]
     pub fn variable(x: f64) -> Self {
         Jet::new(x, 1.0, 0.0)
     }
-    /// A constant.
+    /// A constant: f' = f'' = 0.
     #[inline]
     pub fn constant(value: f64) -> Self {
         Jet::new(value, 0.0, 0.0)

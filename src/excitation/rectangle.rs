@@ -1,4 +1,4 @@
-//! The rectangular stiffness wave of a contact ratio.
+//! Rectangular waves: the mesh stiffness of a contact ratio.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
@@ -7,10 +7,11 @@ use crate::excitation::jet::Jet;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
-/// High while one pair of teeth more is in mesh, low otherwise; the high part lasts a share `duty` of the turn and is centred on φ = 0.
+/// A rectangular wave with two levels: `high` while one more tooth pair is in engagement, `low` otherwise.
 ///
-/// The edges are exact: solvers end their steps on them. [`series`](RectangularWave::series) is the truncated series
-/// that most papers use instead.   Source: Lin & Parker 2002; ISO 6336-1 for the levels.
+/// The high part is centred on φ = 0; its share of the period is `duty`. Its edges are exact: solvers end
+/// their steps on them. [`series`](RectangularWave::series) returns the truncated Fourier series that most
+/// papers use instead.   Source: Lin & Parker 2002; ISO 6336-1 for the levels.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Excitation, RectangularWave, Side}, Wave};
@@ -30,7 +31,7 @@ pub struct RectangularWave {
 }
 
 impl RectangularWave {
-    /// Two levels and a duty in [0, 1).
+    /// A wave of two levels with a duty `[1]` in [0, 1).
     ///
     /// # Errors
     /// A level beyond ±1e50; a duty outside [0, 1).
@@ -39,8 +40,11 @@ impl RectangularWave {
         Ok(RectangularWave { low, high, duty: check::fraction("duty", duty)? })
     }
 
-    /// The duty is the contact ratio less its whole part: 0.52 of the turn with two pairs for a contact ratio of 1.52. `low` is the stiffness
-    /// of the whole part of the ratio, so a contact ratio of 2 is constant at `low`, that of two pairs.
+    /// The wave of a contact ratio `[1]`. The duty is the fractional part of the contact ratio: for 1.52 two
+    /// tooth pairs are in engagement during 0.52 of the period.
+    ///
+    /// `low` is the stiffness of the smaller number of pairs, the whole part of the contact ratio; `high` is
+    /// that of one pair more. A contact ratio of 2 gives the constant `low`, the stiffness of two pairs.
     ///
     /// # Errors
     /// A contact ratio below 1 or above 1e50; levels as in [`new`](RectangularWave::new).
@@ -50,27 +54,28 @@ impl RectangularWave {
             return Err(ParameterError::OutOfRange {
                 name: name.into(),
                 value: contact_ratio,
-                allowed: "[1, ∞)",
+                allowed: "[1, 1e50]",
             });
         }
         RectangularWave::new(low, high, contact_ratio.fract())
     }
 
-    /// 1 for the quarter turn on either side of φ = 0 and -1 elsewhere: the sign of tooth friction, which reverses at the pitch point. A phase
-    /// of the [`Wave`](crate::Wave) puts the pitch point where it is.
+    /// The sign of tooth friction, which reverses at the pitch point: 1 within a quarter turn of φ = 0, -1
+    /// elsewhere. The phase of the [`Wave`](crate::Wave) determines the angle of the pitch point.
     pub fn sign() -> Self {
         RectangularWave { low: -1.0, high: 1.0, duty: 0.5 }
     }
 
-    /// low + duty (high - low).
+    /// Mean low + duty (high - low).
     pub fn mean(&self) -> f64 {
         self.low + self.duty * (self.high - self.low)
     }
 
-    /// The Fourier series to an order: amplitudes 2 (high - low)/(j π) sin(j π duty).
+    /// The Fourier series up to `order`, with the cosine amplitudes 2 (high - low)/(j π) sin(j π duty) of
+    /// the orders j.
     ///
     /// # Errors
-    /// An order above 10 000; levels so far apart that a derivative of the series overflows.
+    /// An order above 10 000; a mean or an amplitude beyond ±1e50.
     pub fn series(&self, order: usize) -> Result<Fourier, ParameterError> {
         check::count("order of the series", &[order], check::ORDERS)?;
         let amplitude =
@@ -79,7 +84,7 @@ impl RectangularWave {
         Fourier::new(self.mean(), &pairs)
     }
 
-    /// Where the high part ends.
+    /// Angle at which the high part ends `[rad]`.
     fn half(&self) -> f64 {
         PI * self.duty
     }

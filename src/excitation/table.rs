@@ -1,11 +1,12 @@
-//! A sampled curve.
+//! Excitations from samples.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
 use std::f64::consts::TAU;
 
-/// Uniform samples of one turn, the first at φ = 0, joined by the periodic cubic spline (twice continuously differentiable).
+/// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
+/// continuously differentiable.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};
@@ -17,12 +18,12 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     samples: Vec<f64>,
-    /// Second derivatives at the knots, times h².
+    /// Second derivatives at the knots, times the square of the spacing of the samples.
     moments: Vec<f64>,
 }
 
 impl Table {
-    /// At least 3 samples.
+    /// The spline through at least 3 samples.
     ///
     /// # Errors
     /// Fewer than 3 samples; one beyond ±1e50.
@@ -36,12 +37,13 @@ impl Table {
     }
 }
 
-/// M_{i-1} + 4 M_i + M_{i+1} = 6 (y_{i-1} - 2 y_i + y_{i+1}), indices cyclic: Thomas with a Sherman-Morrison correction.
-/// Source: de Boor, A Practical Guide to Splines, ch. IV.
+/// Solves M_{i-1} + 4 M_i + M_{i+1} = 6 (y_{i-1} - 2 y_i + y_{i+1}) with cyclic indices, by the Thomas
+/// algorithm with a Sherman-Morrison correction.   Source: de Boor, A Practical Guide to Splines, ch. IV.
 fn periodic_moments(y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let rhs: Vec<f64> = (0..n).map(|i| 6.0 * (y[(i + n - 1) % n] - 2.0 * y[i] + y[(i + 1) % n])).collect();
-    // The cyclic matrix is a tridiagonal one plus u uᵀ/4 with u = (4, 0, .., 0, 4): corners 1 need γ = 1.
+    // The cyclic matrix is T + c cᵀ with T tridiagonal and c = (1, 0, .., 0, 1). With T x = y and T z = c the
+    // solution is x - z (cᵀx)/(1 + cᵀz).
     let mut diagonal = vec![4.0; n];
     diagonal[0] -= 1.0;
     diagonal[n - 1] -= 1.0;
@@ -54,7 +56,7 @@ fn periodic_moments(y: &[f64]) -> Vec<f64> {
     x.iter().zip(&z).map(|(x, z)| x - factor * z).collect()
 }
 
-/// A tridiagonal system with ones beside the diagonal.
+/// Solves a tridiagonal system with ones beside the diagonal.
 fn thomas(diagonal: &[f64], rhs: &[f64]) -> Vec<f64> {
     let n = rhs.len();
     let (mut d, mut x) = (diagonal.to_vec(), rhs.to_vec());

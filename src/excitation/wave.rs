@@ -1,4 +1,4 @@
-//! An excitation on a shaft.
+//! Waves: excitations on a shaft.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Excitation;
@@ -8,10 +8,11 @@ use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// f(n φ + ψ): an [`Excitation`] f on a shaft of angle φ, n times a turn, ahead by the phase ψ. Copies share the function.
+/// A wave f(n φ + ψ): an [`Excitation`] f over the angle φ of a shaft, with whole order n and phase ψ.
+/// Copies share the function.
 ///
-/// Two waves are equal if order and phase are and the function is the same one, or says that it is the same
-/// ([`Excitation::same_as`]).
+/// Two waves are equal if their orders and phases are equal and they share the function or
+/// [`Excitation::same_as`] returns `true`.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, Wave};
@@ -24,33 +25,35 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Wave {
     excitation: Arc<dyn Excitation>,
-    /// n.
+    /// Order n.
     order: u32,
-    /// ψ in [0, 2π).
+    /// Phase ψ in [0, 2π).
     ahead: f64,
     /// Edges of the excitation in [0, 2π), increasing.
     edges: Arc<[f64]>,
 }
 
-/// An angle this near to an edge lies on it: rounding of n φ, as a share of it, and at the least.
+/// Rounding of n φ + ψ, as a share of it. An angle whose distance from an edge is within its rounding lies
+/// on the edge.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Lower bound of that rounding `[rad]`.
 const NEAR: f64 = 1e-13;
 
-/// From how far the sides of an edge are seen `[rad]`.
+/// Distance from an edge at which the values before and after it are evaluated `[rad]`.
 const ASIDE: f64 = 1e-12;
 
-/// Edges that are nearer to one another than this are one.
+/// Edges with a smaller distance from each other count as one `[rad]`.
 const APART: f64 = 4.0 * ASIDE;
 
-/// Beyond this angle edges can no longer be told apart in floating point.
+/// Largest |n φ + ψ| `[rad]` at which edges are announced. The resolution of `f64` is too coarse beyond it.
 const FARTHEST: f64 = 1e12;
 
-/// Most edges in a turn of the shaft.
+/// Maximum number of edges in a turn of the shaft.
 const MOST_EDGES: usize = 1 << 20;
 
 impl Wave {
-    /// f(φ).
+    /// The wave f(φ): order 1, phase 0.
     pub fn new(excitation: impl Excitation) -> Self {
         let mut edges: Vec<f64> = excitation
             .edges()
@@ -69,7 +72,7 @@ impl Wave {
         Wave { excitation: Arc::new(excitation), order: 1, ahead: 0.0, edges: edges.into() }
     }
 
-    /// A constant.
+    /// A constant wave.
     ///
     /// # Errors
     /// A value beyond ±1e50.
@@ -77,10 +80,11 @@ impl Wave {
         Ok(Wave::new(crate::excitation::angle::Constant::new(value)?))
     }
 
-    /// The same wave `order` times as often in a turn: teeth on a shaft, blades on a wheel.
+    /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
+    /// tooth of a gear or each blade of a wheel. Orders of repeated calls are multiplied.
     ///
     /// # Errors
-    /// An order of 0; orders of more than a million together, or more than a million edges in a turn.
+    /// An order of 0; a product of the orders above 1 000 000; more than 2²⁰ edges in a turn.
     pub fn per_turn(self, order: u32) -> Result<Self, ParameterError> {
         if order == 0 {
             return Err(ParameterError::TooFew { name: "order of a wave".into(), value: 0, least: 1 });
@@ -91,7 +95,8 @@ impl Wave {
         Ok(Wave { order, ..self })
     }
 
-    /// The same wave ahead by a phase `[rad]` of its own: f(n φ + ψ).
+    /// The same wave with a phase `[rad]` added to ψ: f(n φ + ψ). 2π is one period of the excitation, not
+    /// one turn of the shaft.
     ///
     /// # Errors
     /// A phase beyond ±1e50.
@@ -100,20 +105,21 @@ impl Wave {
         Ok(Wave { ahead, ..self })
     }
 
-    /// n: how often it repeats in a turn of the shaft.
+    /// Order n: the number of repetitions in a turn of the shaft.
     pub fn order(&self) -> u32 {
         self.order
     }
-    /// How many edges it has in a turn of the shaft.
+    /// Number of edges in a turn of the shaft.
     pub fn edges_per_turn(&self) -> usize {
         self.order as usize * self.edges.len()
     }
-    /// ψ in [0, 2π).
+    /// Phase ψ `[rad]` in [0, 2π).
     pub fn phase(&self) -> f64 {
         self.ahead
     }
 
-    /// Value, first and second derivative over the angle of the shaft, at any angle, seen from one side.
+    /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`. `side`: before
+    /// or after a jump at this angle.
     #[inline]
     pub fn jet(&self, angle: f64, side: Side) -> Jet {
         let n = f64::from(self.order);
@@ -126,7 +132,8 @@ impl Wave {
         self.excitation.value(self.own(angle, side))
     }
 
-    /// The value of this wave and the jet of another one: one reduction of the angle where both are of one order and phase, and smooth.
+    /// The value of this wave and the jet of another one. The angle is reduced once for both if they have
+    /// the same order and phase and no edges.
     #[inline]
     pub(crate) fn value_beside(&self, other: &Wave, angle: f64, side: Side) -> (f64, Jet) {
         if self.order != other.order
@@ -142,7 +149,7 @@ impl Wave {
         (value, Jet { value: other, rate: n * rate, second: n * n * second })
     }
 
-    /// n φ + ψ in [0, 2π), aside where an edge is.
+    /// n φ + ψ in [0, 2π), moved to one side of an edge on which it lies.
     #[inline]
     fn own(&self, angle: f64, side: Side) -> f64 {
         let far = f64::from(self.order) * angle + self.ahead;
@@ -150,6 +157,8 @@ impl Wave {
         if self.edges.is_empty() { own } else { self.aside(own, far, side) }
     }
 
+    /// An angle in [0, 2π), moved to one side of an edge on which it lies. `far`: n φ + ψ, whose rounding
+    /// counts.
     fn aside(&self, own: f64, far: f64, side: Side) -> f64 {
         let near = NEAR.max(ROUNDING * far.abs());
         let next = self.edges.partition_point(|edge| *edge < own);
@@ -161,7 +170,7 @@ impl Wave {
         reduced(edge + if side == Side::Before { -ASIDE } else { ASIDE })
     }
 
-    /// The edges before and at place `next`, those of the turns before and after among them.
+    /// The edges at the places `next` - 1 and `next`, continued periodically at both ends of the list.
     fn neighbours(&self, next: usize) -> [f64; 2] {
         let last = self.edges[self.edges.len() - 1];
         let before = if next == 0 { last - TAU } else { self.edges[next - 1] };
@@ -169,14 +178,15 @@ impl Wave {
         [before, after]
     }
 
-    /// The first angle of the shaft after `angle` at which the wave or a derivative jumps.
+    /// The first angle of the shaft after `angle` at which the wave or a derivative jumps. `None` if there
+    /// are no edges or |n φ + ψ| is above 1e12 rad.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {
         let n = f64::from(self.order);
         let far = n * angle + self.ahead;
         if self.edges.is_empty() || far.abs() > FARTHEST {
             return None;
         }
-        // An edge that the angle lies on, by rounding, is not after it.
+        // An edge on which the angle lies, within rounding, is not after it.
         let near = NEAR.max(ROUNDING * far.abs());
         let turns = (far / TAU).floor();
         let own = far - turns * TAU + 2.0 * near;
@@ -189,7 +199,8 @@ impl Wave {
         (at > angle).then_some(at)
     }
 
-    /// The greatest common divisor of the orders of waves, constants left out: how often they all repeat in a turn of the shaft.
+    /// Number of times that all waves repeat in a turn of the shaft: the greatest common divisor of their
+    /// orders, without constants; 1 if all are constants.
     ///
     /// ```
     /// use gear_dynamics::{excitation::Fourier, Wave};
@@ -201,14 +212,14 @@ impl Wave {
     pub fn common_order<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
         Wave::divisor_of_orders(waves).max(1)
     }
-    /// The same, 0 if all are constants.
+    /// The same number, but 0 if all are constants.
     pub(crate) fn divisor_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
         let varies =
             |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::angle::Constant>();
         waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order))
     }
 
-    /// All edges in [0, 2π) of the shaft.
+    /// All edges in one turn of the shaft, as angles of the shaft in [0, 2π).
     pub(crate) fn edges_of_a_turn(&self) -> Vec<f64> {
         let n = f64::from(self.order);
         let turns = |edge: &f64| {
@@ -218,7 +229,7 @@ impl Wave {
         self.edges.iter().flat_map(turns).collect()
     }
 
-    /// Whether both hold one and the same function, not only an equal one.
+    /// Whether both waves share one function object and have the same order and phase.
     pub(crate) fn is(&self, other: &Wave) -> bool {
         Arc::ptr_eq(&self.excitation, &other.excitation)
             && self.order == other.order
@@ -226,18 +237,18 @@ impl Wave {
     }
 }
 
-/// The greatest common divisor; that of a number and 0 is the number.
+/// The greatest common divisor of a and b; a if b is 0.
 pub(crate) fn divisor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { divisor(b, a % b) }
 }
 
-/// An angle within [0, 2π).
+/// An angle reduced to [0, 2π).
 #[inline]
 pub(crate) fn reduced(angle: f64) -> f64 {
     if (0.0..TAU).contains(&angle) {
         return angle;
     }
-    // Whole turns by a conversion: a call of `floor` costs more than all the rest.
+    // Whole turns by conversion to an integer: a call of `floor` takes longer than the rest of this function.
     let turns = (angle / TAU) as i64 as f64;
     let own = angle - TAU * turns;
     let own = if own < 0.0 { own + TAU } else { own };

@@ -1,4 +1,4 @@
-//! The traits of a gear model: drives, algebra, contacts.
+//! Traits of a gear model: drives, algebra and contacts.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -6,11 +6,26 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use nalgebra::DMatrix;
 
-/// ∂a/∂q and ∂a/∂v, each `dof` x `dof`, row = acceleration.
+/// The Jacobian of the accelerations: ∂a/∂q and ∂a/∂v, each `dof` x `dof`. Each row belongs to an
+/// acceleration.
 ///
 /// ```
-/// let jacobian = gear_dynamics::model::Jacobian::new(2);
-/// assert_eq!(jacobian.q.shape(), (2, 2));
+/// use gear_dynamics::{contact::Piece, model::Jacobian, Model};
+/// struct Oscillator; // q'' = -4 q - 0.5 q'
+/// impl Model for Oscillator {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = -4.0 * q[0] - 0.5 * v[0]; }
+///     fn jacobian(
+///         &self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian,
+///     ) -> bool {
+///         out.q[(0, 0)] = -4.0;
+///         out.v[(0, 0)] = -0.5;
+///         true
+///     }
+/// }
+/// let mut jacobian = Jacobian::new(1);
+/// assert!(Oscillator.jacobian(None, &[0.0], &[1.0], &[0.0], &mut jacobian));
+/// assert_eq!((-jacobian.q[(0, 0)]).sqrt(), 2.0); // undamped natural frequency
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jacobian {
@@ -21,12 +36,13 @@ pub struct Jacobian {
 }
 
 impl Jacobian {
-    /// Zeros of the right shape.
+    /// A Jacobian of zeros for `dof` degrees of freedom.
     pub fn new(dof: usize) -> Self {
         Jacobian { q: DMatrix::zeros(dof, dof), v: DMatrix::zeros(dof, dof) }
     }
 
-    /// The first slope that is not finite: of which acceleration, in which coordinate, and whether in its velocity.
+    /// The first entry that is not finite: the index of the acceleration, the index of the coordinate, and
+    /// `true` for an entry of ∂a/∂v.
     pub(crate) fn not_finite(&self) -> Option<(usize, usize, bool)> {
         let first = |half: &DMatrix<f64>| {
             half.iter().position(|x| !x.is_finite()).map(|k| (k % half.nrows(), k / half.nrows()))
@@ -36,9 +52,11 @@ impl Jacobian {
     }
 }
 
-/// q'' = a(u(t), q, q'): drives that depend on time alone, algebra without a clock, and the contacts at which it changes.
+/// A model q'' = a(u(t), q, q'), divided into drives u, algebra a and contacts.
 ///
-/// A beginner writes [`dof`](Model::dof) and [`accel`](Model::accel); time is then the only drive, `u[0] == t`:
+/// The drives depend on time alone. Time does not appear in the algebra. The contacts give the edges at
+/// which the algebra changes. A minimal model implements [`dof`](Model::dof) and [`accel`](Model::accel);
+/// time is then the only drive, `u[0] == t`:
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, Model, State};
@@ -52,60 +70,68 @@ impl Jacobian {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// An expert adds the rest and gains located tooth edges, exact Jacobians and rattle analysis; [`check_model`](crate::check::check_model)
-/// says where they disagree. `accel`, `drive` and `contact` are pure functions.
+/// The other methods provide located edges, exact Jacobians and rattle analysis.
+/// [`check_model`](crate::check::check_model) finds contradictions between the methods. `accel`, `drive` and
+/// `contact` must be pure functions.
 pub trait Model {
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     fn dof(&self) -> usize;
-    /// q'' from the drives, coordinates and velocities.
+    /// Writes the accelerations q'' to `a`, from drives `u`, coordinates `q` and velocities `v`.
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]);
 
-    /// Number of drives.
+    /// Number of drives. Default: 1.
     fn drives(&self) -> usize {
         1
     }
-    /// The drives at `t`, seen from one side. By default the only drive is time.
+    /// Writes the drives at `t` to `u`. `side`: before or after a jump at `t`. Default: time is the only
+    /// drive.
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         let _ = side;
         u[0] = t;
     }
-    /// The same into drives that hold those of another instant: what never changes stands there already and may be left out. Solvers ask
-    /// for it at every stage.
+    /// Updates `u`, which contains the drives of another instant, to `t`. The implementation may skip drives
+    /// that never change. Solvers call it at every stage. Default: [`drive`](Model::drive).
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.drive(t, side, u);
     }
-    /// The first instant after `t` at which a drive jumps or kinks.
+    /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
+    /// Default: `None`.
     fn next_edge(&self, t: f64) -> Option<f64> {
         let _ = t;
         None
     }
 
-    /// Number of tooth contacts.
+    /// Number of contacts. Default: 0.
     fn contacts(&self) -> usize {
         0
     }
-    /// Deflection, rate, edges and force of every contact.
+    /// Writes deflection, rate, edges and force of every contact to `out`.
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let _ = (u, q, v, out);
     }
 
-    /// A rigid stop: where contact `contact` meets the edge of its gap on flank `on`, the velocities jump to what this makes of `v`, and the
-    /// contact stays in its gap. `false`: no stop, the edge is crossed.
+    /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`.
     ///
-    /// Which edges are stops is a matter of contact and flank alone. The deflection at a stop depends on drives and coordinates, not on
-    /// velocities, and `accel` goes on smoothly past it, as far as the stages of one step need. See [`Restitution`](crate::contact::Restitution).
+    /// For a stop the method replaces the velocities `v` before the impact by those after it and returns
+    /// `true`; the contact stays in its gap. If the edge is no stop, it returns `false`, and the contact
+    /// crosses the edge. Default: `false`. See [`Restitution`](crate::contact::Restitution).
+    ///
+    /// Whether an edge is a stop must depend on the contact and the flank alone. The deflection at a stop
+    /// must depend on drives and coordinates, not on velocities. `accel` must continue smoothly past the
+    /// stop, as far as the stages of one step reach.
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         let _ = (contact, on, u, q, v);
         false
     }
 
-    /// q'' with every contact held on a given piece. `false`: not offered, and edges are found by re-stepping.
+    /// Writes q'' with every contact on a given piece, continued smoothly past its edges. `false`: not
+    /// available; solvers then locate edges by repeating steps. Default: `false`.
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let _ = (pieces, u, q, v, a);
         false
     }
-    /// ∂a/∂q and ∂a/∂v, of the laws as they are or with every contact held on a given piece. `false`: not offered, differences are
-    /// used.
+    /// Writes ∂a/∂q and ∂a/∂v: evaluated by deflection for `None`, or with every contact on a given piece.
+    /// `false`: not available; differences are used instead. Default: `false`.
     fn jacobian(
         &self,
         pieces: Option<&[Piece]>,
@@ -118,17 +144,18 @@ pub trait Model {
         false
     }
 
-    /// Output channels of the model's own, beside those that every model has (see [`Probe`](crate::analysis::Probe)).
+    /// Channels of this model in addition to those that every model has (see
+    /// [`Probe`](crate::analysis::Probe)). Default: none.
     fn channels(&self) -> Vec<Channel> {
         Vec::new()
     }
-    /// The values of [`channels`](Model::channels).
+    /// Writes the values of the [`channels`](Model::channels) to `out`.
     fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let _ = (u, q, v, contacts, out);
     }
 }
 
-/// A model by reference is a model: what is compiled once for `dyn Model` serves all.
+/// A reference to a model is a model. Code compiled once for `dyn Model` therefore accepts every model.
 impl<M: Model + ?Sized> Model for &M {
     fn dof(&self) -> usize {
         (**self).dof()
@@ -184,7 +211,8 @@ impl<M: Periodic + ?Sized> Periodic for &M {
     }
 }
 
-/// A named output with its unit: `1` when dimensionless, empty when it is the model's own choice.
+/// A quantity with a name and a unit that can be read from a model. Unit: `1` if dimensionless, empty if it
+/// depends on the units of the model.
 ///
 /// ```
 /// let channel = gear_dynamics::model::Channel::new("mesh force", "N");
@@ -192,14 +220,14 @@ impl<M: Periodic + ?Sized> Periodic for &M {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
 }
 
 impl Channel {
-    /// A channel of that name and unit.
+    /// A channel with the given name and unit.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Channel { name: name.into(), unit: unit.into() }
     }
@@ -215,45 +243,56 @@ impl std::fmt::Display for Channel {
     }
 }
 
-/// Drives repeat: what Poincaré sections, harmonic balance and drive tables ask for. A model with random drives
-/// ([`Held`](crate::drives::Held)) is not periodic, and the compiler says so.
+/// A model whose drives repeat. Poincaré sections, harmonic balance and drive tables require it.
+///
+/// A model with held processes ([`Held`](crate::drives::Held)) is not periodic and does not implement this
+/// trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no period",
-    note = "a model whose drives repeat says so with `impl Periodic`; held random drives never repeat: use the bare model, or integrate in time"
+    note = "implement `Periodic` for a model whose drives repeat; a model with held processes has no period: \
+            use the model without them, or integrate in time"
 )]
 pub trait Periodic: Model {
-    /// The period of the drives, in the model's time unit.
+    /// Period of the drives, in the time unit of the model.
     fn period(&self) -> f64;
 }
 
-/// A time with coordinates and velocities.
+/// The state of a model: coordinates and velocities at a time.
 ///
 /// ```
-/// let state = gear_dynamics::State::new(0.0, &[1e-3], &[0.2]);
-/// assert_eq!(state.v[0], 0.2);
+/// use gear_dynamics::{Dop853, Integrator, Model, State};
+/// struct Load; // q'' = -1
+/// impl Model for Load {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
+/// }
+/// let end = Dop853::new().end(&Load, &State::new(0.0, &[0.5], &[2.0]), 3.0)?;
+/// // q = 0.5 + 2 t - t²/2 and q' = 2 - t at t = 3
+/// assert!((end.q[0] - 2.0).abs() < 1e-9 && (end.v[0] + 1.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Time, in the model's unit.
+    /// Time, in the time unit of the model.
     pub t: f64,
-    /// Coordinates.
+    /// Coordinates q.
     pub q: Vec<f64>,
-    /// Velocities.
+    /// Velocities q'.
     pub v: Vec<f64>,
 }
 
 impl State {
-    /// A state from slices.
+    /// A state from a time, coordinates and velocities.
     pub fn new(t: f64, q: &[f64], v: &[f64]) -> Self {
         State { t, q: q.to_vec(), v: v.to_vec() }
     }
 
-    /// All coordinates and velocities zero.
+    /// The state at time 0 with all coordinates and velocities 0.
     pub fn at_rest(dof: usize) -> Self {
         State { t: 0.0, q: vec![0.0; dof], v: vec![0.0; dof] }
     }
 
-    /// Whether it fits a model of `dof` degrees of freedom and holds numbers only.
+    /// Checks that the state fits a model of `dof` degrees of freedom and that all numbers are within ±1e50.
     pub(crate) fn check(&self, dof: usize) -> Result<(), ParameterError> {
         check::length("start.q", self.q.len(), dof)?;
         check::length("start.v", self.v.len(), dof)?;

@@ -6,7 +6,7 @@ use crate::dual::Dual;
 use crate::model::equations::Jacobian;
 use crate::model::shape::{Drives, Shape};
 
-/// The Jacobian of a shape by dual numbers, exact to rounding.
+/// Writes the Jacobian of a shape by dual numbers, exact to rounding: by deflection or on given pieces.
 pub(crate) fn dual_jacobian<G: Shape>(
     shape: &G,
     pieces: Option<&[Piece]>,
@@ -21,12 +21,13 @@ pub(crate) fn dual_jacobian<G: Shape>(
     }
 }
 
-/// Numbers that fit on the stack, for small models and for larger ones: their Jacobians allocate nothing.
+/// Length of the array on the stack for small models. Models that fit on the stack need no allocation.
 const SMALL: usize = 32;
 
+/// Length of the array on the stack for larger models.
 const LARGER: usize = 512;
 
-/// Columns that one evaluation gives.
+/// Number of columns of the Jacobian from one evaluation of the algebra.
 const COLUMNS: usize = 4;
 
 fn slopes<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(

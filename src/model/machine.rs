@@ -1,4 +1,4 @@
-//! A shape with values of its constants: a model.
+//! Machines: shapes with the values of their constants.
 
 use crate::contact::choice::{ByDeflection, FixedPieces};
 use crate::contact::piece::Piece;
@@ -13,10 +13,12 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
-/// A model made of a [`Shape`], shared, and the values of its constants, its own. Copies are cheap.
+/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are
+/// cheap.
 ///
-/// It is a [`Model`] with pieces, contacts and an exact Jacobian, and [`Periodic`]: the angle of its waves turns with φ = φ' t. Two machines run in
-/// lanes of one table if and only if their shapes are equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle
+/// of its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are
+/// equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};
@@ -30,19 +32,19 @@ use std::sync::Arc;
 /// ```
 pub struct Machine<G> {
     fixed: Arc<Fixed<G>>,
-    /// By name.
+    /// Values of the named constants.
     constants: Vec<f64>,
-    /// What the algebra reads; the first one is φ'.
+    /// Constants as the algebra reads them; the first one is φ'.
     prepared: Vec<f64>,
 }
 
-/// What all machines of a family share.
+/// The part that all copies of a machine share.
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
 }
 
-/// Constants by name.
+/// Prints the constants with their names.
 impl<G> fmt::Debug for Machine<G> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = self.fixed.names.iter().map(|channel| &channel.name).zip(&self.constants);
@@ -61,21 +63,24 @@ impl<G> Clone for Machine<G> {
     }
 }
 
-/// Equal shapes and equal constants.
+/// Machines are equal if their shapes and their constants are equal.
 impl<G: Shape> PartialEq for Machine<G> {
     fn eq(&self, other: &Self) -> bool {
         self.constants == other.constants && self.shares_lanes_with(other)
     }
 }
 
-/// How far beside an edge the next one is sought, as a share of the angle.
+/// Distance past an angle from which the next edge is searched, relative to max(|angle|, 1).
 const BESIDE: f64 = 1e-12;
 
 impl<G: Shape> Machine<G> {
-    /// The model of a shape with these constants, each given once by its name.
+    /// The machine of a shape with the given constants. Every constant of the shape is given once, by its
+    /// name.
     ///
     /// # Errors
-    /// A name that does not exist, one that is missing or given twice; a value out of range; a shape that disagrees with its drives.
+    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a
+    /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
+    /// edges; an acceleration that is not finite at rest.
     pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let names = shape.constants();
         if let Some(twice) =
@@ -101,10 +106,10 @@ impl<G: Shape> Machine<G> {
         Ok(machine)
     }
 
-    /// The same machine with another value of a constant.
+    /// The same machine with another value of one constant.
     ///
     /// # Errors
-    /// No such name; a value out of range.
+    /// A name that the shape does not have; a value out of range; an acceleration that is not finite at rest.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
         constants[self.fixed.place(name)?] = check::quantity(name, value)?;
@@ -113,13 +118,13 @@ impl<G: Shape> Machine<G> {
         Ok(machine)
     }
 
-    /// The same constants, prepared as they are, on another shape.
+    /// A machine with the same constants and another shape. The constants are not prepared again.
     pub(crate) fn reshaped(self, shape: G) -> Self {
         let names = shape.constants();
         Machine { fixed: Arc::new(Fixed { shape, names }), ..self }
     }
 
-    /// The constants checked and prepared.
+    /// The same machine with its constants checked and prepared.
     fn prepared(self) -> Result<Self, ParameterError> {
         let shape = &self.fixed.shape;
         shape.check(&self.constants)?;
@@ -127,7 +132,7 @@ impl<G: Shape> Machine<G> {
         let expected = shape.size().constants;
         if prepared.len() != expected {
             return Err(ParameterError::Length {
-                name: "constants from Shape::prepare, which size().constants counts,".into(),
+                name: "list of constants from Shape::prepare, of length size().constants,".into(),
                 expected,
                 found: prepared.len(),
             });
@@ -140,6 +145,7 @@ impl<G: Shape> Machine<G> {
         Ok(Machine { prepared, ..self })
     }
 
+    /// Number of times that the waves repeat in a turn of the angle, at least 1.
     pub(crate) fn repeats(&self) -> Result<u32, ParameterError> {
         match self.shape().repeats() {
             0 => Err(ParameterError::TooFew {
@@ -151,10 +157,10 @@ impl<G: Shape> Machine<G> {
         }
     }
 
-    /// The value of a constant.
+    /// Value of a constant.
     ///
     /// # Errors
-    /// No such name.
+    /// A name that the shape does not have.
     pub fn constant(&self, name: &str) -> Result<f64, ParameterError> {
         Ok(self.constants[self.fixed.place(name)?])
     }
@@ -162,66 +168,69 @@ impl<G: Shape> Machine<G> {
     pub fn names(&self) -> &[Channel] {
         &self.fixed.names
     }
-    /// Their values.
+    /// Values of the constants, in the same order as [`names`](Machine::names).
     pub fn constants(&self) -> &[f64] {
         &self.constants
     }
-    /// What the algebra reads; the first one is φ'.
+    /// Constants as the algebra reads them, from [`Shape::prepare`]; the first one is φ'.
     pub fn prepared_constants(&self) -> &[f64] {
         &self.prepared
     }
-    /// What all lanes share.
+    /// The shape.
     #[inline(always)]
     pub fn shape(&self) -> &G {
         &self.fixed.shape
     }
-    /// Coordinates, waves, contacts, constants.
+    /// Numbers of degrees of freedom, waves, contacts and constants.
     #[inline(always)]
     pub fn size(&self) -> Size {
         self.fixed.shape.size()
     }
-    /// φ': the speed of the angle over the model's time.
+    /// Speed φ' of the angle, over the time of the model.
     #[inline(always)]
     pub fn speed(&self) -> f64 {
         self.prepared[0]
     }
-    /// Whether both may run in lanes of one table: their shapes are equal.
+    /// Whether both machines may run in lanes of one drive table: whether their shapes are equal.
     pub fn shares_lanes_with(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.fixed, &other.fixed) || self.fixed.shape == other.fixed.shape
     }
 
-    /// The drive in which a constant stands, for [`Held`](crate::drives::Held) and [`Driven`](crate::drives::Driven).
+    /// The slot of a constant: its index among the drives, at which [`Held`](crate::drives::Held) and
+    /// [`Driven`](crate::drives::Driven) add to it.
     ///
     /// # Errors
-    /// No such name; a constant that the algebra reads in another form; the speed of the angle, which [`VaryingSpeed`](crate::drives::VaryingSpeed) changes.
+    /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
+    /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
     pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
         let place = self.fixed.place(name)?;
         let changed = |by: &Dual| by.slope[0] != 0.0;
         let prepared = self.shape().prepare(&self.along(place));
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
         match reached[..] {
-            // Another speed would not move the angle of the waves.
+            // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
             [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => {
                 Ok(self.slot_of(i))
             }
             _ => Err(ParameterError::NotADrive { name: name.into() }),
         }
     }
-    /// The drive of a prepared constant.
+    /// The index of a prepared constant among the drives.
     fn slot_of(&self, prepared: usize) -> usize {
         self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
     }
 
-    /// The constants with slope 1 in one of them.
+    /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
     fn along(&self, place: usize) -> Vec<Dual> {
         let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
         self.constants.iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
     }
 
-    /// ∂a/∂c for a constant c by its name, at a given angle: exact, by dual numbers through [`Shape::prepare`].
+    /// ∂a/∂c for a constant c, at a fixed angle of the waves. It is exact, by dual numbers through
+    /// [`Shape::prepare`].
     ///
     /// # Errors
-    /// No such name; drives or coordinates of another number.
+    /// A name that the shape does not have; drives, coordinates or velocities of the wrong number.
     pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
         let (place, Size { dof, waves, .. }) = (self.fixed.place(name)?, self.size());
         check::length("drives", u.len(), self.drives())?;
@@ -236,7 +245,7 @@ impl<G: Shape> Machine<G> {
         Ok(a.iter().map(|a| a.slope[0]).collect())
     }
 
-    /// The drives at an angle, the angle turning with this speed and acceleration.
+    /// Writes the drives at an angle that turns with the given speed and acceleration.
     #[inline]
     pub(crate) fn drive_at(&self, angle: f64, side: Side, speed: f64, acceleration: f64, u: &mut [f64]) {
         let (waves, rest) = u.split_at_mut(self.size().waves);
@@ -244,7 +253,7 @@ impl<G: Shape> Machine<G> {
         (rest[0], rest[1]) = (speed, acceleration);
         rest[2..].copy_from_slice(&self.prepared[1..]);
     }
-    /// The drives that are not waves.
+    /// The drives after the waves: φ', φ'' = 0, the other constants.
     pub(crate) fn own_drives(&self) -> Vec<f64> {
         let speed_and_acceleration = [self.prepared[0], 0.0];
         speed_and_acceleration.into_iter().chain(self.prepared[1..].iter().copied()).collect()
@@ -252,6 +261,7 @@ impl<G: Shape> Machine<G> {
 }
 
 impl<G> Fixed<G> {
+    /// Index of a constant.
     fn place(&self, name: &str) -> Result<usize, ParameterError> {
         let found = self.names.iter().position(|channel| channel.name == name);
         found.ok_or_else(|| {
@@ -290,7 +300,7 @@ impl<G: Shape> Model for Machine<G> {
         if edge > t {
             return Some(edge);
         }
-        // The very edge at t, which rounding has put ahead of it.
+        // By rounding, the edge at t itself was returned: its angle is above φ' t, its time is not above t.
         self.shape().next_edge(speed * t + BESIDE * (speed * t).abs().max(1.0)).map(|edge| edge / speed)
     }
     #[inline(always)]
@@ -332,7 +342,8 @@ impl<G: Shape> Model for Machine<G> {
 }
 
 impl<G: Shape> Periodic for Machine<G> {
-    /// The shortest time in which all waves repeat, in the model's unit.
+    /// 2π/(n φ'), with the number n of repetitions of all waves in a turn ([`Shape::repeats`]), in the time
+    /// unit of the model.
     fn period(&self) -> f64 {
         TAU / (f64::from(self.shape().repeats()) * self.speed())
     }

@@ -1,4 +1,4 @@
-//! Models: the equations of motion, written once.
+//! Models: traits of the equations of motion, shapes and machines.
 
 pub(crate) mod equations;
 pub(crate) mod jacobian;

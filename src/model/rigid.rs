@@ -1,4 +1,4 @@
-//! Rigid modes: directions in which a model turns freely.
+//! Rigid motions: directions in which a model moves without deforming a contact or a shaft.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -8,27 +8,34 @@ use crate::model::rigid_stops::rigid_edges;
 use crate::model::slopes::{Slopes, accelerate};
 use nalgebra::DMatrix;
 
-/// Free motions of a model.
+/// Rigid motions of a model.
 pub(crate) struct Rigid {
     /// Directions, orthonormal.
     pub(crate) modes: Vec<Vec<f64>>,
-    /// A stiffness, as a share of the largest, that differences cannot tell from none; `None` if there is no such.
+    /// A singular value, relative to the largest one, that differences cannot distinguish from zero; `None`
+    /// if there is none.
     pub(crate) doubtful: Option<f64>,
 }
 
-/// The free motions; doubtful ones are taken for held.
+/// The directions of rigid motion. Doubtful directions do not count as rigid.
 pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
     rigid_motions(model, span).modes
 }
 
-/// Directions r of the coordinates, orthonormal, with ∂a/∂q r = 0 and ∂a/∂v r = 0 whatever the instant, the state and the flank on which
-/// the contacts stand. In its gap a tooth offers no resistance either: gaps are not looked at. A rigid stop holds whatever moves its contact.
+/// Orthonormal directions r of the coordinates with ∂a/∂q r = 0 and ∂a/∂v r = 0 at all times, in all states
+/// and on both flanks.
+///
+/// The directions are the null space of a stack of Jacobians, by singular value decomposition. The Jacobians
+/// are evaluated at nine instants in (0, `span`) and states of nine sizes, with all contacts on their lower
+/// and then on their upper flanks. Contacts in their gaps are not evaluated, because they resist no motion.
+/// A direction that changes the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts
+/// belongs to the stack.
 pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
-    // All Jacobians below one another, each in units of its largest entry.
+    // The stack of all Jacobians, each divided by its largest entry.
     let mut seen = DMatrix::<f64>::zeros(0, n);
     let (mut exact, mut a) = (true, vec![0.0; n]);
     for (look, size) in SIZES.iter().enumerate() {
@@ -40,7 +47,8 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
         slopes.scale.fill(*size);
         for flank in &flanks {
             exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
-            // Springs hide dampers from differences: these are looked at by themselves.
+            // In differences the rounding of spring forces hides weak dampers. Without an exact Jacobian
+            // ∂a/∂q is therefore evaluated at v = 0 and ∂a/∂v at q = 0.
             for velocity in [false, true] {
                 let (q, v) = match (exact, velocity) {
                     (true, _) => (&q, &v),
@@ -51,7 +59,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
                 let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
                 accelerate(model, Some(flank), &u, q, v, &mut a);
-                let rounding = f64::EPSILON * crate::roots::norms::dot(&a, &a).sqrt() / (STEP * size);
+                let rounding = f64::EPSILON * crate::numeric::norms::dot(&a, &a).sqrt() / (STEP * size);
                 if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
                     let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
                     seen = compressed(seen, &scaled);
@@ -62,25 +70,31 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     nullspace(&seen, n, if exact { EXACT } else { DIFFERENCES })
 }
 
-/// Sizes of the states looked at: one of them lies well past any rounding of a law, whatever its unit.
+/// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
 const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
 
-/// Singular values in shares of the largest: zero below the first, certainly not zero above the second. Differences are good to about 1e-10.
+/// Limits of a singular value relative to the largest one, for exact Jacobians: zero up to the first limit,
+/// not zero from the second one, doubtful between them.
 const EXACT: [f64; 2] = [1e-12, 1e-12];
 
+/// The same limits for Jacobians by differences, whose relative error is about 1e-10.
 const DIFFERENCES: [f64; 2] = [1e-8, 1e-6];
 
-/// Differences over this share of a size, whose rounding is worse than that share of the largest slope, are not looked at.
+/// Step of the differences, as a share of the size of the state.
 const STEP: f64 = 5e-6;
 
+/// Largest rounding of a difference, as a share of the largest entry. Jacobians with a larger one are not
+/// used.
 const ROUNDING: f64 = 2e-10;
 
-/// Multiples of the golden section: evenly spread over (0, 1), without a pattern.
+/// Fractional part of i times the golden section: evenly distributed over (0, 1), without a pattern.
 fn golden(i: usize) -> f64 {
     (i as f64 * 0.618_033_988_749_894_9).fract()
 }
 
-/// ∂d/∂q of every contact with a rigid stop, from rates, each in units of its largest entry.
+/// ∂d/∂q of every contact with a rigid stop, one row for each contact, divided by the largest entry of the
+/// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other
+/// contacts are 0.
 fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
     let (n, rigid) = (q.len(), rigid_edges(model));
     let mut contacts = vec![Contact::default(); rigid.len()];
@@ -112,7 +126,7 @@ fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<
     slopes
 }
 
-/// Rows below one another, as no more than n of the same nullspace.
+/// Stacks two matrices of n columns. More than n rows are reduced to n rows with the same null space, by QR.
 fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, rows) = (below.ncols(), above.nrows());
     let mut both = above.insert_rows(rows, below.nrows(), 0.0);
@@ -120,6 +134,7 @@ fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
     if both.nrows() <= n { both } else { both.qr().r() }
 }
 
+/// The null space of the stack of n columns, with the limits for a singular value.
 fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
     let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
     let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
@@ -127,7 +142,7 @@ fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
         rigid.modes.extend((0..n).map(unit));
         return rigid;
     }
-    // Coordinates in units of their columns, so that angles and lengths may stand side by side.
+    // Columns are divided by their norms, because coordinates may be angles and lengths.
     let size: Vec<f64> = seen.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
     let svd = DMatrix::from_fn(seen.nrows(), n, |i, j| seen[(i, j)] / size[j]).svd(false, true);
     let largest = svd.singular_values.max();
@@ -137,8 +152,8 @@ fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
                 rigid.doubtful = if value < clear { Some(value) } else { rigid.doubtful };
             } else {
                 let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
-                rigid.modes.iter().for_each(|other| crate::roots::norms::remove(other, &mut r));
-                let length = crate::roots::norms::dot(&r, &r).sqrt();
+                rigid.modes.iter().for_each(|other| crate::numeric::norms::remove(other, &mut r));
+                let length = crate::numeric::norms::dot(&r, &r).sqrt();
                 r.iter_mut().for_each(|x| *x /= length);
                 rigid.modes.push(r);
             }
@@ -173,7 +188,7 @@ mod tests {
         Ok(())
     }
 
-    /// x'' = -k g(x - y), y'' = g(x - y) + shaft to z, and so on: without damping, Jacobian, pieces or contacts.
+    /// q1'' = -g(q1 - 2 q2), q2'' = 2 g(q1 - 2 q2), without damping, Jacobian, fixed pieces or contacts.
     struct Plain {
         law: fn(f64) -> f64,
     }
@@ -203,7 +218,8 @@ mod tests {
         }
         assert_eq!(rigid_modes(&Plain { law: |_| 0.0 }, 1.0).len(), 2);
     }
-    /// Two masses, the second held by a spring of a given share of the one between them.
+    /// Two masses. The second one is connected to the ground by a spring, whose stiffness is a given share
+    /// of that of the spring between the masses.
     struct Held(f64);
     impl Model for Held {
         fn dof(&self) -> usize {

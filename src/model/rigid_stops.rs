@@ -1,10 +1,11 @@
-//! Which edges of a model are rigid stops.
+//! The rigid stops of a model.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
 
-/// Which edges of every contact are rigid: the lower, the upper. Empty if none is.
+/// Whether the lower and the upper edge of every contact is a rigid stop. Empty if the model has no rigid
+/// stop.
 pub(crate) fn rigid_edges<M: Model + ?Sized>(model: &M) -> Vec<[bool; 2]> {
     let contacts = model.contacts();
     if contacts == 0 {
@@ -18,7 +19,7 @@ pub(crate) fn rigid_edges<M: Model + ?Sized>(model: &M) -> Vec<[bool; 2]> {
     if all.iter().any(|rigid| *rigid != [false; 2]) { all } else { Vec::new() }
 }
 
-/// The first contact with a rigid stop: methods that do not locate edges refuse it.
+/// The first contact with a rigid stop. Methods that do not locate edges reject a model that has one.
 pub(crate) fn first_stop<M: Model + ?Sized>(model: &M) -> Option<usize> {
     rigid_edges(model).iter().position(|rigid| *rigid != [false; 2])
 }

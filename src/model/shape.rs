@@ -1,4 +1,4 @@
-//! The trait of a fast model: algebra on any number, written by what all lanes share.
+//! Shapes: models whose algebra is written once for every number type.
 
 use crate::contact::choice::PieceChoice;
 use crate::contact::piece::Piece;
@@ -8,7 +8,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::Channel;
 use crate::scalar::Scalar;
 
-/// How large a [`Shape`] is.
+/// The size of a [`Shape`]: numbers of degrees of freedom, waves, contacts and constants.
 ///
 /// ```
 /// let size = gear_dynamics::model::Size { dof: 1, waves: 1, contacts: 1, constants: 4 };
@@ -16,25 +16,27 @@ use crate::scalar::Scalar;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     pub dof: usize,
-    /// Drives that are functions of the angle.
+    /// Number of waves: drives that are functions of the angle.
     pub waves: usize,
-    /// Contacts.
+    /// Number of contacts.
     pub contacts: usize,
-    /// Constants that the algebra reads, the speed φ' among them: as many as [`Shape::prepare`] gives.
+    /// Number of constants that the algebra reads, including the speed φ': the length of the list from
+    /// [`Shape::prepare`].
     pub constants: usize,
 }
 
 impl Size {
-    /// Number of drives: waves, φ', φ'', the other constants.
+    /// Number of drives: waves, φ', φ'' and the other constants.
     #[inline(always)]
     pub fn drives(self) -> usize {
         self.waves + 1 + self.constants
     }
 }
 
-/// The drives at one instant: functions of the angle φ, its speed φ' and acceleration φ'', and the constants.
+/// The drives at one instant: waves, the speed φ' and the acceleration φ'' of their angle, and the other
+/// constants.
 ///
 /// ```
 /// use gear_dynamics::model::Drives;
@@ -51,25 +53,25 @@ pub struct Drives<'u, S> {
 }
 
 impl<'u, S: Scalar> Drives<'u, S> {
-    /// From all drives of a model, of which the first ones are waves.
+    /// The drives from the list `all` of a model, whose first entries are the waves.
     ///
     /// # Panics
-    /// If there are fewer drives than waves, φ' and φ''.
+    /// If `all` is shorter than `waves`. In debug builds also if φ' or φ'' is missing.
     #[inline(always)]
     pub fn new(waves: usize, all: &'u [S]) -> Self {
         let (waves, rest) = all.split_at(waves);
-        debug_assert!(rest.len() >= 2, "{} drives beside the waves", rest.len());
+        debug_assert!(rest.len() >= 2, "{} drives after the waves: at least φ' and φ'' are needed", rest.len());
         Drives { waves, rest }
     }
-    /// The waves, as many as are asked for: `let [stiffness, error] = u.waves();`. Those that the shape does not have are not numbers.
+    /// The first N waves: `let [stiffness, error] = u.waves();`. Waves that the shape does not have are NaN.
     #[inline(always)]
     pub fn waves<const N: usize>(&self) -> [S; N] {
         leading(self.waves)
     }
-    /// N waves from place `first` on: those of one mesh among several.
+    /// N waves from index `first` on, for example those of one mesh among several.
     ///
     /// # Panics
-    /// If there are fewer.
+    /// If the shape has fewer than `first + N` waves.
     #[inline(always)]
     pub fn waves_from<const N: usize>(&self, first: usize) -> [S; N] {
         let waves = &self.waves[first..first + N];
@@ -80,18 +82,18 @@ impl<'u, S: Scalar> Drives<'u, S> {
     pub fn all_waves(&self) -> &'u [S] {
         self.waves
     }
-    /// φ': rates over time are rates over the angle times it.
+    /// Speed φ'. A rate over time is the rate over the angle times φ'.
     #[inline(always)]
     pub fn speed(&self) -> S {
         self.rest[0]
     }
-    /// φ'': zero at constant speed. A second derivative over time is f'' φ'² + f' φ''.
+    /// Acceleration φ'': 0 at constant speed. A second derivative over time is f'' φ'² + f' φ''.
     #[inline(always)]
     pub fn acceleration(&self) -> S {
         self.rest[1]
     }
-    /// The constants without the speed, as many as are asked for: `let [load, damping] = u.constants();`. Those that the shape does not have
-    /// are not numbers.
+    /// The first N constants after the speed: `let [load, damping] = u.constants();`. Constants that the
+    /// shape does not have are NaN.
     #[inline(always)]
     pub fn constants<const N: usize>(&self) -> [S; N] {
         leading(self.all_constants())
@@ -103,7 +105,7 @@ impl<'u, S: Scalar> Drives<'u, S> {
     }
 }
 
-/// The first N numbers; those that are not there are not numbers.
+/// The first N numbers of a list; missing numbers are NaN.
 #[inline(always)]
 fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
     match numbers.first_chunk() {
@@ -112,15 +114,19 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
     }
 }
 
-/// q'' = a(u, q, q') on any number: f64, [`Dual`](crate::model::Dual), [`Lanes`](crate::sweep::Lanes). A model is written once; exact Jacobians, contacts
-/// held on pieces, derivatives by constants, lanes and tables follow from it.
+/// A shape: the algebra q'' = a(u, q, q') for every number type: f64, [`Dual`](crate::model::Dual),
+/// [`Lanes`](crate::sweep::Lanes).
 ///
-/// `self` is the **shape**: what all runs share that run side by side in lanes. The drives u are functions of one angle φ
-/// ([`waves`](Shape::waves)), its speed φ' and acceleration φ'', and [`constants`](Shape::constants) with names and units. A number that varies from run
-/// to run is a constant; one that stands in `self` makes the shapes unequal, and models of unequal shapes do not share lanes. Therefore a
-/// shape derives `PartialEq`.
+/// The model is written once. Exact Jacobians, fixed pieces, derivatives with respect to constants, lanes
+/// and drive tables follow from it. `self` is the part of a model that all runs in the same lanes share.
 ///
-/// [`Machine::with_constants`](crate::Machine::with_constants) gives the shape its constants and makes a [`Model`](crate::Model) of it.
+/// The drives u are functions of one angle φ ([`waves`](Shape::waves)), its speed φ' and acceleration φ'',
+/// and [`constants`](Shape::constants) with names and units. A number that varies from run to run must be a
+/// constant. A number in a field of `self` that varies makes the shapes unequal, and models of unequal
+/// shapes do not share lanes. A shape therefore derives `PartialEq`.
+///
+/// [`Machine::with_constants`](crate::Machine::with_constants) combines a shape with the values of its
+/// constants to a [`Model`](crate::Model).
 ///
 /// ```
 /// use gear_dynamics::contact::{Backlash, Contact, PieceChoice};
@@ -135,24 +141,33 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// impl Shape for SpurPair {
 ///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4 } }
 ///     fn constants(&self) -> Vec<Channel> {
-///         [("speed", "1"), ("load", "1"), ("damping ratio", "1"), ("half backlash", "1")].map(|(name, unit)| Channel::new(name, unit)).into()
+///         ["speed", "load", "damping ratio", "half backlash"].map(|name| Channel::new(name, "1")).into()
 ///     }
 ///     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) { u[0] = self.stiffness.value(angle, side); }
 ///     fn next_edge(&self, angle: f64) -> Option<f64> { self.stiffness.next_edge(angle) }
 ///     #[inline(always)]
-///     fn contact<S: Scalar, L: PieceChoice<S>>(&self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
-///         let ([k], [_, _, b]) = (u.waves(), u.constants());
-///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force: k * law.force(i, &self.law, q[0], v[0], -b, b), ..Contact::default() }
+///     fn contact<S: Scalar, L: PieceChoice<S>>(
+///         &self, law: &L, i: usize, u: Drives<'_, S>, q: &[S], v: &[S],
+///     ) -> Contact<S> {
+///         let [k] = u.waves();
+///         let [_, _, b] = u.constants();
+///         let force = k * law.force(i, &self.law, q[0], v[0], -b, b);
+///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
 ///     }
 ///     #[inline(always)]
-///     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+///     fn accel<S: Scalar, L: PieceChoice<S>>(
+///         &self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S],
+///     ) {
 ///         let [load, zeta, _] = u.constants();
 ///         a[0] = load - zeta * v[0] * 2.0 - self.contact(law, 0, u, q, v).force;
 ///     }
 /// }
 ///
 /// let shape = SpurPair { stiffness: Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?), law: Backlash::new(1.0)? };
-/// let pair = Machine::with_constants(shape, &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)])?;
+/// let pair = Machine::with_constants(
+///     shape,
+///     &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)],
+/// )?;
 /// let end = Dop853::new().end(&pair, &State::new(0.0, &[1.5], &[0.0]), pair.period())?;
 /// let wider = pair.with("half backlash", 1.1)?; // shares lanes with `pair`
 /// assert_eq!(wider.constant("half backlash")?, 1.1);
@@ -160,7 +175,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A shape that cannot be compared does not compile:
+/// A shape without `PartialEq` does not compile:
 ///
 /// ```compile_fail,E0277
 /// use gear_dynamics::contact::PieceChoice;
@@ -169,19 +184,25 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// impl Shape for Careless {
 ///     fn size(&self) -> Size { Size { dof: 1, constants: 1, ..Size::default() } }
 ///     fn constants(&self) -> Vec<Channel> { vec![Channel::new("speed", "rad/s")] }
-///     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) { a[0] = -q[0] - v[0] * self.damping; }
+///     fn accel<S: Scalar, L: PieceChoice<S>>(
+///         &self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S],
+///     ) {
+///         a[0] = -q[0] - v[0] * self.damping;
+///     }
 /// }
 /// ```
 pub trait Shape: PartialEq {
-    /// Coordinates, waves, contacts, constants. Mark it `#[inline(always)]`: lanes of small models are compiled for their size.
+    /// Numbers of degrees of freedom, waves, contacts and constants. Mark the implementation
+    /// `#[inline(always)]`, because lanes of small models are compiled for their size.
     fn size(&self) -> Size;
-    /// Names and units of the constants. The first one is the speed, of the shaft or of the model, unless [`prepare`](Shape::prepare) says
-    /// otherwise.
+    /// Names and units of the constants. The first one is the speed φ' of the angle, unless
+    /// [`prepare`](Shape::prepare) computes φ' from other constants.
     fn constants(&self) -> Vec<Channel>;
-    /// q''. Contact forces come from `law`.
+    /// Writes q'' to `a`. Contact forces must be computed by `law`.
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]);
 
-    /// Contact `i`: deflection, rate, edges and force, damping included; rates are over time. The force comes from `law`.
+    /// Returns contact `i`: deflection, rate, edges and force, damping included. Rates are over time. The
+    /// force must be computed by `law`. Default: no edges, no force.
     #[inline(always)]
     fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -194,53 +215,65 @@ pub trait Shape: PartialEq {
         let _ = (law, i, u, q, v);
         Contact::default()
     }
-    /// The waves at an angle φ `[rad]`, seen from one side. They repeat with [`repeats`](Shape::repeats). Rates are over the angle. An angle lies on an
-    /// edge only to rounding, which a [`Wave`](crate::Wave) allows for.
+    /// Writes the waves at an angle φ `[rad]` to `u`, which has [`Size::waves`] entries. `side`: before or
+    /// after a jump at this angle. Default: no waves.
+    ///
+    /// All waves repeat with the angle 2π/[`repeats`](Shape::repeats). Rates are over the angle. At an edge
+    /// the angle has a rounding error, for which a [`Wave`](crate::Wave) allows.
     ///
     /// # Panics
-    /// `u` has room for as many as [`size`](Shape::size) says.
+    /// An implementation may panic if `u` has fewer entries than [`Size::waves`].
     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
         let _ = (angle, side, u);
     }
-    /// The same into waves of another angle: what never changes stands there already and may be left out.
+    /// Updates `u`, which contains the waves of another angle. The implementation may skip waves that never
+    /// change. Default: [`waves`](Shape::waves).
     fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
         self.waves(angle, side, u);
     }
-    /// The first angle after this one at which a wave jumps or kinks.
+    /// Returns the first angle after this one at which a wave jumps or has a kink. Default: `None`.
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let _ = angle;
         None
     }
-    /// How often all waves repeat in 2π: the greatest common divisor of their orders ([`Wave::common_order`](crate::Wave::common_order)). Default: once.
+    /// Number of times that all waves repeat in 2π: the greatest common divisor of their orders
+    /// ([`Wave::common_order`](crate::Wave::common_order)). Default: 1.
     fn repeats(&self) -> u32 {
         1
     }
-    /// What the algebra reads, from the constants in their order; the first one is φ', the speed of the angle over the model's time.
-    /// Default: the constants themselves. Runs once per model, on any number, so that derivatives by the constants are exact.
+    /// Returns the constants that the algebra reads, from the named constants in their order. The first one
+    /// is φ', the speed of the angle over the time of the model. Default: the named constants.
+    ///
+    /// It runs once per model, for every number type, so that derivatives with respect to the named
+    /// constants are exact.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         constants.to_vec()
     }
-    /// Whether the constants are in their ranges; all are within ±1e50 already.
+    /// Checks the ranges of the constants. The caller has checked that all are within ±1e50. Default: no
+    /// further check.
     ///
     /// # Errors
-    /// The first one that is not.
+    /// The first constant out of its range.
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         let _ = constants;
         Ok(())
     }
 
-    /// Velocities behind an impact on a rigid stop: contact `contact` meets its flank `on`. `false`: that flank is no stop. Lanes and tables refuse
-    /// a shape with stops. See [`Model::impact`](crate::Model::impact) and [`Restitution`](crate::contact::Restitution).
+    /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`: replaces the
+    /// velocities `v` and returns `true`. `false`: the edge is no stop. Default: `false`.
+    ///
+    /// Lanes and drive tables reject a shape with stops. See [`Model::impact`](crate::Model::impact) and
+    /// [`Restitution`](crate::contact::Restitution).
     fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) -> bool {
         let _ = (contact, on, u, q, v);
         false
     }
 
-    /// Output channels of the model's own.
+    /// Channels of this model in addition to those that every model has. Default: none.
     fn channels(&self) -> Vec<Channel> {
         Vec::new()
     }
-    /// The values of [`channels`](Shape::channels).
+    /// Writes the values of the [`channels`](Shape::channels) to `out`.
     fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let _ = (u, q, v, contacts, out);
     }

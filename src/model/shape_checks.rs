@@ -1,4 +1,4 @@
-//! What is wrong with a shape, seen when it becomes a model.
+//! Checks of a shape when a machine is created from it.
 
 use crate::contact::choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::contact::laws::nonlinearity::Nonlinearity;
@@ -11,7 +11,7 @@ use crate::model::shape::{Drives, Shape, Size};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-/// The contact laws as they are, noting which contacts are asked for and with which edges.
+/// Evaluation by deflection that records the contacts for which the algebra evaluates a law, and their edges.
 #[derive(Default)]
 struct Witness {
     asked: RefCell<Vec<(usize, [f64; 2])>>,
@@ -37,7 +37,8 @@ impl PieceChoice<f64> for Witness {
 }
 
 impl<G: Shape> Machine<G> {
-    /// Whether waves, accelerations and contacts are what the size says, and waves repeat.
+    /// Checks that the shape has degrees of freedom, that all waves are written, are numbers and repeat, and
+    /// the contacts ([`check_contacts`](Machine::check_contacts)).
     pub(crate) fn check_shape(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, .. } = self.size();
         if dof == 0 {
@@ -48,7 +49,7 @@ impl<G: Shape> Machine<G> {
             });
         }
         let turn = TAU / f64::from(self.repeats()?);
-        // Angles without a ratio to any order, each seen twice.
+        // Three angles that no order favours, each one also a period of the waves later.
         let angles = [0.377, 0.377 + turn, 2.090, 2.090 + turn, 3.803, 3.803 + turn];
         let mut seen = [(); 6].map(|()| vec![f64::NAN; waves]);
         for (angle, u) in angles.into_iter().zip(&mut seen) {
@@ -70,7 +71,8 @@ impl<G: Shape> Machine<G> {
         self.check_contacts()
     }
 
-    /// Whether the algebra asks the law for contacts that there are, with edges where they have edges.
+    /// Checks that the algebra evaluates laws of existing contacts only, and that a contact has edges if the
+    /// algebra gives edges to its law.
     fn check_contacts(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, contacts, .. } = self.size();
         let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![0.0; dof]);
@@ -92,7 +94,8 @@ impl<G: Shape> Machine<G> {
         Ok(())
     }
 
-    /// Whether accelerations at rest are numbers: on the laws as they are, and with every contact held on each flank that it has.
+    /// Checks that the accelerations at rest are finite: by deflection, with every contact on its lower
+    /// flank and with every contact on its upper flank, in the gap if it does not have that flank.
     pub(crate) fn check_at_rest(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, contacts, .. } = self.size();
         let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);

@@ -1,27 +1,28 @@
-//! ∂a/∂q and ∂a/∂v of any model: its own, or central differences.
+//! Jacobians ∂a/∂q and ∂a/∂v of any model: those that the model provides, or central differences.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
 
-/// Reads Jacobians; arrays for differences are made when the first are taken.
+/// Evaluates the Jacobian of a model. Arrays for differences are allocated when they are first needed.
 pub(crate) struct Slopes<'m, M: ?Sized> {
     model: &'m M,
-    /// Sizes of coordinates, then of velocities, for differences.
+    /// Sizes of coordinates, then of velocities, for the steps of differences.
     pub(crate) scale: Vec<f64>,
-    /// The last one read.
+    /// The Jacobian of the last evaluation.
     pub(crate) jacobian: Jacobian,
-    /// Whether the model has none of its own.
+    /// Whether the model provides no Jacobian, so that differences are used.
     pub(crate) differenced: bool,
     y: Vec<f64>,
     a: [Vec<f64>; 2],
-    /// Of central differences, in units of size.
+    /// Step of the central differences, as a share of the size.
     step: f64,
 }
 
 impl<'m, M: Model + ?Sized> Slopes<'m, M> {
-    /// For a flow of this tolerance: steps are 5e-6 of the size for the finest flow and grow with its cube root, so that flows of two
-    /// tolerances show the error of the differences as well.
+    /// Slopes for a flow with the given tolerance. The step of differences is ∛(1e-3 tolerance) of the size,
+    /// within 5e-6 .. 1e-3. It grows with the tolerance, so that a comparison of flows with two tolerances
+    /// also shows the error of the differences.
     pub(crate) fn new(model: &'m M, scale: Vec<f64>, tolerance: f64) -> Self {
         let (n, step) = (model.dof(), (1e-3 * tolerance).cbrt().clamp(5e-6, 1e-3));
         let (mut u, rest, mut jacobian) = (vec![0.0; model.drives()], vec![0.0; n], Jacobian::new(n));
@@ -39,7 +40,8 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         }
     }
 
-    /// Relative rounding error of a slope taken by differences. It is 0 for slopes that the model gives itself.
+    /// Relative rounding error of a Jacobian by differences, ε/(2 step) with ε = 2.2e-16. 0 for a Jacobian
+    /// that the model provides.
     pub(crate) fn noise(&self) -> f64 {
         if self.differenced { 0.5 * f64::EPSILON / self.step } else { 0.0 }
     }
@@ -49,12 +51,12 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         self.model
     }
 
-    /// Reads `jacobian`, with the contacts as they are or held on pieces, where the model can hold them.
+    /// Evaluates `jacobian` by deflection, or on given pieces if the model can evaluate them.
     pub(crate) fn at(&mut self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
         self.read(self.model, pieces, u, q, v);
     }
 
-    /// The same of a model that stands for the one of these slopes.
+    /// Evaluates `jacobian` in the same way for another model that replaces the model of these slopes.
     pub(crate) fn read<N: Model + ?Sized>(
         &mut self,
         model: &N,
@@ -68,6 +70,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         }
     }
 
+    /// Central differences ∂a/∂y ≈ (a(y + h) - a(y - h))/(2 h).
     fn differences<N: Model + ?Sized>(
         &mut self,
         model: &N,
@@ -77,7 +80,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         v: &[f64],
     ) {
         let n = q.len();
-        // There is no room yet if the model gives some of its slopes.
+        // The arrays are still empty if the model provides some Jacobians, but not this one.
         self.y.resize(2 * n, 0.0);
         self.a.iter_mut().for_each(|a| a.resize(n, 0.0));
         self.y[..n].copy_from_slice(q);
@@ -100,7 +103,8 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 }
 
-/// q'' on held pieces where the model can hold them, as it is elsewhere; `false`: it should have held them and cannot.
+/// Writes q'' on given pieces if the model can evaluate them, by deflection otherwise. `false`: pieces are
+/// given, but the model cannot evaluate them.
 #[inline]
 pub(crate) fn accelerate<M: Model + ?Sized>(
     model: &M,

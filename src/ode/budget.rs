@@ -17,14 +17,20 @@ use thiserror::Error;
 /// limit does not.
 ///
 /// ```
-/// use gear_dynamics::{Budget, ode::Exhausted};
+/// use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, Settle};
+/// use gear_dynamics::{analysis::Unsettled, ode::{Exhausted, IntegrateError}};
 /// use std::sync::{Arc, atomic::{AtomicBool, Ordering}};
 /// use std::time::Duration;
 /// let stop = Arc::new(AtomicBool::new(false));
 /// let budget = Budget::new().steps(1_000_000).time(Duration::from_secs(10)).cancel(stop.clone());
 /// stop.store(true, Ordering::Relaxed); // from any thread
-/// assert_eq!(Exhausted::Steps { limit: 1_000_000 }.to_string(), "the budget of 1000000 steps is spent");
-/// # drop(budget);
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let settled = Settle::new().budget(budget).run(&Dop853::new(), &pair, &pair.static_start()?);
+/// let Err(Unsettled::Failed { error: IntegrateError::Budget { exhausted, .. }, .. }) = settled else {
+///     panic!("the call is cancelled")
+/// };
+/// assert_eq!(exhausted, Exhausted::Cancelled);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Budget {
@@ -71,6 +77,11 @@ impl Budget {
 }
 
 /// The limit of a [`Budget`] that ended a call.
+///
+/// ```
+/// use gear_dynamics::ode::Exhausted;
+/// assert_eq!(Exhausted::Steps { limit: 1_000_000 }.to_string(), "the budget of 1000000 steps is spent");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Exhausted {
@@ -113,13 +124,13 @@ impl Meter<'_> {
         self.look()
     }
 
-    /// Counts one step and checks all limits: for long steps.
+    /// Counts one step and checks all limits. For steps that take long compared with reading the clock.
     pub(crate) fn spend_slowly(&self) -> Result<(), Exhausted> {
         self.spent.set(self.spent.get() + 1);
         self.look()
     }
 
-    /// Checks all limits without counting a step: for work that is not counted in steps.
+    /// Checks all limits and counts no step. For work that is not counted in steps.
     pub(crate) fn look(&self) -> Result<(), Exhausted> {
         let Budget { steps, time, cancel } = self.budget;
         let exhausted = if self.spent.get() > *steps {

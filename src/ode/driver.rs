@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
 use crate::model::rigid_stops::first_stop;
+use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Found, Locator};
 use crate::ode::edges::stops::Stops;
@@ -50,10 +51,6 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
 /// Largest magnitude of the end time of a run. Beyond it, products of steps and rates overflow.
 const LAST_TIME: f64 = 1e50;
 
-/// Maximum number of corrections of a step that ends on an edge. If it does not suffice, the run fails with
-/// [`IntegrateError::EdgeStall`].
-const RESTEPS: usize = 40;
-
 /// Maximum number of consecutive steps with a result that is not finite. One more, and the run fails with
 /// [`IntegrateError::NotFinite`].
 const RETREATS: u32 = 15;
@@ -80,7 +77,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         }
         run.e.aim(aim);
         run.e.attempt::<T, LOCATE>();
-        if !run.stands::<T>()? || (LOCATE && !run.meet_edges::<T>()?) {
+        if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.meet_edges::<T>()? == Verdict::Repeat) {
             run.stats.rejected += 1;
             continue;
         }
@@ -101,7 +98,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         }
         if flow.is_break() || run.e.t1 >= t_end {
             let (q, v) = run.e.y1.slice().split_at(model.dof());
-            // Attempts = accepted + rejected steps. `e.evaluations` counts the evaluations outside of attempts.
+            // Attempts = accepted + rejected steps. `e.evaluations` does not count those of attempts.
             let attempts = attempt + 1;
             let evaluations = attempts * T::EVALUATIONS + run.e.evaluations;
             let stats = Stats { steps: attempts - run.stats.rejected, evaluations, ..run.stats };
@@ -111,6 +108,14 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         run.pass_edges::<T, LOCATE>(at_edge, t_end)?;
     }
     Err(IntegrateError::TooManySteps { t: run.e.t, limit: limits.max_steps })
+}
+
+/// What becomes of the step just made.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Accept,
+    /// Repeat with the length that the pace holds, or on other pieces.
+    Repeat,
 }
 
 /// Variables of the main loop in one run.
@@ -177,38 +182,43 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         })
     }
 
-    /// Whether the current step is accepted. If not, the pace holds a shorter one.
+    /// Judges the current step by its error. For a repetition the pace holds a shorter step.
     ///
     /// # Errors
     /// [`IntegrateError::NotFinite`] if the result of a fixed step, or of more than `RETREATS` consecutive
     /// adaptive steps, is not finite.
     #[inline(always)]
-    fn stands<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
+    fn judge<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         if !T::ADAPTIVE {
-            return if self.e.finite() { Ok(true) } else { Err(not_finite::<T, M, V>(&self.e)) };
+            return if self.e.finite() { Ok(Verdict::Accept) } else { Err(not_finite::<T, M, V>(&self.e)) };
         }
         let (error, made, pace) = (T::error(&self.e), self.e.h(), &mut self.pace);
         if !(error.is_finite() && self.e.finite()) {
             self.retreats += 1;
             pace.h = pace.controller.retreat(made);
-            return if self.retreats > RETREATS { Err(not_finite::<T, M, V>(&self.e)) } else { Ok(false) };
+            return if self.retreats > RETREATS {
+                Err(not_finite::<T, M, V>(&self.e))
+            } else {
+                Ok(Verdict::Repeat)
+            };
         }
         self.retreats = 0;
-        let (proposed, stands) = pace.controller.next(made, error);
-        if stands {
+        let (proposed, accepted) = pace.controller.next(made, error);
+        if accepted {
             // If the step was shorter than the pace proposed, the earlier, longer proposal remains valid.
             pace.next = if made < 0.99 * pace.h { proposed.max(pace.h) } else { proposed };
+            Ok(Verdict::Accept)
         } else {
             pace.h = proposed;
+            Ok(Verdict::Repeat)
         }
-        Ok(stands)
     }
 
     /// Locates the first edge of a contact inside the current step and ends the step there. `false`: the step
-    /// must be repeated, because it is too long to resolve the gaps, or because a contact leaves its piece at the
-    /// start of the step.
+    /// must be repeated, because it is too long to resolve the gaps, or because a contact leaves its piece at
+    /// the start of the step.
     #[inline(always)]
-    fn meet_edges<T: Tableau>(&mut self) -> Result<bool, IntegrateError> {
+    fn meet_edges<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         self.crossings.clear();
         let e = &mut self.e;
         let made = e.h();
@@ -219,7 +229,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             Found::Nothing => {}
             Found::TooLong(share) => {
                 self.pace.h = share * made;
-                return Ok(false);
+                return Ok(Verdict::Repeat);
             }
             Found::At(theta, exit) if e.t + theta * e.h() > e.t + RESOLUTION * e.t.abs() => {
                 if theta < 1.0 && !step_to_edge::<T, M, V>(e, &self.locator, theta, exit) {
@@ -244,17 +254,17 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                     return stall(e.t, exit);
                 }
                 e.derivative_at_start();
-                return Ok(false);
+                return Ok(Verdict::Repeat);
             }
         }
         if T::ADAPTIVE {
             self.pace.next = self.pace.next.min(self.locator.growth * made);
         }
-        Ok(true)
+        Ok(Verdict::Accept)
     }
 
-    /// Prepares the next step after crossings, impacts and drive edges: velocities, pieces, accelerations and the
-    /// next drive edge.
+    /// Prepares the next step after crossings, impacts and drive edges: velocities, pieces, accelerations and
+    /// the next drive edge.
     #[inline(always)]
     fn pass_edges<T: Tableau, const LOCATE: bool>(
         &mut self,
@@ -308,8 +318,8 @@ fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateErro
     }
 }
 
-/// Checks that no gap is negative. In a negative gap, the acceleration on fixed pieces and the acceleration of
-/// the model itself would differ.
+/// Checks that no gap is negative. In a negative gap, the acceleration on fixed pieces and the acceleration
+/// of the model itself would differ.
 #[inline(always)]
 fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Result<(), IntegrateError> {
     for (contact, c) in e.contacts.iter().enumerate() {
@@ -328,8 +338,9 @@ fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
     e.model.accel_on_pieces(&e.pieces, &u, q, v, &mut a)
 }
 
-/// The error for a step without a finite result. It names the first acceleration that is not finite, in the order
-/// of the stages; if there is none, the first component of the result that is not finite or exceeds `LARGEST`.
+/// The error for a step without a finite result. It names the first acceleration that is not finite, in the
+/// order of the stages; if there is none, the first component of the result that is not finite or exceeds
+/// `LARGEST`.
 fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
     let n = e.model.dof();
     let stages = e.k[..T::SLOTS]
@@ -340,94 +351,6 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
         .next()
         .unwrap_or(0);
     IntegrateError::NotFinite { t: e.t, component }
-}
-
-/// Repeats the step. This function is not inlined, because repetitions are rare and the stages are large.
-#[inline(never)]
-fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
-    e.attempt::<T, true>();
-}
-
-/// Repeats the step so that it ends on the edge at θ of the step. `false`: the end does not converge.
-///
-/// On fixed pieces the trajectory is smooth past the edge: one repetition suffices if the acceleration is known to
-/// be continuous there. Otherwise the end t1 of the step is corrected until the distance d from the edge is within
-/// the slack: t1 ← t1 - d/d', Newton's method within a bracket. Without fixed pieces this is necessary because the
-/// kink at the edge makes the dense output inaccurate.
-fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
-    locator: &Locator,
-    theta: f64,
-    exit: Exit,
-) -> bool {
-    let t1 = e.t + theta * e.h();
-    let far = e.t1;
-    if t1 <= e.t {
-        return false;
-    }
-    e.aim(t1);
-    attempt_again::<T, M, V>(e);
-    e.evaluations += T::EVALUATIONS;
-    e.contacts_at_end();
-    if e.frozen && locator.jumps[exit.contact] == Some(false) {
-        return true;
-    }
-    // The bracket starts as the full step. `None`: the distance there is not computed.
-    let (mut lo, mut hi) = ((e.t, None), (far, None));
-    for _ in 0..RESTEPS {
-        let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
-        // The distance cannot be smaller than the effect of rounding of the time and of the step.
-        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs().max(e.h())) {
-            return true;
-        }
-        let here = (e.t1, Some(value));
-        if value > 0.0 {
-            lo = here
-        } else {
-            hi = here
-        }
-        let newton = e.t1 - value / rate;
-        let t1 = match (lo.1, hi.1) {
-            _ if newton > lo.0 && newton < hi.0 => newton,
-            (Some(a), Some(b)) => lo.0 + (hi.0 - lo.0) * a / (a - b),
-            _ => 0.5 * (lo.0 + hi.0),
-        };
-        // If the bracket is two neighbouring floating-point times, the end with the smaller distance is final.
-        let last = t1 <= lo.0 || t1 >= hi.0;
-        let closest = match (lo.1, hi.1) {
-            (Some(a), Some(b)) if a > -b => hi.0,
-            (Some(_), _) => lo.0,
-            _ => hi.0,
-        };
-        if last && closest == e.t1 {
-            return true;
-        }
-        e.aim(if last { closest } else { t1 });
-        attempt_again::<T, M, V>(e);
-        e.evaluations += T::EVALUATIONS;
-        e.contacts_at_end();
-        if last {
-            return true;
-        }
-    }
-    false
-}
-
-/// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of their
-/// largest component. An edge with a jump is located more closely.
-fn note_jumps<M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
-    locator: &mut Locator,
-    crossings: &[Crossing],
-) {
-    e.look.slice_mut().copy_from_slice(e.k[0].slice());
-    e.derivative_at_start();
-    let before = e.look.slice();
-    let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-    for crossing in crossings.iter().filter(|c| !c.rebounds) {
-        locator.jumps[crossing.contact] = Some(change > 1e-7 * size);
-    }
 }
 
 /// The current step as a view for the observer.

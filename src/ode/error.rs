@@ -109,11 +109,11 @@ pub enum IntegrateError {
         /// The maximum number of steps.
         limit: usize,
     },
-    /// [`Model::next_edge`](crate::Model::next_edge) returned a drive edge that does not lie after the time
-    /// asked.
+    /// [`Model::next_edge`](crate::Model::next_edge) returned a drive edge that is not later than the given
+    /// time.
     #[error("the model gives {edge} as its next drive edge after t = {t}: it must be later than t")]
     DriveEdge {
-        /// The time asked.
+        /// The time given to `next_edge`.
         t: f64,
         /// The time returned.
         edge: f64,
@@ -167,11 +167,11 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge does not
-    /// converge.
+    /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
+    /// does not converge.
     #[error(
-        "contact {contact} stalls on its edge at t = {t}: it crosses the edge repeatedly without advance in time, or the \
-         location of the edge does not converge"
+        "contact {contact} stalls on its edge at t = {t}: it crosses the edge repeatedly without advance in \
+         time, or the location of the edge does not converge"
     )]
     EdgeStall {
         /// Time of the stall.

@@ -12,9 +12,9 @@ use crate::model::equations::State;
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -2.0; }
 /// }
-/// // Stops the run after the first step that ends at q <= -0.25: q = -t², so at t = 0.5.
+/// // q = -t²: the first step that ends below -0.1 ends at t = 0.5.
 /// let mut watch = |step: &mut Step<'_>| {
-///     if step.q1()[0] <= -0.25 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+///     if step.q1()[0] < -0.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 /// };
 /// let finish = Rk4::new(0.25).run(&Fall, &State::at_rest(1), 9.0, &mut watch)?;
 /// assert_eq!((finish.state.t, finish.stopped, finish.stats.steps), (0.5, true, 2));
@@ -53,8 +53,8 @@ pub struct Stats {
     pub rejected: u64,
     /// Number of evaluations of the accelerations.
     pub evaluations: u64,
-    /// Number of crossings of edges and of impacts on rigid stops. A change of piece at the start of a step, because the
-    /// edges jumped or the gap is zero, is not counted.
+    /// Number of crossings of edges and of impacts on rigid stops. A change of piece at the start of a step,
+    /// because the edges jumped or the gap is zero, is not counted.
     pub crossings: u64,
     /// Number of drive edges passed.
     pub drive_edges: u64,

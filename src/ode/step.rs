@@ -26,7 +26,8 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    /// Whether the crossing is an impact: the contact leaves the gap for an elastic flank or rebounds from a rigid stop.
+    /// Whether the crossing is an impact: the contact leaves the gap for an elastic flank or rebounds from a
+    /// rigid stop.
     pub fn is_impact(&self) -> bool {
         self.from == Piece::Gap && self.to != Piece::Gap
     }

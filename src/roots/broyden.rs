@@ -1,8 +1,8 @@
 //! Broyden's methods.
 
+use crate::numeric::norms::{dot, largest};
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
-use crate::roots::norms::{dot, largest};
 use crate::roots::residual::{Residual, is_root, jacobian_of};
 use crate::roots::root::{Root, RootError, check_share};
 

@@ -1,8 +1,8 @@
 //! Elimination by blocks.
 
+use crate::numeric::norms::{floating, largest};
 use crate::roots::blocks::{Block, Pairs};
 use crate::roots::matrix::Matrix;
-use crate::roots::norms::{floating, largest};
 use faer::MatMut;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use std::collections::BTreeMap;

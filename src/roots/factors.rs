@@ -1,8 +1,8 @@
 //! LU factors of a Jacobian.
 
+use crate::numeric::norms::floating;
 use crate::roots::elimination::Elimination;
 use crate::roots::matrix::Matrix;
-use crate::roots::norms::floating;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVectorViewMut, Dyn};

@@ -6,7 +6,6 @@ pub(crate) mod elimination;
 pub(crate) mod factors;
 pub(crate) mod matrix;
 pub(crate) mod newton;
-pub(crate) mod norms;
 pub(crate) mod residual;
 pub(crate) mod root;
 

@@ -1,8 +1,8 @@
 //! Equations and their Jacobians.
 
+use crate::numeric::norms::largest;
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
-use crate::roots::norms::largest;
 
 /// Equations r(x) = 0, as many as unknowns. Working arrays may live in `self`.
 ///

@@ -1,8 +1,8 @@
 //! Roots, and why there is none.
 
+use crate::numeric::norms::largest;
 use crate::roots::factors::Floating;
 use crate::roots::matrix::Matrix;
-use crate::roots::norms::largest;
 use crate::roots::residual::Residual;
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What may go wrong in a sweep, as a whole and at one point.
+//! Errors of a sweep: of the sweep as a whole and of one point.
 
 use crate::error::ParameterError;
 use crate::ode::error::IntegrateError;
@@ -6,7 +6,7 @@ use crate::periodic::lyapunov::exponents::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
 use thiserror::Error;
 
-/// Why a sweep as a whole cannot be run.
+/// Errors of a [`Sweep`](crate::Sweep) as a whole.
 ///
 /// ```
 /// use gear_dynamics::sweep::SweepError;
@@ -16,107 +16,110 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// A setting that cannot be used.
+    /// A setting that is not allowed.
     #[error("{name} is {value}: it must be {allowed}")]
     Setting {
-        /// Which one.
+        /// Name of the setting.
         name: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A parameter, a channel name or a range that cannot be used.
+    /// A parameter, a channel name or a range that is not allowed.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// No table with this number of steps.
+    /// A drive table of this number of steps is not possible.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A channel that this engine does not measure.
+    /// A channel that is not available in this engine.
     #[error(
-        "the engine does not measure channel \"{name}\": it knows coordinates, velocities, deflections and mesh forces"
+        "channel \"{name}\" is not available in this engine: allowed are coordinates, velocities, \
+         deflections and mesh forces; the engine Located measures all channels"
     )]
     Channel {
-        /// Which one.
+        /// Name of the channel.
         name: String,
     },
-    /// A chunk that is not there.
-    #[error("chunk {chunk} of {chunks} does not exist: chunks count from 0")]
+    /// A chunk number that is not below the number of chunks.
+    #[error("chunk is {chunk}: it must be below the number of chunks, {chunks}")]
     Chunk {
-        /// Which one.
+        /// The chunk number, counted from 0.
         chunk: usize,
-        /// How many there are.
+        /// Number of chunks.
         chunks: usize,
     },
-    /// Bytes that are not rows of this sweep.
-    #[error("the bytes are not rows of this sweep, or cut off: at byte {at}")]
+    /// Bytes that are not rows of this sweep, or are incomplete or modified.
+    #[error("the bytes are not complete rows of this sweep: the first mismatch is at byte {at}")]
     Bytes {
-        /// The first place that does not fit.
+        /// Position of the first mismatch, in bytes.
         at: usize,
     },
-    /// Parts that do not make a whole.
-    #[error("the parts do not fit together at row {row}: it is missing, there twice, or of another sweep")]
+    /// Parts that do not form one sweep, or rows of another sweep.
+    #[error("the parts do not form one sweep: row {row} is missing, present twice or of another sweep")]
     Parts {
-        /// The first row that does not fit.
+        /// Index of the first such row.
         row: usize,
     },
 }
 
-/// Why one point of a sweep has no answer; the others stand.
+/// Errors of one point of a sweep or one member of an ensemble. They do not affect other points or members.
 ///
 /// ```
 /// use gear_dynamics::sweep::PointError;
-/// assert_eq!(PointError::Diverged { period: 3 }.to_string(), "the motion is not finite any more in period 3");
+/// let error = PointError::Diverged { period: 3 };
+/// assert_eq!(error.to_string(), "the motion becomes infinite or NaN in period 3");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PointError {
-    /// The family gave no model or no start.
+    /// The family returned no model, or the start function no start. Contains the text of its error.
     #[error("no model: {0}")]
     Model(String),
-    /// A start that does not fit.
+    /// A start or a channel that is not allowed for the model.
     #[error("start: {0}")]
     Start(ParameterError),
-    /// A figure that was asked for is not a number, while the motion is.
-    #[error("figures of the run: {0}")]
+    /// A requested result is infinite or NaN although the motion is finite.
+    #[error("results of the run: {0}")]
     Figure(ParameterError),
     /// A period that is not positive and finite.
     #[error("the period of the model is {period}: it must be positive and finite")]
     Period {
-        /// What it was.
+        /// The period, in the model's time unit.
         period: f64,
     },
-    /// No table of its drives.
+    /// The drive table of the model is not possible.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The integration ended early.
+    /// The integration failed.
     #[error(transparent)]
     Integrate(#[from] IntegrateError),
-    /// No Lyapunov exponent: found among [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), since the other figures of the point stand. The
-    /// exponents over the periods that succeeded are in the error.
+    /// The Lyapunov exponent failed. The error contains the exponents over the periods that succeeded. It is
+    /// stored in [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), since the row of the point
+    /// contains the other results.
     #[error("Lyapunov exponent: {0}")]
     Lyapunov(#[from] LyapunovError),
-    /// The motion grew beyond all bounds.
-    #[error("the motion is not finite any more in period {period}")]
+    /// A coordinate, a velocity or a sum of a measured channel becomes infinite or NaN.
+    #[error("the motion becomes infinite or NaN in period {period}")]
     Diverged {
-        /// When, counted from 1.
+        /// Number of the period, counted from 1.
         period: usize,
     },
-    /// A model with another number of degrees of freedom or contacts than the first one.
-    #[error("the model has {found:?} degrees of freedom and contacts, the first one {expected:?}")]
+    /// A model whose number of degrees of freedom or contacts differs from that of the first model.
+    #[error("the model has {found:?} degrees of freedom and contacts: the first model has {expected:?}")]
     Shape {
-        /// Degrees of freedom and contacts of this one.
+        /// Numbers of degrees of freedom and contacts of this model.
         found: [usize; 2],
-        /// Of the first one.
+        /// Numbers of degrees of freedom and contacts of the first model.
         expected: [usize; 2],
     },
-    /// No row and no error yet.
+    /// The point has neither a row nor an error.
     #[error("point {index} has no row: it was not run yet, or it belongs to another chunk")]
     NotReached {
-        /// Which point of the sweep.
+        /// Index of the point in the sweep.
         index: usize,
     },
-    /// An error read back from bytes.
+    /// The text of an error that was read from bytes.
     #[error("{0}")]
     Told(String),
 }

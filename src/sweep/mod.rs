@@ -1,4 +1,4 @@
-//! Many runs of one family, reduced on the fly.
+//! Sweeps and ensembles: many runs of one family of models, each reduced to its results.
 
 pub(crate) mod engines;
 pub(crate) mod ensembles;
@@ -27,6 +27,6 @@ pub use crate::sweep::readings::bifurcation::{Bifurcation, Diagram, DiagramPoint
 pub use crate::sweep::rows::merge::RowsError;
 pub use crate::sweep::rows::row::Row;
 pub use crate::sweep::rows::table::Rows;
+pub use crate::sweep::schedule::runner::Runner;
 pub use crate::sweep::settings::points::{Axis, Point, Points};
-pub use crate::sweep::settings::sweep::Sweep;
-pub use crate::sweep::settings::sweep::WarmStart;
+pub use crate::sweep::settings::sweep::{Sweep, WarmStart};

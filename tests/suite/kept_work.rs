@@ -61,17 +61,16 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     let back = asked.rows_from_bytes(&rows.to_bytes()).unwrap();
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), rows.to_bytes()));
     assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
-    let parts =
-        (0..3).map(|i| asked.run_chunk(i, 3, &TableRk4::new(128), family, rest, &Monitor::new()).unwrap());
+    let parts = (0..3).map(|i| asked.runner(&TableRk4::new(128), family, rest).chunk(i, 3).unwrap());
     let merged = Rows::merge(parts.collect()).unwrap();
     assert_eq!((&merged, merged.fingerprint()), (&rows, rows.fingerprint()));
-    assert_eq!(asked.resume(merged, &TableRk4::new(128), family, rest, &Monitor::new()).unwrap(), rows);
+    assert_eq!(asked.runner(&TableRk4::new(128), family, rest).resume(merged).unwrap(), rows);
 }
 
 #[test]
 fn rows_that_are_refused_come_back() {
     let (engine, watch) = (TableRk4::new(64), Monitor::new());
-    let part = |i| sweep().run_chunk(i, 3, &engine, family, rest, &watch).unwrap();
+    let part = |i| sweep().runner(&engine, family, rest).monitor(&watch).chunk(i, 3).unwrap();
     let refused = Rows::merge(vec![part(2), part(0)]).unwrap_err();
     assert_eq!(refused.error, SweepError::Parts { row: 1 });
     let mut parts = refused.rows;
@@ -79,9 +78,10 @@ fn rows_that_are_refused_come_back() {
     let whole = Rows::merge(parts).unwrap();
     assert_eq!(whole, sweep().run(&engine, family, rest).unwrap());
     // Of another sweep; with an engine that cannot be used.
-    let other = sweep().measure(3).resume(whole.clone(), &engine, family, rest, &watch).unwrap_err();
+    let other =
+        sweep().measure(3).runner(&engine, family, rest).monitor(&watch).resume(whole.clone()).unwrap_err();
     assert_eq!((other.error, &other.rows[..]), (SweepError::Parts { row: 0 }, &[whole.clone()][..]));
-    let none = sweep().resume(part(1), &TableRk4::new(0), family, rest, &watch).unwrap_err();
+    let none = sweep().runner(&TableRk4::new(0), family, rest).monitor(&watch).resume(part(1)).unwrap_err();
     assert!(matches!(none.error, SweepError::Table(TableError::Size { steps: 0, .. })), "{}", none.error);
     assert_eq!(none.rows, [part(1)]);
     // `?` where a sweep's error is wanted.

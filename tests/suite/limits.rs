@@ -76,14 +76,9 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
     let sweep = Sweep::over(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
     let run = |chunks| {
-        sweep.run_chunk(
-            1,
-            chunks,
-            &TableRk4::new(8),
-            |_| Ok::<_, P>(Swing),
-            |_, _| Ok::<_, P>(State::at_rest(1)),
-            &Monitor::new(),
-        )
+        sweep
+            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)))
+            .chunk(1, chunks)
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);

@@ -101,9 +101,7 @@ fn along(count: usize) -> Sweep {
         .strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
-    (0..count)
-        .map(|i| sweep.run_chunk(i, count, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap())
-        .collect()
+    (0..count).map(|i| sweep.runner(&LaneRk4::<4>::new(16), swing, rest).chunk(i, count).unwrap()).collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
@@ -362,10 +360,10 @@ fn rows_of_another_sweep_are_refused() {
     assert_eq!(sweep.rows_from_bytes(&bytes).unwrap(), parts[1]);
     for other in others {
         assert_eq!(other.rows_from_bytes(&bytes), Err(SweepError::Bytes { at: 8 }), "{other:?}");
-        let resumed = other.resume(parts[0].clone(), &LaneRk4::<4>::new(16), swing, rest, &Monitor::new());
+        let resumed = other.runner(&LaneRk4::<4>::new(16), swing, rest).resume(parts[0].clone());
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
-            let second = other.run_chunk(1, 2, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap();
+            let second = other.runner(&LaneRk4::<4>::new(16), swing, rest).chunk(1, 2).unwrap();
             assert_eq!(
                 Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
                 Err(SweepError::Parts { row: 4 })
@@ -389,7 +387,7 @@ fn seal(bytes: &mut Vec<u8>) {
 fn bytes_are_taken_whole_or_not_at_all() {
     let sweep = along(9).check_every(2);
     let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { swing(p).map_err(|_| "no swing") };
-    let rows = sweep.run_chunk(1, 2, &LaneRk4::<4>::new(16), odd, rest, &Monitor::new()).unwrap();
+    let rows = sweep.runner(&LaneRk4::<4>::new(16), odd, rest).chunk(1, 2).unwrap();
     let bytes = rows.to_bytes();
     let back = sweep.rows_from_bytes(&bytes).unwrap();
     assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), bytes.clone()));
@@ -441,7 +439,9 @@ fn progress_ends_at_the_end() {
                 totals.lock().unwrap().insert(total);
             };
             sweep
-                .run_chunk(i, n, &LaneRk4::<4>::new(16), family, rest, &Monitor::new().progress(&progress))
+                .runner(&LaneRk4::<4>::new(16), family, rest)
+                .monitor(&Monitor::new().progress(&progress))
+                .chunk(i, n)
                 .unwrap();
             (
                 last.into_inner(),
@@ -473,10 +473,12 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         Err::<Machine<Swing<'_>>, _>("never")
     };
     let rows = along(1000)
-        .run_chunk(0, 1, &LaneRk4::<4>::new(16), never, rest, &Monitor::new().cancel(&stop))
+        .runner(&LaneRk4::<4>::new(16), never, rest)
+        .monitor(&Monitor::new().cancel(&stop))
+        .run()
         .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
-    let whole = along(1000).resume(rows, &LaneRk4::<4>::new(16), swing, rest, &Monitor::new()).unwrap();
+    let whole = along(1000).runner(&LaneRk4::<4>::new(16), swing, rest).resume(rows).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
@@ -499,13 +501,15 @@ fn two_threads_may_show_rows_at_once() {
         inside.fetch_sub(1, Relaxed);
     };
     let watch = Monitor::new().rows(&rows);
-    let made =
-        pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    let made = pool(2)
+        .install(|| along(64).runner(&LaneRk4::<4>::new(16), swing, rest).monitor(&watch).run())
+        .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let watch = Monitor::new().rows(&busy);
-    let made =
-        pool(2).install(|| along(64).run_chunk(0, 1, &LaneRk4::<4>::new(16), swing, rest, &watch)).unwrap();
+    let made = pool(2)
+        .install(|| along(64).runner(&LaneRk4::<4>::new(16), swing, rest).monitor(&watch).run())
+        .unwrap();
     assert_eq!(made.iter().count(), 64);
 }
 
@@ -522,7 +526,9 @@ fn a_cancel_is_seen_within_64_steps() {
             made
         };
         let rows = pool(1)
-            .install(|| along(8).run_chunk(0, 1, engine, family, rest, &Monitor::new().cancel(&count.stop)))
+            .install(|| {
+                along(8).runner(engine, family, rest).monitor(&Monitor::new().cancel(&count.stop)).run()
+            })
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -618,8 +624,9 @@ fn a_cancelled_run_is_resumed() {
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
                 let watch = Monitor::new().progress(&progress).cancel(&stop);
-                let parts = [(0, Monitor::new()), (1, watch)]
-                    .map(|(i, watch)| sweep.run_chunk(i, 2, &engine, swing, rest, &watch).unwrap());
+                let parts = [(0, Monitor::new()), (1, watch)].map(|(i, watch)| {
+                    sweep.runner(&engine, swing, rest).monitor(&watch).chunk(i, 2).unwrap()
+                });
                 Rows::merge(parts.to_vec()).unwrap()
             });
             let (there, last) = (part.iter().count(), AtomicUsize::new(0));
@@ -631,8 +638,11 @@ fn a_cancelled_run_is_resumed() {
                 last.fetch_max(done, Relaxed);
             };
             let read = sweep.rows_from_bytes(&part.to_bytes()).unwrap();
-            let resumed =
-                sweep.resume(read, &engine, swing, rest, &Monitor::new().progress(&progress)).unwrap();
+            let resumed = sweep
+                .runner(&engine, swing, rest)
+                .monitor(&Monitor::new().progress(&progress))
+                .resume(read)
+                .unwrap();
             assert_eq!(
                 (&resumed, resumed.fingerprint(), resumed.to_bytes()),
                 (&whole, whole.fingerprint(), whole.to_bytes())
@@ -642,5 +652,5 @@ fn a_cancelled_run_is_resumed() {
     // Nothing is missing: nothing is run.
     let whole = along(5).run(&engine, swing, rest).unwrap();
     let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
-    assert_eq!(along(5).resume(whole.clone(), &engine, swing, never, &Monitor::new()).unwrap(), whole);
+    assert_eq!(along(5).runner(&engine, swing, never).resume(whole.clone()).unwrap(), whole);
 }

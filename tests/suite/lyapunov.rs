@@ -248,8 +248,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
     }
-    let parts = (0..3)
-        .map(|i| sweep.run_chunk(i, 3, &LaneRk4::<8>::new(4032), pair, start, &Monitor::new()).unwrap());
+    let parts = (0..3).map(|i| sweep.runner(&LaneRk4::<8>::new(4032), pair, start).chunk(i, 3).unwrap());
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 

@@ -44,9 +44,7 @@ fn the_same_bits_however_it_is_run() {
     }
     for chunks in [2, 3, 7] {
         let mut parts: Vec<Rows> = (0..chunks)
-            .map(|i| {
-                sweep.run_chunk(i, chunks, &LaneRk4::<16>::new(STEPS), pair, rest, &Monitor::new()).unwrap()
-            })
+            .map(|i| sweep.runner(&LaneRk4::<16>::new(STEPS), pair, rest).chunk(i, chunks).unwrap())
             .collect();
         parts.reverse();
         assert_eq!(expected, Rows::merge(parts).unwrap().fingerprint(), "{chunks} chunks");
@@ -330,7 +328,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     };
     let watch = Monitor::new().rows(&rows).cancel(&stop);
     let sweep = sweep(200);
-    let part = sweep.run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &watch).unwrap();
+    let part = sweep.runner(&LaneRk4::<4>::new(STEPS), pair, rest).monitor(&watch).run().unwrap();
     assert!(
         !part.is_complete() && part.iter().count() >= 10 && part.iter().count() < 100,
         "{}",
@@ -350,7 +348,9 @@ fn progress_counts_every_point() {
         last.fetch_max(done, Ordering::Relaxed);
     };
     sweep(30)
-        .run_chunk(0, 1, &LaneRk4::<4>::new(STEPS), pair, rest, &Monitor::new().progress(&progress))
+        .runner(&LaneRk4::<4>::new(STEPS), pair, rest)
+        .monitor(&Monitor::new().progress(&progress))
+        .run()
         .unwrap();
     assert_eq!(last.into_inner(), 30);
 }
@@ -384,7 +384,7 @@ fn zero_steps_per_period_and_zero_periods() {
     assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
     assert!(matches!(never, Err(SweepError::Setting { name: "until_repeats", .. })));
-    let chunk = sweep.run_chunk(3, 3, &LaneRk4::<4>::new(8), pair, rest, &Monitor::new());
+    let chunk = sweep.runner(&LaneRk4::<4>::new(8), pair, rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }
 
@@ -504,7 +504,7 @@ fn channels_that_tables_do_not_measure_and_names_there_are_not() {
 
 #[test]
 fn parts_that_do_not_fit_together() {
-    let part = |i| sweep(10).run_chunk(i, 3, &LaneRk4::<4>::new(STEPS), pair, rest, &Monitor::new()).unwrap();
+    let part = |i| sweep(10).runner(&LaneRk4::<4>::new(STEPS), pair, rest).chunk(i, 3).unwrap();
     assert!(matches!(
         Rows::merge(vec![part(0), part(2)]),
         Err(RowsError { error: SweepError::Parts { row: 3 }, .. })

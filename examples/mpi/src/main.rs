@@ -35,14 +35,7 @@ fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
     };
     let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
-    sweep.run_chunk(
-        chunk as usize,
-        chunks as usize,
-        &LaneRk4::<16>::new(63 * 64),
-        pair,
-        start,
-        &Monitor::new(),
-    )
+    sweep.runner(&LaneRk4::<16>::new(63 * 64), pair, start).chunk(chunk as usize, chunks as usize)
 }
 
 /// Rank 0: answers on this thread, computes on another.

@@ -4,7 +4,7 @@ use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased, User};
 use crate::targets::flows::{self, Solver};
 use gear_dynamics::sweep::{
-    Attractors, Axis, Bifurcation, Ensemble, InstructionSet, LaneRk4, Located, Monitor, Point, Points,
+    Attractors, Axis, Bifurcation, Ensemble, InstructionSet, LaneRk4, Located, Point, Points,
     RandomParameters, Rows, TableRk4, WarmStart,
 };
 use gear_dynamics::{
@@ -184,8 +184,8 @@ pub fn lanes(case: &mut Case) -> Run {
     let rows = if chunks == 1 {
         sweep.run(&engine, family, start)?
     } else {
-        let first = sweep.run_chunk(chunk, chunks, &engine, family, start, &Monitor::new())?;
-        let second = sweep.run_chunk(1, chunks, &engine, family, start, &Monitor::new())?;
+        let first = sweep.runner(&engine, family, start).chunk(chunk, chunks)?;
+        let second = sweep.runner(&engine, family, start).chunk(1, chunks)?;
         Rows::merge(vec![first, second])?
     };
     judge(case, &sweep, rows)

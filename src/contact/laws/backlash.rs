@@ -1,4 +1,4 @@
-//! Dead zones.
+//! Dead zones: contact laws of a backlash.
 
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
@@ -7,12 +7,13 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use crate::scalar::Scalar;
 
-/// max(x - upper, 0) - max(lower - x, 0), as the distance of x from the gap.
+/// max(x - upper, 0) - max(lower - x, 0), computed as x minus the nearest point of the gap.
 #[inline(always)]
 fn dead_zone<S: Scalar>(x: S, lower: S, upper: S) -> S {
     x - x.max(lower).min(upper)
 }
 
+/// The dead zone on one piece, continued past its edges.
 #[inline(always)]
 fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
     match piece {
@@ -22,7 +23,7 @@ fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
     }
 }
 
-/// Edges of a gap, of which one may be missing: it lies at its own infinity, and the other one is finite.
+/// Checks the edges of a gap. The lower edge may be -∞ or the upper edge ∞, if the other one is finite.
 pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
     check::quantity("lower edge", if lower == f64::NEG_INFINITY && upper.is_finite() { 0.0 } else { lower })?;
     check::quantity("upper edge", if upper == f64::INFINITY { 0.0 } else { upper })?;
@@ -33,11 +34,12 @@ pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
     Ok([lower, upper])
 }
 
-/// f(x) = max(x - b, 0) - max(-x - b, 0), b the half width of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
+/// Dead zone f(x) = max(x - b, 0) - max(-x - b, 0), with b half the backlash.   Source: Liu 2021, Eq. (12);
+/// Yao 2020, Eq. (1).
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::Nonlinearity};
-/// let law = Backlash::new(2.65e-5)?; // half of the backlash [m]
+/// let law = Backlash::new(2.65e-5)?; // half the backlash [m]
 /// assert_eq!(law.at(1e-5), 0.0);
 /// assert!((law.at(-4e-5) + 1.35e-5).abs() < 1e-20);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -48,7 +50,7 @@ pub struct Backlash {
 }
 
 impl Backlash {
-    /// Half width b, not negative.
+    /// Half width b, half the backlash, not negative, in the unit of the deflection.
     ///
     /// # Errors
     /// A half width that is negative or above 1e50.
@@ -56,7 +58,7 @@ impl Backlash {
         Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
     }
 
-    /// b: half of the backlash.
+    /// Half width b: half the backlash.
     pub fn half_width(&self) -> f64 {
         self.half_width
     }
@@ -81,7 +83,7 @@ impl Nonlinearity for Backlash {
     }
 }
 
-/// Edges at `lower` and `upper`, and flanks of different stiffness:
+/// Dead zone with edges at `lower` and `upper` and flanks of relative stiffness s_l and s_u `[1]`:
 /// f(x) = s_u max(x - upper, 0) - s_l max(lower - x, 0).
 ///
 /// ```
@@ -101,7 +103,8 @@ pub struct AsymmetricBacklash {
 }
 
 impl AsymmetricBacklash {
-    /// lower <= upper, both flanks of relative stiffness 1. One edge may be infinite: a stop on the other side alone.
+    /// Edges with lower <= upper, in the unit of the deflection. One edge may be infinite; the law then has
+    /// only the other flank. Default: both flanks have the relative stiffness 1.
     ///
     /// # Errors
     /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
@@ -110,7 +113,7 @@ impl AsymmetricBacklash {
         Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
     }
 
-    /// A stop that touches where x is above `edge`, and nothing below.
+    /// A one-sided stop that touches for x > `edge`: f(x) = max(x - edge, 0).
     ///
     /// # Errors
     /// An edge that is not finite or lies beyond ±1e50.
@@ -118,7 +121,7 @@ impl AsymmetricBacklash {
         Self::new(f64::NEG_INFINITY, check::quantity("upper edge", edge)?)
     }
 
-    /// A stop that touches where x is below `edge`, and nothing above.
+    /// A one-sided stop that touches for x < `edge`: f(x) = -max(edge - x, 0).
     ///
     /// # Errors
     /// An edge that is not finite or lies beyond ±1e50.
@@ -126,7 +129,7 @@ impl AsymmetricBacklash {
         Self::new(check::quantity("lower edge", edge)?, f64::INFINITY)
     }
 
-    /// Whether this flank lies at infinity, where nothing touches it.
+    /// Whether the law does not have this flank: its edge is infinite.
     #[inline(always)]
     fn is_missing(&self, piece: Piece) -> bool {
         match piece {
@@ -136,7 +139,8 @@ impl AsymmetricBacklash {
         }
     }
 
-    /// Relative stiffness of the lower and the upper flank, both positive.
+    /// The same law with the relative stiffnesses `[1]` of the lower and the upper flank, both positive.
+    /// Default: 1.
     ///
     /// # Errors
     /// A slope that is not positive or is above 1e50.
@@ -175,7 +179,7 @@ impl Nonlinearity for AsymmetricBacklash {
     }
 }
 
-/// A dead zone whose half width b(φ) moves: the same force with edges ∓b(φ).
+/// Dead zone whose half width b(φ), half the backlash, varies with an angle: its edges are ∓b(φ).
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, contact::{Nonlinearity, VaryingBacklash}, Wave};
@@ -189,7 +193,8 @@ pub struct VaryingBacklash {
 }
 
 impl VaryingBacklash {
-    /// The half width as a wave; it should stay positive.
+    /// Half width b(φ), half the backlash, as a wave. It must not become negative: solvers that locate edges
+    /// then return [`IntegrateError::NegativeGap`](crate::ode::IntegrateError::NegativeGap).
     pub fn new(half_width: Wave) -> Self {
         VaryingBacklash { half_width }
     }

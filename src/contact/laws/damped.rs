@@ -1,4 +1,4 @@
-//! Damping that belongs to the contact law.
+//! Contact laws with damping.
 
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
@@ -6,13 +6,16 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// Any law g with damping of its own, which follows the stiffness of the mesh since W = K(t) f:
+/// A law g with damping. The mesh force is K(φ) f, so that the damping is proportional to the mesh stiffness:
 ///
-/// - [`by_stiffness`](Damped::by_stiffness): f = g + τ x' in contact, so that C = τ K(t).   Source: Kelvin-Voigt.
-/// - [`by_force`](Damped::by_force): f = g + λ |g| x', so that C = λ |W| grows with the depth.   Source: Hunt & Crossley (1975), λ = 3/2 α.
+/// - [`by_stiffness`](Damped::by_stiffness): f = g + τ x' in contact. The damping coefficient is C = τ K(φ).
+///   Source: Kelvin-Voigt.
+/// - [`by_force`](Damped::by_force): f = g + λ |g| x'. The damping coefficient C = λ K |g| grows with the
+///   depth.   Source: Hunt & Crossley (1975), λ = 3/2 α.
 ///
-/// The first jumps by τ x' at an edge and pulls while the flanks part. The second is continuous and pulls only where they part faster than
-/// 1/λ, as after no free impact. A mesh with such a law needs no damping of its own; if it has some, both act.
+/// With `by_stiffness` the force jumps by τ x' at an edge and pulls while the flanks separate. With
+/// `by_force` the force is continuous. It pulls only if the flanks separate faster than 1/λ, which does not
+/// occur after a free impact. A mesh with such a law needs no damping C; if it has one, both act.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::{Damped, Nonlinearity, PowerLaw}};
@@ -21,7 +24,7 @@ use crate::scalar::Scalar;
 /// assert_eq!(viscous.force(0.0, 1.0, -1.0, 1.0), 0.0);
 /// let ball = Damped::by_force(PowerLaw::new(1.0, 1.5, 1.0)?, 0.25)?; // λ [s/m]
 /// assert_eq!(ball.force(5.0, 2.0, -1.0, 1.0), 12.0); // 8 (1 + 0.5)
-/// assert_eq!(ball.force(-5.0, 2.0, -1.0, 1.0), -4.0); // moving out: 8 (1 - 0.5)
+/// assert_eq!(ball.force(-5.0, 2.0, -1.0, 1.0), -4.0); // the flanks separate: -8 (1 - 0.5)
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,14 +35,15 @@ pub struct Damped<N> {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Loss {
-    /// τ, and whether it acts in the gap as well.
+    /// Damping time τ, and whether it also acts in the gap.
     Time(f64, bool),
-    /// λ.
+    /// Loss factor λ.
     Force(f64),
 }
 
 impl<N: Nonlinearity> Damped<N> {
-    /// f = g + τ x' in contact, τ = C/K `[s]`, not negative. A law without edges is in contact everywhere.
+    /// f = g + τ x' in contact, with the damping time τ = C/K `[s]`, not negative. A law without edges is
+    /// always in contact.
     ///
     /// # Errors
     /// A τ that is negative or above 1e50.
@@ -49,7 +53,8 @@ impl<N: Nonlinearity> Damped<N> {
         Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, everywhere) })
     }
 
-    /// f = g + τ x', in the gap as well: an oil film whose damping follows the stiffness.
+    /// f = g + τ x' in contact and in the gap, with the damping time τ `[s]`, not negative. It represents an
+    /// oil film whose damping is proportional to the mesh stiffness.
     ///
     /// # Errors
     /// A τ that is negative or above 1e50.
@@ -57,8 +62,8 @@ impl<N: Nonlinearity> Damped<N> {
         Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, true) })
     }
 
-    /// f = g + λ |g| x', λ [s/m] not negative. For laws with a gap: where g changes its sign elsewhere than in a gap, |g| has a kink that is
-    /// not announced.
+    /// f = g + λ |g| x', with the loss factor λ [s/m], not negative. It is intended for laws with a gap. If g
+    /// changes its sign outside a gap, |g| has a kink there that solvers do not locate.
     ///
     /// # Errors
     /// A λ that is negative or above 1e50.
@@ -66,12 +71,12 @@ impl<N: Nonlinearity> Damped<N> {
         Ok(Damped { law, loss: Loss::Force(check::not_negative("loss factor", loss)?) })
     }
 
-    /// g.
+    /// The law g without damping.
     pub fn law(&self) -> &N {
         &self.law
     }
 
-    /// f from g, on a held piece.
+    /// f from g on a given piece.
     #[inline(always)]
     fn on<S: Scalar>(&self, piece: Piece, g: S, rate: S) -> S {
         match (self.loss, piece) {

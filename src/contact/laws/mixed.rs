@@ -1,4 +1,4 @@
-//! A contact law chosen at run time.
+//! Contact laws chosen at run time.
 
 use crate::contact::laws::backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 use crate::contact::laws::no_pull::NoPullBacklash;
@@ -10,11 +10,12 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// Any of the built-in laws, or one's own as `Other`: for a model whose meshes differ.
+/// One of the built-in laws or a user-defined law, for a model whose meshes have different laws.
 ///
 /// ```
 /// use gear_dynamics::{contact::{Cubic, MixedLaw, Nonlinearity}, Backlash};
-/// let laws: [MixedLaw; 2] = [MixedLaw::Backlash(Backlash::new(1.0)?), MixedLaw::Cubic(Cubic::new(1.0, 0.5)?)];
+/// let laws: [MixedLaw; 2] =
+///     [MixedLaw::Backlash(Backlash::new(1.0)?), MixedLaw::Cubic(Cubic::new(1.0, 0.5)?)];
 /// assert_eq!(laws.map(|law| law.at(2.0)), [1.0, 6.0]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -22,25 +23,25 @@ use crate::scalar::Scalar;
 pub enum MixedLaw<N = Linear> {
     /// f(x) = x.
     Linear(Linear),
-    /// Cubic.
+    /// f(x) = s x + κ x³.
     Cubic(Cubic),
     /// Symmetric dead zone.
     Backlash(Backlash),
     /// Asymmetric dead zone.
     Asymmetric(AsymmetricBacklash),
-    /// Dead zone whose half width moves.
+    /// Dead zone with a half width that varies.
     VaryingSpeed(VaryingBacklash),
-    /// Rounded dead zone.
+    /// Dead zone with rounded corners.
     Smoothed(SmoothedBacklash),
-    /// Powers of the depth.
+    /// Flanks with a power of the depth.
     Power(PowerLaw),
-    /// Dead zone whose damping never pulls.
+    /// Damped dead zone that never pulls.
     NoPull(NoPullBacklash),
-    /// A law of one's own.
+    /// A user-defined law.
     Other(N),
 }
 
-/// Runs an expression on whichever law it is.
+/// Evaluates an expression on the law of the variant.
 macro_rules! each_law {
     ($self:ident, $law:ident => $body:expr) => {
         match $self {

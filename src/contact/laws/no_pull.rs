@@ -1,4 +1,4 @@
-//! Contact that never pulls.
+//! A damped contact law that never pulls.
 
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
@@ -6,12 +6,19 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// f(x, x') = max(0, min(2 y, y + τ y')), y the depth past an edge and y' its rate: a spring with damping C = τ K that neither pulls nor
-/// counts for more than the spring itself, so that the force is continuous.   Source: Modelica Standard Library, `ElastoBacklash`.
+/// Damped dead zone f(x, x') = max(0, min(2 y, y + τ y')), with the depth y past an edge and its rate y'.
+/// Source: Modelica Standard Library, `ElastoBacklash`.
 ///
-/// Its kinks lie at y = 0, where teeth meet or part, at y + τ y' = 0, where the force ends before they part, and at y = τ y', where the damping
-/// is no longer limited. They are three switches, x, x + τ x' and x - τ x', held against the same edges ∓b; where the pieces of the first alone
-/// are known, the other two kinks stay unannounced.
+/// It is a spring with the damping C = τ K. The total force never pulls, and the damping force is at most as
+/// large as the spring force. The force is therefore continuous.
+///
+/// The law has three kinks on each flank and one switching function for each:
+/// - y = 0, where the teeth begin or cease to touch: x;
+/// - y + τ y' = 0, where the force vanishes before the teeth separate: x + τ x';
+/// - y = τ y', where the damping force reaches its limit: x - τ x'.
+///
+/// All three are compared with the same edges ∓b. [`force_on`](Nonlinearity::force_on) knows the piece of the
+/// first one alone: the other two kinks then lie inside a piece, and solvers do not locate them.
 ///
 /// ```
 /// use gear_dynamics::contact::{NoPullBacklash, Nonlinearity};
@@ -28,7 +35,8 @@ pub struct NoPullBacklash {
 }
 
 impl NoPullBacklash {
-    /// Half width b, not negative, and τ = C/K `[s]`, positive: without damping it is [`Backlash`](crate::Backlash).
+    /// Half width b, half the backlash, not negative, and damping time τ = C/K `[s]`, positive. For τ = 0 use
+    /// [`Backlash`](crate::Backlash).
     ///
     /// # Errors
     /// A half width that is negative or above 1e50; a τ that is not positive or is above 1e50.
@@ -39,11 +47,13 @@ impl NoPullBacklash {
     }
 }
 
-/// Switches: where the teeth touch, where the force ends, where the damping is limited.
+/// Index of the switching function x: the teeth touch.
 const TOUCH: usize = 0;
 
+/// Index of the switching function x + τ x': the force vanishes.
 const ENDS: usize = 1;
 
+/// Index of the switching function x - τ x': the damping force reaches its limit.
 const LIMITED: usize = 2;
 
 impl Nonlinearity for NoPullBacklash {

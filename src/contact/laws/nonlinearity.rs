@@ -6,12 +6,16 @@ use crate::dual::Dual;
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// The edges of a gap and how fast they move.
+/// The edges of a gap, in the unit of the deflection, and their rates.
 ///
 /// ```
-/// use gear_dynamics::contact::Edges;
-/// assert_eq!(Edges::symmetric(2e-5, 0.0).lower, -2e-5);
-/// assert!(Edges::NONE.upper.is_infinite());
+/// use gear_dynamics::contact::{Nonlinearity, VaryingBacklash};
+/// use gear_dynamics::{excitation::{Fourier, Side}, Wave};
+/// let law = VaryingBacklash::new(Wave::new(Fourier::new(1.0, &[[0.0, 0.25]])?)); // b = 1 + 0.25 sin φ
+/// let edges = law.edges(0.0, Side::After);
+/// assert_eq!((edges.lower, edges.upper), (-1.0, 1.0));
+/// assert_eq!((edges.lower_rate, edges.upper_rate), (-0.25, 0.25)); // over φ
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edges {
@@ -26,20 +30,22 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// A law without pieces.
+    /// No edges: the law is a single piece.
     pub const NONE: Edges =
         Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
 
-    /// ∓b with rates ∓b'.
+    /// Edges ∓b with the rates ∓b'; b is half the backlash.
     pub fn symmetric(half_width: f64, rate: f64) -> Self {
         Edges { lower: -half_width, upper: half_width, lower_rate: -rate, upper_rate: rate }
     }
 }
 
-/// A contact law: force per unit stiffness over the deflection, with the edges of its pieces.
+/// A contact law: the force per unit stiffness as a function of the deflection, with the edges of its pieces.
 ///
-/// Only [`force`](Nonlinearity::force) is needed; a law with kinks also says where its [`edges`](Nonlinearity::edges) are and how each
-/// piece continues past them, and gains located edges from every solver. Models with equal laws may share lanes: derive `PartialEq`.
+/// Only [`force`](Nonlinearity::force) is required. A law with kinks also implements
+/// [`edges`](Nonlinearity::edges) and [`force_on`](Nonlinearity::force_on), which continues each piece past
+/// its edges; solvers then locate the edges. Models share lanes only if their laws are equal: derive
+/// `PartialEq`.
 ///
 /// ```
 /// use gear_dynamics::{contact::{Edges, Nonlinearity, Piece}, model::Scalar, excitation::Side};
@@ -53,7 +59,7 @@ impl Edges {
 ///     #[inline(always)]
 ///     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _rate: S, _lower: S, upper: S) -> S {
 ///         let y = x - upper;
-///         // A piece goes on smoothly past its edge: y √|y|, where y^1.5 would be no number.
+///         // Continued past the edge as y √|y|, because y^1.5 is not a number for y < 0.
 ///         if piece == Piece::Upper { y * y.abs().sqrt() } else { S::from(0.0) }
 ///     }
 ///     fn edges(&self, _angle: f64, _side: Side) -> Edges {
@@ -63,41 +69,49 @@ impl Edges {
 /// assert_eq!(Hertz { gap: 1.0 }.at(5.0), 8.0);
 /// ```
 ///
-/// A law whose pieces also depend on the rate has more than one [switch](Nonlinearity::switches), each a contact of the model to the solvers; see
+/// A law whose pieces also depend on the rate has several [switching functions](Nonlinearity::switches). For
+/// the solvers each one is a contact of the model. Example:
 /// [`NoPullBacklash`](crate::contact::NoPullBacklash).
 pub trait Nonlinearity: PartialEq {
-    /// Whether its edges are ∓ a half width, which a model may hold as a constant of its own, and it is the same in any unit: f(c x; ∓c b) = c f(x; ∓b) for
-    /// c > 0, whatever the rate. Default: no.
+    /// Whether the edges are ∓b with a half width b that a model may keep among its own constants, and the
+    /// law is independent of the unit: f(c x; ∓c b) = c f(x; ∓b) for every c > 0 at every rate. Default:
+    /// `false`.
     const HALF_WIDTH: bool = false;
 
-    /// f(x, x') between the edges `lower` and `upper`, which may move. Mark it `#[inline(always)]`: it runs inside lanes.
+    /// Returns f(x, x') for the edges `lower` and `upper`, which may move. Mark the implementation
+    /// `#[inline(always)]`, because it runs in lanes.
     fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S;
 
-    /// One piece of the law, smoothly continued past its edges. By default the law is a single piece.
+    /// Returns the law on one piece, continued smoothly past its edges. Default:
+    /// [`force`](Nonlinearity::force), for a law of a single piece.
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
         let _ = piece;
         self.force(x, rate, lower, upper)
     }
 
-    /// How many switches say on which piece the law stands. One, unless said: the deflection.
+    /// Number of switching functions: functions of deflection and rate that decide on which piece the law
+    /// stands. Default: 1, the deflection.
     fn switches(&self) -> usize {
         1
     }
-    /// What a switch holds against the [`edges`](Nonlinearity::edges), in the unit of the deflection: x for the first, a smooth function of
-    /// x and x' for others.
+    /// Returns the value of a switching function at x and x', in the unit of the deflection. It is compared
+    /// with the [`edges`](Nonlinearity::edges). Function 0 must be x; the others are smooth functions of x
+    /// and x'. Default: x.
     #[inline(always)]
     fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
         let _ = (switch, rate);
         x
     }
-    /// The rate of a switch from x, x' and x''. By default that of an affine function of x and x'.
+    /// Returns the rate of a switching function s(x, x') from x, x' and x''. Default: s(x', x'') - s(0, 0),
+    /// which is exact for a function that is affine in x and x'.
     #[inline(always)]
     fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
         let (_, zero) = (x, S::from(0.0));
         self.switch(switch, rate, second) - self.switch(switch, zero, zero)
     }
-    /// The contact of a switch from that of the mesh and x''. A model has as many contacts for a mesh as the law of the mesh has switches.
+    /// Returns the contact of a switching function from the contact of the mesh and x''. A model has one
+    /// contact for each switching function of the law of a mesh.
     #[inline(always)]
     fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
         let (x, rate) = (mesh.deflection, mesh.rate);
@@ -107,33 +121,37 @@ pub trait Nonlinearity: PartialEq {
             ..mesh
         }
     }
-    /// The smooth law where every switch stands on a given piece: what [`force_on`](Nonlinearity::force_on) is for a single one.
+    /// Returns the law with every switching function on a given piece, continued smoothly past the edges.
+    /// Default: [`force_on`](Nonlinearity::force_on) with the first piece.
     #[inline(always)]
     fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
         self.force_on(pieces[0], x, rate, lower, upper)
     }
 
-    /// Where the pieces meet at an angle of the shaft, the rates over that angle.
+    /// Returns the edges at an angle, with their rates over that angle. In a [`Mesh`](crate::Mesh) it is the
+    /// mesh angle. `side`: before or after a jump at this angle. Default: no edges.
     fn edges(&self, angle: f64, side: Side) -> Edges {
         let _ = (angle, side);
         Edges::NONE
     }
-    /// The next angle at which an edge of the gap itself jumps.
+    /// Returns the next angle at which an edge of the gap jumps or its rate jumps. Default: `None`.
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let _ = angle;
         None
     }
-    /// Whether the edges depend on the angle. Default: they do, unless there are none.
+    /// Whether the edges depend on the angle. Default: `true` if there are edges at the angle 0.
     fn moves(&self) -> bool {
         self.edges(0.0, Side::After) != Edges::NONE
     }
 
-    /// f(x) at rest at the angle 0.
+    /// Returns f(x) for the rate 0 at the angle 0.
     fn at(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
         self.force(x, 0.0, e.lower, e.upper)
     }
-    /// df/dx at rest at the angle 0, exact by dual numbers; at an edge the slope of the gap.
+    /// Returns df/dx for the rate 0 at the angle 0, exact by dual numbers. At an edge it is the slope of one
+    /// of the two pieces, depending on the law: of the flank for [`Backlash`](crate::Backlash), of the gap
+    /// for [`AsymmetricBacklash`](crate::contact::AsymmetricBacklash).
     fn slope(&self, x: f64) -> f64 {
         let e = self.edges(0.0, Side::After);
         self.force(Dual::variable(x), 0.0.into(), e.lower.into(), e.upper.into()).slope[0]

@@ -1,4 +1,4 @@
-//! Flanks whose force grows as a power of the depth.
+//! Contact laws whose force is a power of the depth.
 
 use crate::contact::laws::backlash::gap;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
@@ -7,19 +7,22 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// f(x) = ±y0 (y/y0)^p, y the depth of x past an edge, p >= 1, y0 a reference depth: at y0 the force is that of a linear flank of the same
-/// stiffness, W = K y0, and p times as stiff. With y0 = 1 a stiffness K `[N/m^p]` stands for W = K y^p.   Source: Hertz (1882), p = 3/2 for
-/// points; Palmgren (1959), p = 10/9 for rollers.
+/// f(x) = ±y0 (y/y0)^p, with the depth y of x past an edge, the exponent p >= 1 and a reference depth y0.
+/// Source: Hertz (1882), p = 3/2 for points; Palmgren (1959), p = 10/9 for rollers.
 ///
-/// Below its edge a held flank goes on as an odd function, y |y|^(p-1): real, with one slope from both sides. For p < 2 its second derivative has no
-/// bound at the edge, so an adaptive solver takes short steps just after a contact.
+/// At y = y0 the force is that of a linear flank of the same stiffness, W = K y0, and its slope is p times as
+/// large. With y0 = 1 and a stiffness K `[N/m^p]` the force is W = K y^p.
+///
+/// On a fixed piece a flank continues past its edge as the odd function y |y|^(p-1) (for y0 = 1), which is
+/// real and has the same slope on both sides of the edge. For p < 2 its second derivative is unbounded at
+/// the edge, so that an adaptive solver takes short steps after the beginning of a contact.
 ///
 /// ```
 /// use gear_dynamics::contact::{Nonlinearity, PowerLaw};
 /// let law = PowerLaw::new(1.0, 1.5, 4.0)?; // half width, exponent, reference depth
 /// assert_eq!((law.at(0.5), law.at(5.0), law.at(-2.0)), (0.0, 4.0, -0.5));
 /// assert_eq!((law.slope(1.0), law.slope(5.0)), (0.0, 1.5));
-/// let wall = PowerLaw::new(0.0, 1.5, 1.0)?.with_edges(f64::NEG_INFINITY, 2.0)?; // a stop on one side
+/// let wall = PowerLaw::new(0.0, 1.5, 1.0)?.with_edges(f64::NEG_INFINITY, 2.0)?; // a one-sided stop
 /// assert_eq!((wall.at(-9.0), wall.at(6.0)), (0.0, 8.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -32,10 +35,12 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Half width b, not negative, exponent p from 1 to 100, reference depth y0, positive, in the unit of the deflection.
+    /// Half width b (half the backlash), not negative, exponent p `[1]` in [1, 100], and reference depth y0,
+    /// positive. Lengths are in the unit of the deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside 1e-50 .. 1e50.
+    /// A half width that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside
+    /// 1e-50 .. 1e50.
     pub fn new(half_width: f64, exponent: f64, depth: f64) -> Result<Self, ParameterError> {
         let b = check::not_negative("half width b", half_width)?;
         let exponent = check::quantity("exponent", exponent)?;
@@ -49,7 +54,8 @@ impl PowerLaw {
         Ok(PowerLaw { lower: -b, upper: b, exponent, depth: check::scale("reference depth", depth)? })
     }
 
-    /// The same flanks at edges of their own, lower <= upper. One may be infinite: a stop on the other side alone.
+    /// The same flanks with given edges, lower <= upper. One edge may be infinite; the law then has only the
+    /// other flank.
     ///
     /// # Errors
     /// A finite edge beyond ±1e50, or no finite edge at all; a lower edge above the upper one.
@@ -58,16 +64,16 @@ impl PowerLaw {
         Ok(PowerLaw { lower, upper, ..self })
     }
 
-    /// p.
+    /// Exponent p `[1]`.
     pub fn exponent(&self) -> f64 {
         self.exponent
     }
 
-    /// y0 (y/y0) |y/y0|^(p-1).
+    /// y0 (y/y0) |y/y0|^(p-1) for a signed depth y.
     #[inline(always)]
     fn of_depth<S: Scalar>(&self, y: S) -> S {
         let z = y / S::from(self.depth);
-        // The root of Hertz is much faster than a power.
+        // For p = 3/2 (Hertz) a square root is much faster than a power.
         y * if self.exponent == 1.5 { z.abs().sqrt() } else { z.abs().powf(self.exponent - 1.0) }
     }
 }

@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::scalar::Scalar;
 
-/// f(x) = x: a mesh that never separates.
+/// f(x) = x: a contact without a gap, which never separates.
 ///
 /// ```
 /// use gear_dynamics::contact::{Linear, Nonlinearity};
@@ -21,7 +21,7 @@ impl Nonlinearity for Linear {
     }
 }
 
-/// f(x) = s x + κ x³.
+/// f(x) = s x + κ x³: a contact without a gap.
 ///
 /// ```
 /// use gear_dynamics::contact::{Cubic, Nonlinearity};
@@ -55,10 +55,12 @@ impl Nonlinearity for Cubic {
     }
 }
 
-/// A dead zone with rounded corners: p(x - b) - p(-x - b) with p(y) = (y + √(y² + s²))/2, s the rounding length.
+/// Dead zone with rounded corners: f(x) = p(x - b) - p(-x - b) with p(y) = (y + √(y² + s²))/2, where b is
+/// half the backlash and s the rounding length.
 ///
-/// Rounding moves the folds of a rattling mesh, so this is never a default: use it to compare with codes that have nothing else.
-/// Its gap is reported like that of [`Backlash`](crate::Backlash), so that rattle analysis works.
+/// Rounding shifts the folds of a rattling mesh. No model therefore uses this law by default; it serves for
+/// comparison with programs that have no exact dead zone. It reports the same edges ∓b as
+/// [`Backlash`](crate::Backlash), so that rattle analysis works.
 ///
 /// ```
 /// use gear_dynamics::contact::{Nonlinearity, SmoothedBacklash};
@@ -74,10 +76,12 @@ pub struct SmoothedBacklash {
 }
 
 impl SmoothedBacklash {
-    /// Half width b, not negative, and rounding length s, positive, in the unit of the deflection.
+    /// Half width b (half the backlash), not negative, and rounding length s, positive, in the unit of the
+    /// deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, whose square would be lost.
+    /// A half width that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, so that s² is
+    /// representable.
     pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
         Ok(SmoothedBacklash {
             half_width: check::not_negative("half width b", half_width)?,

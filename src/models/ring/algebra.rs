@@ -9,7 +9,7 @@ use crate::models::ring::columns::{Columns, STRIDE};
 use crate::models::ring::shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};
 
-/// A gear on its way round the ring: R, θ, θ', R θ and R θ', handed on from mesh to mesh.
+/// The motion of one gear: R, θ, θ', R θ and R θ'. Its two meshes use the same values.
 #[derive(Clone, Copy)]
 struct Turning<S> {
     radius: f64,
@@ -19,7 +19,7 @@ struct Turning<S> {
     speed: S,
 }
 
-/// Everything that is known at one instant, by name and cut once to known lengths.
+/// Parameters, drives and state of the ring at one instant, as slices of known length.
 struct Instant<'a, S> {
     radius: &'a [f64],
     stiffness: &'a [f64],
@@ -39,7 +39,7 @@ struct Instant<'a, S> {
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
     fn of(n: usize, columns: &'a Columns, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
-        // One look at each length; what follows is cut from it.
+        // The lengths are checked here once; all slices below have known lengths.
         let (meshes, rest) = (&u.all_waves()[..STRIDE * n], &u.all_constants()[..2 * n + 1]);
         let (q, v) = (&q[..2 * n + 1], &v[..2 * n + 1]);
         let [radius, stiffness, shaft_damping, per_gear, per_load] = columns.cut(n);
@@ -65,7 +65,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
         Turning { radius, q, v, path: q * radius, speed: v * radius }
     }
 
-    /// W_i, from gear i and the next one.
+    /// Mesh force W_i `[N]` between gear i and the next gear.
     #[inline(always)]
     fn force<N: Nonlinearity, L: PieceChoice<S>>(
         &self,
@@ -79,7 +79,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
         meshes[i].pull(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
     }
 
-    /// θ_i'' and θ_Li'', from what else turns the gear.
+    /// Writes θ_i'' and θ_Li''. `torque`: the sum of all torques on the gear except that of its output shaft.
     #[inline(always)]
     fn turn(&self, i: usize, gear: &Turning<S>, torque: S, turns: &mut [[S; 2]]) {
         let shaft =
@@ -96,7 +96,8 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// The equations of [`Ring`](crate::Ring); on plain numbers three gears are compiled for their number.
+    /// Accelerations by the equations of [`Ring`](crate::Ring). For `f64` and three gears the loops are
+    /// compiled with the constant length 3.
     #[inline(always)]
     pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -113,7 +114,7 @@ impl<N: Nonlinearity> RingShape<N> {
         self.accelerate_gears(n, law, u, q, v, a);
     }
 
-    /// The same for n gears.
+    /// Accelerations of a ring of n gears.
     #[inline(always)]
     fn accelerate_gears<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -129,7 +130,7 @@ impl<N: Nonlinearity> RingShape<N> {
         let meshes = &self.meshes[..n];
         let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
         a[0] = (*at.motor_torque - shaft) * (1.0 / self.motor_inertia);
-        // Round the ring, each mesh force handed on to the next gear; the last one closes it on the first.
+        // Each mesh force is computed once and used for both gears. The last mesh joins gear n and gear 1.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
         let driver = at.gear(0);
         let mut next = at.gear(after(0, n));
@@ -142,7 +143,7 @@ impl<N: Nonlinearity> RingShape<N> {
             w = at.force(law, meshes, i, &gear, &next);
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
-        // Read again, not held all the way round.
+        // Gear 1 is read a second time, so that its values need not be kept during the loop.
         let driver = at.gear(0);
         at.turn(0, &driver, shaft - first * driver.radius + w * driver.radius, turns);
         if self.frame == Frame::Rigid {
@@ -159,7 +160,7 @@ impl<N: Nonlinearity> RingShape<N> {
         }
     }
 
-    /// Mesh i.
+    /// Deflection, edges and force of mesh i.
     #[inline(always)]
     pub(crate) fn touch<S: Scalar, L: PieceChoice<S>>(
         &self,

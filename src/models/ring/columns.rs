@@ -1,12 +1,14 @@
-//! What the algebra of the ring reads of its gears, in lists.
+//! Parameters of the gears as the algebra of the ring reads them: one list per parameter.
 
 use crate::models::ring::params::Gear;
 
-/// Waves of a mesh; the constants are T_M, C_1..n and T_L1..n.
+/// Number of waves of a mesh. The constants after the speed are T_M, C_1..n and T_L1..n.
 pub(crate) const STRIDE: usize = 7;
 
-/// What the algebra reads of the gears and their loads, in lists: lanes then multiply by one number at a time, and divide by none. Side by
-/// side, numbers of one gear would be bundled by the compiler where it should bundle lanes.
+/// Parameters of the gears and their loads, one list per parameter.
+///
+/// Lanes then multiply by one number at a time and never divide. If the numbers of one gear stood next to
+/// each other, the compiler would vectorise over them instead of over the lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Columns(Vec<f64>);
 
@@ -22,7 +24,7 @@ impl Columns {
         Columns(of.iter().flat_map(|of| gears.iter().map(of)).collect())
     }
 
-    /// R_i, K_si, C_si, 1/J_i and 1/J_Li.
+    /// The lists of R_i, K_si, C_si, 1/J_i and 1/J_Li for n gears.
     #[inline(always)]
     pub(crate) fn cut(&self, n: usize) -> [&[f64]; 5] {
         let all = &self.0[..5 * n];

@@ -1,4 +1,4 @@
-//! M, C, K, the mesh matrix and the modes of the ring.
+//! Mass, damping, stiffness and mesh matrix of the ring, and its modes.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Undamped natural frequencies with modes, and damped eigenvalues.
+/// Undamped natural frequencies and modes of a ring, and its damped eigenvalues.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
@@ -25,34 +25,38 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Natural frequencies [rad/s], increasing; the rigid mode is the first, at zero.
+    /// Undamped natural frequencies [rad/s], increasing. The first is that of the rigid mode, zero.
     pub fn frequencies(&self) -> &[f64] {
         &self.frequencies
     }
-    /// Natural frequencies `[Hz]`.
+    /// Undamped natural frequencies `[Hz]`, increasing.
     pub fn hertz(&self) -> Vec<f64> {
         self.frequencies.iter().map(|w| w / TAU).collect()
     }
-    /// Modes as columns, normalised to φᵀ M φ = 1.
+    /// Undamped modes φ as columns, in the order of the frequencies, normalised to φᵀ M φ = 1.
     pub fn shapes(&self) -> &DMatrix<f64> {
         &self.shapes
     }
-    /// Eigenvalues λ of the damped ring with positive imaginary part, by |λ|: frequency |λ|, damping ratio -Re λ/|λ|.
+    /// Eigenvalues λ [rad/s] of the damped ring with positive imaginary part, in the order of |λ|.
+    ///
+    /// The natural frequency is |λ| and the damping ratio -Re λ/|λ|. Overdamped modes are not listed.
     pub fn eigenvalues(&self) -> &[Complex64] {
         &self.eigenvalues
     }
 }
 
-/// Below this share of the highest frequency a mode is the rigid one.
+/// Largest frequency of a rigid mode, as a share of the highest frequency.
 const RIGID: f64 = 1e-7;
 
 impl<N: Nonlinearity> Ring<N> {
-    /// M: diagonal, [J_M, J_1, J_L1, ..., J_n, J_Ln] [kg m²].
+    /// Mass matrix M = diag(J_M, J_1, J_L1, ..., J_n, J_Ln) [kg m²].
     pub fn mass_matrix(&self) -> DMatrix<f64> {
         DMatrix::from_diagonal(&DVector::from_vec(self.shape().inertias()))
     }
 
-    /// B: one row per link, motor shaft, n meshes, n output shafts; link deflections are B θ (meshes less their error).
+    /// Mesh matrix B: the deflections of the links are B θ, for the meshes less their transmission error.
+    ///
+    /// The rows are the motor shaft, the n meshes and the n output shafts; the columns are the angles θ.
     pub fn mesh_matrix(&self) -> DMatrix<f64> {
         let n = self.gears();
         let mut b = DMatrix::zeros(2 * n + 1, 2 * n + 1);
@@ -68,7 +72,7 @@ impl<N: Nonlinearity> Ring<N> {
         b
     }
 
-    /// Stiffness of every link: motor shaft, meshes as given, output shafts.
+    /// Stiffnesses of the links: motor shaft, the given meshes, output shafts.
     pub(crate) fn link_stiffnesses(&self, mesh_stiffness: &[f64]) -> Result<Vec<f64>, ParameterError> {
         check::length("mesh stiffnesses", mesh_stiffness.len(), self.gears())?;
         for (i, &k) in mesh_stiffness.iter().enumerate() {
@@ -81,45 +85,50 @@ impl<N: Nonlinearity> Ring<N> {
             .collect())
     }
 
+    /// Dampings of the links: motor shaft, meshes, output shafts.
     pub(crate) fn link_dampings(&self) -> Vec<f64> {
         let outputs = self.shape().gears.iter().map(|gear| gear.load.shaft.damping);
         let meshes = self.mesh_dampings().iter().copied();
         std::iter::once(self.shape().motor_shaft.damping).chain(meshes).chain(outputs).collect()
     }
 
+    /// Bᵀ diag(links) B.
     fn assemble(&self, links: Vec<f64>) -> DMatrix<f64> {
         let b = self.mesh_matrix();
         b.transpose() * DMatrix::from_diagonal(&DVector::from_vec(links)) * b
     }
 
-    /// K = Bᵀ k B [N m/rad] with all teeth in contact, for given mesh stiffnesses [N/m].
+    /// Stiffness matrix K = Bᵀ k B [N m/rad] with all teeth in contact, for given mesh stiffnesses [N/m], one
+    /// per mesh.
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or above 1e50.
+    /// A number of stiffnesses other than n; a stiffness that is negative or above 1e50.
     pub fn stiffness_matrix(&self, mesh_stiffness: &[f64]) -> Result<DMatrix<f64>, ParameterError> {
         Ok(self.assemble(self.link_stiffnesses(mesh_stiffness)?))
     }
 
-    /// C = Bᵀ c B [N m s/rad].
+    /// Damping matrix C = Bᵀ c B [N m s/rad].
     pub fn damping_matrix(&self) -> DMatrix<f64> {
         self.assemble(self.link_dampings())
     }
 
-    /// The mean of each K_i(φ) over a mesh period [N/m].
+    /// Mean mesh stiffnesses [N/m]: the mean of each K_i(φ) over a mesh period.
     pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
         self.shape().meshes.iter().map(|mesh| mean(mesh.stiffness())).collect()
     }
 
-    /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m].
+    /// Natural frequencies and modes with all teeth in contact, for given mesh stiffnesses [N/m], one per
+    /// mesh.
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or above 1e50; [`ParameterError::NotFinite`] when no eigenvalues are found.
+    /// A number of stiffnesses other than n; a stiffness that is negative or above 1e50.
+    /// [`ParameterError::NotFinite`] if the eigenvalue computation fails.
     pub fn modes(&self, mesh_stiffness: &[f64]) -> Result<Modes, ParameterError> {
         let k = self.stiffness_matrix(mesh_stiffness)?;
         let c = self.damping_matrix();
         let j = self.shape().inertias();
         let size = j.len();
-        // M^(-1/2) K M^(-1/2) is symmetric.
+        // The matrix M^(-1/2) K M^(-1/2) is symmetric.
         let root: Vec<f64> = j.iter().map(|j| j.sqrt()).collect();
         let scaled = faer::Mat::from_fn(size, size, |a, b| k[(a, b)] / (root[a] * root[b]));
         let failed =
@@ -127,7 +136,8 @@ impl<N: Nonlinearity> Ring<N> {
         let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| failed())?;
         let frequencies: Vec<f64> = (0..size).map(|i| eigen.S().column_vector()[i].max(0.0).sqrt()).collect();
         let shapes = DMatrix::from_fn(size, size, |a, i| eigen.U()[(a, i)] / root[a]);
-        // In the elastic modes p, as (Ω p, p')' = (Ω p', -Ω (Ω p) - D p'): evenly scaled, and without the rigid motion.
+        // (Ω p, p')' = (Ω p', -Ω (Ω p) - D p') in the amplitudes p of the elastic modes. Both halves then
+        // have one scale, and the rigid motion, of eigenvalue zero, is left out.
         let largest = frequencies.iter().copied().fold(0.0, f64::max);
         let elastic: Vec<usize> = (0..size).filter(|&i| frequencies[i] > RIGID * largest).collect();
         let damping = shapes.transpose() * c * &shapes;

@@ -9,14 +9,19 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use std::f64::consts::TAU;
 
-/// Most gears of a ring: its matrices, of 2n + 1 rows, then have at most 2²⁶ numbers.
+/// Maximum number of gears n. The matrices of 2n + 1 rows then have at most 2²⁶ entries.
 const MOST_GEARS: usize = 4095;
 
-/// A torsional shaft.
+/// Stiffness and damping of a torsional shaft.
 ///
 /// ```
-/// let shaft = gear_dynamics::models::ring::Shaft { stiffness: 973.0, damping: 0.0257 };
-/// assert_eq!(shaft.stiffness, 973.0);
+/// use gear_dynamics::{Ring, models::ring::{RingSet, Shaft}};
+/// let motor_shaft = Shaft { stiffness: 973.0, damping: 0.0257 };
+/// let ring = Ring::new(&RingSet { motor_shaft, ..RingSet::a(4, 1000.0) }.params()?)?;
+/// let k = ring.stiffness_matrix(&ring.mean_mesh_stiffness())?;
+/// assert!((k[(0, 0)] - 973.0).abs() < 1e-9); // only the motor shaft acts on the motor
+/// assert!((ring.damping_matrix()[(0, 1)] + 0.0257).abs() < 1e-12);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaft {
@@ -37,55 +42,66 @@ impl Shaft {
 /// The motor and its shaft to gear 1.
 ///
 /// ```
-/// use gear_dynamics::models::ring::{Motor, Shaft};
-/// let motor = Motor { inertia: 0.03, torque: 44.0, shaft: Shaft { stiffness: 973.0, damping: 0.0257 } };
-/// assert_eq!(motor.torque, 44.0);
+/// use gear_dynamics::{Ring, models::ring::{Motor, RingSet, Shaft}};
+/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let shaft = Shaft { stiffness: 973.0, damping: 0.0257 };
+/// params.motor = Motor { inertia: 0.03, torque: 8.0, shaft };
+/// assert!(Ring::new(&params)?.torque_imbalance().abs() < 1e-12); // 8 N m drive four loads of 2 N m
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
-    /// J_M [kg m²].
+    /// Moment of inertia of the motor J_M [kg m²].
     pub inertia: f64,
-    /// T_M [N m].
+    /// Motor torque T_M [N m].
     pub torque: f64,
-    /// Motor shaft.
+    /// Shaft between motor and gear 1.
     pub shaft: Shaft,
 }
 
-/// A load and its shaft from the gear.
+/// The load of a gear and the output shaft between them.
 ///
 /// ```
-/// use gear_dynamics::models::ring::{Load, Shaft};
-/// let load = Load { inertia: 5.97e-3, torque: 2.0, shaft: Shaft { stiffness: 24_913.0, damping: 0.117 } };
-/// assert_eq!(load.inertia, 5.97e-3);
+/// use gear_dynamics::{Ring, models::ring::{Load, RingSet, Shaft}};
+/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let shaft = Shaft { stiffness: 24_913.0, damping: 0.117 };
+/// params.gears[1].load = Load { inertia: 5.97e-3, torque: 5.0, shaft };
+/// assert!((Ring::new(&params)?.torque_imbalance() - 33.0).abs() < 1e-12); // 44 - 3 x 2 - 5 [N m]
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// J_L [kg m²].
+    /// Moment of inertia of the load J_L [kg m²].
     pub inertia: f64,
-    /// T_L [N m], against the rotation.
+    /// Load torque T_L [N m]; a positive value acts against the rotation.
     pub torque: f64,
-    /// Output shaft.
+    /// Output shaft between gear and load.
     pub shaft: Shaft,
 }
 
-/// A gear of the ring with what hangs on it.
+/// A gear of the ring with its load.
 ///
 /// ```
-/// use gear_dynamics::models::ring::{Gear, Load, Shaft};
-/// let load = Load { inertia: 5.97e-3, torque: 2.0, shaft: Shaft { stiffness: 24_913.0, damping: 0.117 } };
-/// assert_eq!(Gear { inertia: 1.8e-3, base_radius: 0.0564, load }.base_radius, 0.0564);
+/// use gear_dynamics::{Ring, models::ring::{Gear, RingSet}};
+/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let first = params.gears[0];
+/// params.gears[2] = Gear { base_radius: 0.5 * first.base_radius, ..first };
+/// let ring = Ring::new(&params)?;
+/// assert_eq!(ring.rigid_motion()[5], 2.0); // θ_3 turns twice as fast as θ_1
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gear {
-    /// J_i [kg m²].
+    /// Moment of inertia of the gear J_i [kg m²].
     pub inertia: f64,
     /// Base radius R_i `[m]`.
     pub base_radius: f64,
-    /// Its load.
+    /// Load of the gear.
     pub load: Load,
 }
 
-/// A ring in full generality: every parameter its own per element. Mesh i joins gear i and gear i+1, the last one closes the ring.
+/// Parameters of a ring, separate for every element. Mesh i joins gear i and gear i + 1; the last mesh joins
+/// gear n and gear 1.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
@@ -96,13 +112,13 @@ pub struct Gear {
 /// ```
 #[derive(Clone, Debug)]
 pub struct RingParams<N = Backlash> {
-    /// The motor on gear 1.
+    /// Motor, joined to gear 1.
     pub motor: Motor,
-    /// The gears in order.
+    /// Gears in order, 3 to 4095.
     pub gears: Vec<Gear>,
-    /// The meshes in order, as many as gears. Their waves are of the mesh angle φ = ω t.
+    /// Meshes in order, one per gear. Their waves are functions of the mesh angle φ = ω t `[rad]`.
     pub meshes: Vec<Mesh<N>>,
-    /// Damping of each mesh C_i [N s/m], not negative.
+    /// Mesh dampings C_i [N s/m], one per mesh, not negative.
     pub mesh_damping: Vec<f64>,
     /// Mesh frequency ω [rad/s].
     pub omega: f64,
@@ -143,58 +159,61 @@ impl<N: Nonlinearity> RingParams<N> {
     }
 }
 
-/// The ring of Yao 2020 in plain numbers, equal in all its elements but for the mesh phases:
-/// K_i = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i = e sin(ωt + φ_i), ω = 2π z n/60.
+/// Parameters of the ring of Yao 2020. All gears, loads and meshes are equal except for the mesh phases.
 ///
-/// The paper leaves many of them out; sets [`a`](RingSet::a) and [`e`](RingSet::e) fill the gaps as docs/models.md says.
+/// K_i = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i = e sin(ωt + φ_i), ω = 2π z n/60 with the speed n [r/min].
+///
+/// Yao 2020 omits many of the values. Sets [`a`](RingSet::a) and [`e`](RingSet::e) supply them;
+/// docs/models.md gives their origin.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let set = RingSet { error: 10e-6, half_backlash: 2.65e-6, ..RingSet::a(3, 1000.0) };
 /// let ring = Ring::as_printed(&set.params()?)?;
-/// assert!((ring.rigid_acceleration() - 712.736_411_9).abs() < 1e-6); // [rad/s²]: the torques do not balance
+/// assert!((ring.rigid_acceleration() - 712.736_411_9).abs() < 1e-6); // [rad/s²], torques not balanced
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingSet {
-    /// Number of gears n.
+    /// Number of gears.
     pub gears: usize,
-    /// Speed of the gears [r/min].
+    /// Speed of the gears n [r/min].
     pub rpm: f64,
-    /// Teeth of each gear z.
+    /// Number of teeth of each gear z.
     pub teeth: u32,
-    /// J_M [kg m²].
+    /// Moment of inertia of the motor J_M [kg m²].
     pub motor_inertia: f64,
-    /// J [kg m²].
+    /// Moment of inertia of each gear J [kg m²].
     pub gear_inertia: f64,
-    /// J_L [kg m²].
+    /// Moment of inertia of each load J_L [kg m²].
     pub load_inertia: f64,
-    /// R `[m]`.
+    /// Base radius of each gear R `[m]`.
     pub base_radius: f64,
-    /// Motor shaft.
+    /// Shaft between motor and gear 1.
     pub motor_shaft: Shaft,
-    /// Output shafts.
+    /// Output shaft of each gear.
     pub output_shaft: Shaft,
     /// Mean mesh stiffness k [N/m].
     pub mesh_stiffness: f64,
-    /// a_h `[1]`, from h = 1.
+    /// Cosine amplitudes a_h of the mesh stiffness over its mean `[1]`, from h = 1.
     pub stiffness_harmonics: Vec<f64>,
     /// Mesh damping C_g [N s/m].
     pub mesh_damping: f64,
-    /// Half backlash b `[m]`.
+    /// Half backlash b `[m]`, half of the backlash of the teeth.
     pub half_backlash: f64,
     /// Amplitude of the transmission error e `[m]`.
     pub error: f64,
-    /// Mesh phases φ_i `[rad]`.
+    /// Mesh phases φ_i `[rad]`, one per mesh.
     pub phases: Vec<f64>,
-    /// T_M [N m].
+    /// Motor torque T_M [N m].
     pub motor_torque: f64,
-    /// T_L [N m] on each output.
+    /// Load torque T_L of each load [N m].
     pub load_torque: f64,
 }
 
 impl RingSet {
-    /// Set A: geometry and stiffness by ISO 6336-1 method B, error 1 μm, shafts with 1 % damping.
+    /// Set A: printed geometry, mesh stiffness by ISO 6336-1 method B, transmission error of amplitude 1 μm,
+    /// shafts with a damping ratio of 1 %.
     pub fn a(gears: usize, rpm: f64) -> Self {
         RingSet {
             gears,
@@ -215,14 +234,15 @@ impl RingSet {
             mesh_damping: 1_069.791_561_337_394_3,
             half_backlash: 2.65e-5,
             error: 1e-6,
-            // A ring beyond all bounds is refused by `params`.
+            // The bound limits memory only: `params` returns an error for more gears.
             phases: vec![0.0; gears.min(MOST_GEARS)],
             motor_torque: 44.0,
             load_torque: 2.0,
         }
     }
 
-    /// Set E: constant stiffness, a stiffer motor shaft, lighter loads, error 0.2 μm: it has the 325 Hz of the paper.
+    /// Set E: constant mesh stiffness, stiffer motor shaft, lighter loads, transmission error of amplitude
+    /// 0.2 μm. It has the natural frequency 325 Hz of Yao 2020.
     pub fn e(gears: usize, rpm: f64) -> Self {
         RingSet {
             load_inertia: 5.932_955_461_252_78e-4,
@@ -239,10 +259,12 @@ impl RingSet {
         TAU * f64::from(self.teeth) * self.rpm / 60.0
     }
 
-    /// The ring as full parameters.
+    /// Converts to parameters of every element.
     ///
     /// # Errors
-    /// No teeth; more than 4095 gears; a speed or mean stiffness that is not positive; phases not as many as gears; a number beyond ±1e50.
+    /// No teeth; more than 4095 gears; a speed or mean mesh stiffness that is not positive; a negative mesh
+    /// damping or half backlash; a number of phases other than that of the gears; a value beyond ±1e50.
+    /// [`Ring::new`](crate::Ring) checks the others.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
         if self.teeth == 0 {
             return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, least: 1 });
@@ -270,10 +292,10 @@ impl RingSet {
     }
 }
 
-/// Most jumps of a stiffness in a mesh period: a solver ends a step on each.
+/// Maximum number of jumps of a mesh stiffness in a mesh period. A solver ends a step at each jump.
 pub(crate) const MOST_JUMPS: usize = 10_000;
 
-/// The mean of a wave over its own period, between its edges by Gauss panels.
+/// The mean of a wave over its period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between its edges.
 pub(crate) fn mean(wave: &Wave) -> f64 {
     const PANELS: usize = 64;
     let period = TAU / f64::from(wave.order());
@@ -283,7 +305,7 @@ pub(crate) fn mean(wave: &Wave) -> f64 {
         for i in 0..PANELS {
             let h = (end - angle) / PANELS as f64;
             let middle = angle + (i as f64 + 0.5) * h;
-            sum += crate::analysis::quadrature::gauss(middle - 0.5 * h, middle + 0.5 * h, |x| {
+            sum += crate::numeric::gauss::integral(middle - 0.5 * h, middle + 0.5 * h, |x| {
                 wave.value(x, Side::After)
             });
         }

@@ -1,4 +1,4 @@
-//! The paper's dimensionless relative coordinates as a view of the angles.
+//! The dimensionless relative coordinates of Yao 2020, computed from the angles of the ring.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
@@ -7,17 +7,19 @@ use crate::model::equations::State;
 use crate::models::ring::shape::Ring;
 use nalgebra::DMatrix;
 
-/// [θ_M - θ_1, d_1/b_e, ..., d_n/b_e, θ_1 - θ_L1, ..., θ_n - θ_Ln] over τ = ω_n t: q1..q7 of the paper for n = 3.
+/// The relative coordinates [θ_M - θ_1, d_1/b_e, ..., d_n/b_e, θ_1 - θ_L1, ..., θ_n - θ_Ln] over τ = ω_n t.
+/// For n = 3 they are q1 .. q7 of Yao 2020.   Source: Yao 2020, Eqs. (2), (3), corrected.
 ///
-/// The mesh coordinates are redundant: their sum is -Σ e_i(t)/b_e, always. A state that says otherwise drifts without bound, so it is
-/// refused; [`close`](RelativeView::close) makes one consistent.   Source: Yao 2020, Eqs. (2), (3), corrected.
+/// The mesh coordinates are redundant: at every instant their sum is -Σ e_i(t)/b_e (the closure of the ring).
+/// A state that violates the closure drifts without bound and is rejected; [`close`](RelativeView::close)
+/// corrects it.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
 /// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
 /// let view = ring.relative(2.65e-5, 1000.0)?;
 /// let (mut q, mut v) = (vec![0.0; 7], vec![0.0; 7]);
-/// assert!(view.to_angles(0.0, &q, &v).is_err()); // velocities at rest break the closure: e' is not zero
+/// assert!(view.to_angles(0.0, &q, &v).is_err()); // zero rates violate the closure, since e' is not zero
 /// view.close(0.0, &mut q, &mut v)?;
 /// assert!(view.to_angles(0.0, &q, &v).is_ok());
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -29,14 +31,14 @@ pub struct RelativeView<'r, N> {
     frequency: f64,
 }
 
-/// How closely the closure must be met, in units of the terms that enter it.
+/// Maximum error of the closure, relative to its largest term.
 const CLOSURE: f64 = 1e-9;
 
 impl<N: Nonlinearity> Ring<N> {
-    /// Relative coordinates with nominal size b_e `[m]` and frequency ω_n [rad/s].
+    /// The relative coordinates of this ring, for a nominal length b_e `[m]` and a frequency ω_n [rad/s].
     ///
     /// # Errors
-    /// A nominal size or a frequency outside 1e-50 .. 1e50.
+    /// A nominal length or a frequency outside 1e-50 .. 1e50.
     pub fn relative(&self, nominal_size: f64, frequency: f64) -> Result<RelativeView<'_, N>, ParameterError> {
         Ok(RelativeView {
             ring: self,
@@ -47,13 +49,13 @@ impl<N: Nonlinearity> Ring<N> {
 }
 
 impl<N: Nonlinearity> RelativeView<'_, N> {
-    /// Unit of each relative coordinate: 1 for shafts, b_e for meshes.
+    /// Unit of each relative coordinate: 1 rad for shafts, b_e `[m]` for meshes.
     fn units(&self) -> Vec<f64> {
         let n = self.ring.gears();
         (0..2 * n + 1).map(|i| if (1..=n).contains(&i) { self.length } else { 1.0 }).collect()
     }
 
-    /// e_i and e_i' at t.
+    /// The transmission errors e_i `[m]` and their rates e_i' [m/s] at t `[s]`.
     fn errors(&self, t: f64) -> Vec<(f64, f64)> {
         let speed = self.ring.mesh_frequency();
         let jets = self.ring.shape().meshes.iter().map(|mesh| mesh.error().jet(speed * t, Side::After));
@@ -63,11 +65,11 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     /// Relative coordinates and their rates over τ of a state in angles.
     ///
     /// # Panics
-    /// If the state is not one of this ring.
+    /// If the state does not have 2n + 1 coordinates and velocities.
     pub fn of(&self, state: &State) -> (Vec<f64>, Vec<f64>) {
         let b = self.ring.mesh_matrix();
         let units = self.units();
-        assert_eq!((state.q.len(), state.v.len()), (units.len(), units.len()), "a state of another model");
+        assert_eq!((state.q.len(), state.v.len()), (units.len(), units.len()), "coordinates, velocities");
         let errors = self.errors(state.t);
         let row = |x: &[f64], i: usize| (0..x.len()).map(|j| b[(i, j)] * x[j]).sum::<f64>();
         let error = |i: usize| {
@@ -79,10 +81,10 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         (q, v)
     }
 
-    /// Sets the last mesh coordinate and its rate so that the ring closes.
+    /// Sets the last mesh coordinate and its rate such that the closure holds at t `[s]`.
     ///
     /// # Errors
-    /// Coordinates or rates other than 2n + 1 in number.
+    /// A number of coordinates or rates other than 2n + 1.
     pub fn close(&self, t: f64, q: &mut [f64], v: &mut [f64]) -> Result<(), ParameterError> {
         let n = self.ring.gears();
         check::length("relative coordinates", q.len(), 2 * n + 1)?;
@@ -93,16 +95,19 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         Ok(())
     }
 
-    /// What the mesh coordinates and their rates have to sum to: -Σ e_i/b_e.
+    /// The sums of the mesh coordinates and of their rates that the closure requires: -Σ e_i/b_e and
+    /// -Σ e_i'/(b_e ω_n).
     fn closure(&self, t: f64) -> (f64, f64) {
         let sum = self.errors(t).iter().fold((0.0, 0.0), |sum, e| (sum.0 + e.0, sum.1 + e.1));
         (-sum.0 / self.length, -sum.1 / (self.length * self.frequency))
     }
 
-    /// The state in angles, gear 1 at θ_1 = 0 and θ_1' = 0: the rigid motion is not in the relative coordinates.
+    /// The state in angles, with θ_1 = 0 and θ_1' = 0, because relative coordinates do not determine the
+    /// rigid motion.
     ///
     /// # Errors
-    /// [`ParameterError::Inconsistent`] when the closure is not met.
+    /// A number of coordinates or rates other than 2n + 1, or a value beyond ±1e50.
+    /// [`ParameterError::Inconsistent`] if the error of the closure exceeds 1e-9 of its largest term.
     pub fn to_angles(&self, t: f64, q: &[f64], v: &[f64]) -> Result<State, ParameterError> {
         let n = self.ring.gears();
         check::length("relative coordinates", q.len(), 2 * n + 1)?;
@@ -137,11 +142,15 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         Ok(State { t, q: unroll(q, 1.0, &|i| errors[i].0), v: unroll(v, self.frequency, &|i| errors[i].1) })
     }
 
-    /// The matrices ξ_ij and k_ij of q'' + 2 ξ q' + k g(q) = f with their signs: B M⁻¹ Bᵀ times the dampings and (given) mesh and
-    /// shaft stiffnesses, in the units of the relative coordinates.   Source: Yao 2020, coefficient list under Eq. (2), corrected.
+    /// The matrices ξ_ij and k_ij, with their signs, of q'' + 2 ξ q' + k g(q) = f in relative coordinates.
+    ///
+    /// 2 ξ = U⁻¹ B M⁻¹ Bᵀ diag(c) U/ω_n,   k = U⁻¹ B M⁻¹ Bᵀ diag(k) U/ω_n²
+    ///
+    /// with dampings c and stiffnesses k of the links, of which those of the meshes [N/m] are given, and the
+    /// units U of the relative coordinates.   Source: Yao 2020, coefficient list under Eq. (2), corrected.
     ///
     /// # Errors
-    /// Mesh stiffnesses not as many as meshes, negative or above 1e50.
+    /// A number of stiffnesses other than n; a stiffness that is negative or above 1e50.
     pub fn coefficients(
         &self,
         mesh_stiffness: &[f64],

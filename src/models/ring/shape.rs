@@ -1,4 +1,4 @@
-//! The ring as a shape, in angles.
+//! The closed-loop ring of gears as a shape, with the angles as coordinates.
 
 use crate::contact::choice::PieceChoice;
 use crate::contact::laws::backlash::Backlash;
@@ -15,29 +15,48 @@ use crate::models::ring::columns::{Columns, STRIDE};
 use crate::models::ring::params::{Gear, RingParams, Shaft};
 use crate::scalar::Scalar;
 
-/// The frame in which the angles are counted.
+/// The frame of reference of the angles. Default: inertial.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::models::ring::Frame::default(), gear_dynamics::models::ring::Frame::Inertial);
+/// use gear_dynamics::{Model, Ring, excitation::Side, models::ring::{Frame, RingSet}};
+/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let motor = |ring: &Ring| {
+///     let rest = vec![0.0; ring.dof()];
+///     let mut u = vec![0.0; ring.drives()];
+///     let mut a = vec![0.0; ring.dof()];
+///     ring.drive(0.0, Side::After, &mut u);
+///     ring.accel(&u, &rest, &rest, &mut a);
+///     a[0]
+/// };
+/// let difference = motor(&ring) - motor(&ring.clone().in_frame(Frame::Rigid));
+/// assert!((difference - 712.736_411_9).abs() < 1e-6); // rigid acceleration α [rad/s²]
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Frame {
-    /// At rest: with unbalanced torques the angles run away.
+    /// At rest. If the torques do not balance, the angles grow without bound.
     #[default]
     Inertial,
-    /// Moving with the rigid motion r_j (Ω0 t + α t²/2): exactly equivalent for all relative motion.
+    /// Moving with the rigid motion r_j (Ω0 t + α t²/2). All relative motions are exactly the same.
     Rigid,
 }
 
-/// The closed-loop ring of n gears over time `[s]`, in the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] `[rad]`.
+/// The closed-loop ring of n gears over time `[s]`, with the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] `[rad]`
+/// as coordinates.   Source: Yao 2020, Eq. (1), corrected; see docs/errata.md.
 ///
 /// d_i = R_i θ_i - R_{i+1} θ_{i+1} - e_i(φ),   W_i = C_i d_i' + K_i(φ) g(d_i),   φ = ω t,   indices cyclic
 /// J_i θ_i'' + (motor shaft at i = 1) + R_i (W_i - W_{i-1}) + C_si (θ_i' - θ_Li') + K_si (θ_i - θ_Li) = 0
 /// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
 /// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
 ///
-/// Contacts: mesh i, deflection d_i `[m]`, mesh force W_i `[N]`. Constants: `mesh frequency` ω [rad/s], `motor torque` [N m], `mesh damping i`
-/// [N s/m], `load torque i` [N m].   Source: Yao 2020, Eq. (1), corrected; errata in docs/errata.md.
+/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law.
+///
+/// Constants: `mesh frequency` ω [rad/s], `motor torque` T_M [N m], `mesh damping i` C_i [N s/m],
+/// `load torque i` T_Li [N m], with i = 1 .. n.
+///
+/// Own channels of mesh i, in `[m]` and `[N]`: `transmission error i`, R_i θ_i - R_{i+1} θ_{i+1}, and
+/// `stiffness times deflection i`, K_i d_i without the dead zone. The latter gives the 5.9 kN and 5.5 kN of
+/// Yao 2020.
 ///
 /// ```
 /// use gear_dynamics::{models::ring::{Frame, RingSet}, Dop853, Integrator, Model, Ring, State};
@@ -48,7 +67,8 @@ pub enum Frame {
 /// ```
 pub type Ring<N = Backlash> = Machine<RingShape<N>>;
 
-/// What all rings share that run in lanes: all but speed, torques and mesh dampings.
+/// The shape of [`Ring`]: all parameters except mesh frequency, torques and mesh dampings. Rings of equal
+/// shape share lanes.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
@@ -63,13 +83,14 @@ pub struct RingShape<N = Backlash> {
     pub(crate) motor_shaft: Shaft,
     pub(crate) meshes: Vec<Mesh<N>>,
     pub(crate) frame: Frame,
-    /// r_j: the rigid motion, per coordinate.
+    /// Rigid motion r_j: rate of each coordinate over the rate of θ_M.
     pub(crate) rigid: Vec<f64>,
-    /// For each mesh the first one with the same stiffness and the same error: shared ones are evaluated once.
+    /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
+    /// error. Equal waves are evaluated once.
     same: Vec<[usize; 2]>,
-    /// Whether all meshes have one stiffness and one error.
+    /// Whether all meshes have equal stiffness and equal error.
     alike: bool,
-    /// Whether an edge of a mesh moves.
+    /// Whether the edges of any mesh move.
     edges_move: bool,
     /// 1/Σ r_j² J_j.
     pub(crate) per_inertia: f64,
@@ -77,10 +98,11 @@ pub struct RingShape<N = Backlash> {
 }
 
 impl<N: Nonlinearity> Ring<N> {
-    /// A ring of ordinary external meshes: an even number of gears.
+    /// A ring of external meshes. The number of gears is even.
     ///
     /// # Errors
-    /// [`ParameterError::OddRing`] for an odd number, since such a ring locks; and every parameter out of its range.
+    /// [`ParameterError::OddRing`] for an odd number of gears, because such a ring locks. Errors of
+    /// [`as_printed`](Ring::as_printed).
     pub fn new(params: &RingParams<N>) -> Result<Self, ParameterError>
     where
         N: Clone,
@@ -92,11 +114,13 @@ impl<N: Nonlinearity> Ring<N> {
         Ok(ring)
     }
 
-    /// The equations as printed, for any n: with odd n they stand for a ring with one mesh that does not reverse. The paper's n = 3
-    /// is such a ring.
+    /// A ring by the equations of Yao 2020 as printed, for even or odd n. With odd n, for example n = 3 in
+    /// Yao 2020, they describe a ring with one mesh that does not reverse the rotation.
     ///
     /// # Errors
-    /// Every parameter out of its range, named with its place in the lists.
+    /// Fewer than 3 or more than 4095 gears; lists of meshes or dampings of another length than the gears; a
+    /// value outside its range, named with its index; more than 10 000 jumps of a mesh stiffness in a mesh
+    /// period, or a mean that is not positive.
     pub fn as_printed(params: &RingParams<N>) -> Result<Self, ParameterError>
     where
         N: Clone,
@@ -126,7 +150,7 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn gears(&self) -> usize {
         self.shape().gears.len()
     }
-    /// The frame.
+    /// The frame of reference of the angles.
     pub fn frame(&self) -> Frame {
         self.shape().frame
     }
@@ -134,28 +158,31 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn mesh_frequency(&self) -> f64 {
         self.speed()
     }
-    /// r_j: how the coordinates move when the ring turns rigidly, r_M = 1, r_i = r_Li = R_1/R_i.
+    /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion, r_M = 1, r_i = r_Li
+    /// = R_1/R_i.
     pub fn rigid_motion(&self) -> &[f64] {
         &self.shape().rigid
     }
-    /// C_i [N s/m].
+    /// Mesh dampings C_i [N s/m].
     pub fn mesh_dampings(&self) -> &[f64] {
         &self.constants()[2..2 + self.gears()]
     }
-    /// Σ r_j T_j [N m]: zero for steady running.
+    /// Torque imbalance Σ r_j T_j = T_M - Σ r_Li T_Li [N m]. It is zero if the ring runs at constant mean
+    /// speed.
     pub fn torque_imbalance(&self) -> f64 {
         let (motor, loads) = (self.constants()[1], &self.constants()[2 + self.gears()..]);
         motor - loads.iter().enumerate().map(|(i, load)| self.shape().rigid[2 + 2 * i] * load).sum::<f64>()
     }
-    /// α = Σ r_j T_j/Σ r_j² J_j [rad/s²]: what the imbalance does to the whole ring.
+    /// Rigid acceleration α = Σ r_j T_j/Σ r_j² J_j [rad/s²], by the torque imbalance.
     pub fn rigid_acceleration(&self) -> f64 {
         self.torque_imbalance() * self.shape().per_inertia
     }
 
-    /// Drive slots of the lower and upper edge of a mesh `[m]`, for [`Held::clearance`](crate::drives::Held::clearance).
+    /// Drive slots of the lower and the upper edge `[m]` of a mesh, for
+    /// [`Held::clearance`](crate::drives::Held::clearance). The first mesh is 0.
     ///
     /// # Errors
-    /// A mesh that the ring does not have; the first one is 0.
+    /// A mesh index of n or more.
     pub fn clearance_slots(&self, mesh: usize) -> Result<[usize; 2], ParameterError> {
         check::count("mesh", &[mesh], self.gears() - 1)?;
         Ok([STRIDE * mesh + LOWER, STRIDE * mesh + UPPER])
@@ -181,7 +208,7 @@ impl<N: Nonlinearity> RingShape<N> {
             .collect();
         let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
-        // Torques are constants, not shape.
+        // Torques are constants. With 0 in the shape, rings of different torques have equal shapes.
         let mut gears = params.gears.clone();
         gears.iter_mut().for_each(|gear| gear.load.torque = 0.0);
         let (motor_inertia, motor_shaft, columns) =
@@ -204,7 +231,7 @@ impl<N: Nonlinearity> RingShape<N> {
         shape
     }
 
-    /// Stiffness and error of each mesh.
+    /// Writes stiffness, error and rate of the error of each mesh, not its edges.
     #[inline]
     fn moving_waves(&self, angle: f64, side: Side, u: &mut [f64]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
@@ -287,7 +314,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
             mesh.edges(angle, side, u);
         }
     }
-    /// Edges that stand still are left out.
+    /// Edges at rest are not written again.
     fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
         if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
     }
@@ -298,8 +325,8 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         earliest(self.meshes.iter().map(|mesh| mesh.next_edge(angle)))
     }
 
-    /// Per mesh the transmission error R_i θ_i - R_{i+1} θ_{i+1} (the deflection with e_i), and K_i d_i without the dead zone, which is
-    /// where the 5.9 and 5.5 kN of the paper come from.
+    /// Per mesh the dynamic transmission error R_i θ_i - R_{i+1} θ_{i+1} = d_i + e_i, and K_i d_i without the
+    /// dead zone.
     fn channels(&self) -> Vec<Channel> {
         let of_mesh = |i| {
             [

@@ -5,7 +5,8 @@ use crate::contact::tooth::Contact;
 use crate::ode::edges::hermite::Distance;
 
 /// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap
-/// `[1]`. It changes the force by less than the stiffness times the slack, far below the tolerance of any step.
+/// `[1]`. It changes the force by less than the stiffness times the slack, far below the tolerance of any
+/// step.
 pub(crate) const SLACK: f64 = 1e-10;
 
 /// An exit: contact `contact` leaves its piece for the piece `to`.
@@ -26,8 +27,8 @@ impl Exit {
         }
     }
 
-    /// Distance from the edge of this exit for a contact on the piece `from`, positive on that piece. With the
-    /// length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
+    /// Distance from the edge of this exit for a contact on the piece `from`, positive on that piece. With
+    /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
         // `lower`: the exit is at the lower edge. `sign` makes the distance positive on `from`.

@@ -1,6 +1,8 @@
 //! The first crossing of an edge inside a step, as a root on the dense output.
 
 use crate::model::equations::Model;
+use crate::numeric::bracket::Bracket;
+use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -9,8 +11,8 @@ use crate::ode::stepping::vector::Vector;
 /// Safety factor on the observed deviation of a distance from its cubic.
 pub(crate) const DOUBT: f64 = 4.0;
 
-/// An interval is searched along its cubic if the deviation at its division point is below this share of the range
-/// of the distance `[1]`. Otherwise it is divided.
+/// An interval is searched along its cubic if the deviation at its division point is below this share of the
+/// range of the distance `[1]`. Otherwise it is divided.
 const RESOLVED: f64 = 0.05;
 
 /// Maximum number of nested divisions of a step.
@@ -19,18 +21,19 @@ const HALVINGS: usize = 10;
 /// Intervals of θ up to this length are not divided.
 const SHORTEST: f64 = 1.0 / 1024.0;
 
-/// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave has a
-/// whole number of periods on both sides of it.
-const MIDDLE: f64 = 0.472_135_954_999_579;
+/// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave
+/// has a whole number of periods on both sides of it.
+const MIDDLE: f64 = GOLDEN_POINTS[3];
 
 /// Maximum number of iterations for one root. Bisection alone needs about 50.
 const MOST: usize = 60;
 
-/// The first θ in (0, limit] at which the distance from the edge of `exit` becomes negative, on the dense output.
+/// The first θ in (0, limit] at which the distance from the edge of `exit` becomes negative, on the dense
+/// output.
 ///
-/// `d0`, `d1`: distances at the start and the end of the step; `hermite`: the cubic through them; `slack`: distance
-/// past the edge that does not count; `close`: distance at which a root is accepted. Returns 0.0 if the contact
-/// starts on its edge or past it and moves outwards, and `None` if there is no crossing.
+/// `d0`, `d1`: distances at the start and the end of the step; `hermite`: the cubic through them; `slack`:
+/// distance past the edge that does not count; `close`: distance at which a root is accepted. Returns 0.0 if
+/// the contact starts on its edge or past it and moves outwards, and `None` if there is no crossing.
 pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     exit: Exit,
@@ -47,8 +50,9 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
         exit.distance(from, &e.contacts[exit.contact], h)
     };
     let (mut a, mut da) = (0.0, d0);
-    // A contact that starts on its edge, or just past it, either has just entered or leaves at once. It leaves if it
-    // moves outwards and is past the edge at the end of the step or at the lowest point of the cubic.
+    // A contact that starts on its edge, or just past it, either has just entered or leaves at once. It
+    // leaves if it moves outwards and is past the edge at the end of the step or at the lowest point of the
+    // cubic.
     let on_edge = d0.value <= slack;
     if on_edge
         && d0.rate <= 0.0
@@ -58,7 +62,8 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     }
     // If locating left the contact outside its edge by δ, δ is tolerated for this step.
     let slack = if on_edge { slack.max(-d0.value) } else { slack };
-    // Divide the step until each interval is clear of the edge or follows its cubic. Search from left to right.
+    // Divide the step until each interval is clear of the edge or follows its cubic. Search from left to
+    // right.
     let right = if limit == 1.0 { d1 } else { look(limit) };
     let mut ends = [(limit, right); HALVINGS + 1];
     let mut open = 1;
@@ -98,8 +103,8 @@ struct Stretch {
     cubic: Hermite,
     /// The distance at the start of the step, if the contact starts there on this edge or past it.
     entered: Option<f64>,
-    /// Whether the distance follows its cubic. If not, the edge moves too fast for the samples, and dips between two
-    /// samples are not searched for.
+    /// Whether the distance follows its cubic. If not, the edge moves too fast for the samples, and dips
+    /// between two samples are not searched for.
     resolved: bool,
 }
 
@@ -163,26 +168,21 @@ fn walk(
     None
 }
 
-/// θ ← θ - d/d', Newton's method for the root between `a` (d > 0) and `b` (d < 0). An iterate outside the bracket is
-/// replaced by its middle.
+/// θ ← θ - d/d', Newton's method for the root between `a` (d > 0) and `b` (d < 0). An iterate outside the
+/// bracket is replaced by its middle.
 fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
-    let (mut lo, mut hi) = (a, b);
-    let mut theta = lo.0 + (hi.0 - lo.0) * lo.1.value / (lo.1.value - hi.1.value);
+    let mut bracket = Bracket { lo: a.0, hi: b.0 };
+    let mut theta = a.0 + (b.0 - a.0) * a.1.value / (a.1.value - b.1.value);
     for _ in 0..MOST {
         let d = look(theta);
         if d.value.abs() <= close {
             break;
         }
-        if d.value > 0.0 {
-            lo = (theta, d)
-        } else {
-            hi = (theta, d)
-        }
-        if hi.0 - lo.0 <= 1e-15 {
+        bracket.narrow(theta, d.value > 0.0);
+        if bracket.hi - bracket.lo <= 1e-15 {
             break;
         }
-        let newton = theta - d.value / d.rate;
-        theta = if newton > lo.0 && newton < hi.0 { newton } else { 0.5 * (lo.0 + hi.0) };
+        theta = bracket.newton_or_middle(theta, d.value, d.rate);
     }
     theta
 }

@@ -1,14 +1,15 @@
 //! Whether a step resolves its gaps.
 //!
-//! In free flight no force depends on the deflection. The error estimate then contains neither the transmission
-//! error nor the motion of an edge, and steps grow over many periods of these. Therefore each step compares the
-//! distance of every contact from its edges with the cubic through the values and rates at the ends of the step.
-//! The coordinates inside the step are taken from their own cubics, so that only terms that depend on the drives
-//! contribute to the difference.
+//! In free flight no force depends on the deflection. The error estimate then contains neither the
+//! transmission error nor the motion of an edge, and steps grow over many periods of these. Therefore each
+//! step compares the distance of every contact from its edges with the cubic through the values and rates at
+//! the ends of the step. The coordinates inside the step are taken from their own cubics, so that only terms
+//! that depend on the drives contribute to the difference.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
+use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{Exit, scale};
 use crate::ode::edges::hermite::Hermite;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -20,37 +21,25 @@ const SHARE: f64 = 0.005;
 /// Additional allowed deviation, as a share of the gap `[1]`.
 const FLOOR: f64 = 1e-6;
 
-/// Least allowed deviation, in units of the effect of rounding on the deflection.
+/// Minimum of the allowed deviation, in units of the effect of rounding on the deflection.
 const ROUNDINGS: f64 = 16.0;
 
-/// A step is sampled at all `PLACES` if it is longer than this factor times the longest step that was found
+/// A step is sampled at all `GOLDEN_POINTS` if it is longer than this factor times the longest step that was found
 /// resolved there. Other steps are sampled at one node.
 const GROWTH: f64 = 1.25;
 
-/// Sample points θ: multiples of the golden ratio modulo 1, which are not synchronous with any period.
-const PLACES: [f64; 8] = [
-    0.618_033_988_749_895,
-    0.236_067_977_499_79,
-    0.854_101_966_249_684,
-    0.472_135_954_999_579,
-    0.090_169_943_749_474,
-    0.708_203_932_499_369,
-    0.326_237_921_249_264,
-    0.944_271_909_999_159,
-];
-
-/// Indices of two `PLACES`. They and the ends of the step define a cubic that needs no rates.
+/// Indices of two `GOLDEN_POINTS`. They and the ends of the step define a cubic that needs no rates.
 const INNER: [usize; 2] = [1, 5];
 
-/// Factor by which the deviation of earlier steps decreases with each step. It is kept for some steps because a wave
-/// may coincide with its cubic near an inflection.
+/// Factor by which the deviation of earlier steps decreases with each step. It is kept for some steps because
+/// a wave may coincide with its cubic near an inflection.
 const FADING: f64 = 0.8;
 
 /// The kept deviation grows with the fourth power of the step, up to this factor.
 const FOURTH: f64 = 256.0;
 
-/// Maximum number of consecutive repetitions of a step. Then the step is accepted as it is: the cause may be a jump
-/// that the model does not report as a drive edge.
+/// Maximum number of consecutive repetitions of a step. Then the step is accepted as it is: the cause may be
+/// a jump that the model does not report as a drive edge.
 const RETRIES: u8 = 8;
 
 /// One value for each exit of a contact: two from the gap, one from a flank.
@@ -58,15 +47,15 @@ type Distances = [f64; 2];
 
 /// Check of the gaps inside the steps of one run.
 pub(crate) struct Gaps {
-    /// Distances at `PLACES`, for each contact.
-    places: Vec<[Distances; PLACES.len()]>,
+    /// Distances at `GOLDEN_POINTS`, for each contact.
+    places: Vec<[Distances; GOLDEN_POINTS.len()]>,
     /// Deviation of the distance from its cubic in the current step, for each exit: the largest value known.
     off: Vec<Distances>,
     /// Deviation kept from the steps before, and the length of the last of these steps.
     known: Vec<[(f64, f64); 2]>,
-    /// Longest step that was found resolved at all `PLACES`.
+    /// Longest step that was found resolved at all `GOLDEN_POINTS`.
     longest: f64,
-    /// The fixed step is too long to resolve the gaps: every step is sampled at all `PLACES`.
+    /// The fixed step is too long to resolve the gaps: every step is sampled at all `GOLDEN_POINTS`.
     coarse: bool,
     /// Number of consecutive repetitions of the current step.
     retries: u8,
@@ -83,7 +72,7 @@ pub(crate) enum Resolved {
 impl Gaps {
     pub(crate) fn new(contacts: usize) -> Self {
         Gaps {
-            places: vec![[[0.0; 2]; PLACES.len()]; contacts],
+            places: vec![[[0.0; 2]; GOLDEN_POINTS.len()]; contacts],
             off: vec![[0.0; 2]; contacts],
             known: vec![[(0.0, 1.0); 2]; contacts],
             longest: 0.0,
@@ -98,8 +87,8 @@ impl Gaps {
         self.off[contact][way]
     }
 
-    /// Checks the current step. `start`, `end`: the contacts at its ends; `noise`: the effect of rounding on each
-    /// deflection.
+    /// Checks the current step. `start`, `end`: the contacts at its ends; `noise`: the effect of rounding on
+    /// each deflection.
     #[inline]
     pub(crate) fn look<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -158,11 +147,11 @@ impl Gaps {
         Resolved::No((0.9 / ratio.sqrt().sqrt()).clamp(0.2, 0.7))
     }
 
-    /// Checks the current step at all `PLACES` and returns the largest ratio of deviation to allowed deviation. `ratio`
-    /// is the ratio known so far.
+    /// Checks the current step at all `GOLDEN_POINTS` and returns the largest ratio of deviation to allowed
+    /// deviation. `ratio` is the ratio known so far.
     ///
-    /// Two cubics are compared with the distance: one through values and rates at the ends, and one through four
-    /// values, for models that do not give the rates. The smaller ratio is returned.
+    /// Two cubics are compared with the distance: one through values and rates at the ends, and one through
+    /// four values, for models that do not give the rates. The smaller ratio is returned.
     #[cold]
     fn look_closely<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -173,7 +162,7 @@ impl Gaps {
         ratio: f64,
     ) -> f64 {
         let h = e.h();
-        for (p, &theta) in PLACES.iter().enumerate() {
+        for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
             e.contacts_on_cubic::<T>(theta);
             for (i, places) in self.places.iter_mut().enumerate() {
                 for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
@@ -189,15 +178,15 @@ impl Gaps {
                 let Some(exit) = exit else { continue };
                 let [d0, d1] = [&start[i], &end[i]].map(|c| exit.distance(e.pieces[i], c, h));
                 let value = |p: usize| self.places[i][p][way];
-                if !(0..PLACES.len()).all(|p| value(p).is_finite()) {
+                if !(0..GOLDEN_POINTS.len()).all(|p| value(p).is_finite()) {
                     continue;
                 }
                 let hermite = Hermite::new(d0, d1);
-                let nodes = [0.0, PLACES[INNER[0]], PLACES[INNER[1]], 1.0];
+                let nodes = [0.0, GOLDEN_POINTS[INNER[0]], GOLDEN_POINTS[INNER[1]], 1.0];
                 let values = [d0.value, value(INNER[0]), value(INNER[1]), d1.value];
                 let mut range = [d0.value.min(d1.value), d0.value, d0.value.max(d1.value)];
                 let (mut off, mut off_values) = (self.off[i][way], 0.0f64);
-                for (p, &theta) in PLACES.iter().enumerate() {
+                for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
                     range = [range[0].min(value(p)), range[1], range[2].max(value(p))];
                     off = off.max((value(p) - hermite.at(theta)).abs());
                     off_values = off_values.max((value(p) - lagrange(nodes, values, theta)).abs());
@@ -214,8 +203,8 @@ impl Gaps {
     }
 }
 
-/// Allowed deviation of a distance from its cubic: max(SHARE range + FLOOR gap, ROUNDINGS noise). `values`: values of
-/// the distance in the step; `noise`: the effect of rounding on it.
+/// Allowed deviation of a distance from its cubic: max(SHARE range + FLOOR gap, ROUNDINGS noise). `values`:
+/// values of the distance in the step; `noise`: the effect of rounding on it.
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;

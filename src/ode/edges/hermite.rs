@@ -1,5 +1,5 @@
-//! The cubic through values and rates at both ends of an interval. It decides where the dense output, which is more
-//! expensive, is evaluated.
+//! The cubic through values and rates at both ends of an interval. It decides where the dense output, which
+//! is more expensive, is evaluated.
 
 /// Distance of a contact from one edge of its piece, positive on the piece, and its rate per unit of θ.
 #[derive(Clone, Copy, Debug, Default)]
@@ -11,8 +11,8 @@ pub(crate) struct Distance {
 /// A dip is checked on the dense output if its minimum is below this share of its depth `[1]`.
 const NEAR: f64 = 0.25;
 
-/// A dip cannot reach the edge if both ends are farther from it than this factor times the sum of |rates| at the
-/// ends: a cubic dips by at most 4/27 of that sum.
+/// A dip cannot reach the edge if both ends are farther from it than this factor times the sum of |rates| at
+/// the ends: a cubic dips by at most 4/27 of that sum.
 const FAR: f64 = 0.2;
 
 /// d(σ) = d0 + a σ + b σ² + c σ³, σ from 0 to 1 over the interval.
@@ -34,8 +34,8 @@ impl Hermite {
         }
     }
 
-    /// Whether the ends alone show that the cubic has no dip and stays above `floor`. The cubic lies between its
-    /// Bézier points, which differ from the ends by at most a third of a rate.
+    /// Whether the ends alone show that the cubic has no dip and stays above `floor`. The cubic lies between
+    /// its Bézier points, which differ from the ends by at most a third of a rate.
     #[inline]
     pub(crate) fn is_clear(d0: Distance, d1: Distance, floor: f64) -> bool {
         let (ends, rates) = (d0.value.min(d1.value), d0.rate.abs() + d1.rate.abs());
@@ -92,8 +92,8 @@ impl Hermite {
         self.lowest().map_or(ends, |sigma| ends.min(self.at(sigma)))
     }
 
-    /// Whether the minimum is above `floor`. The cubic lies between its Bézier points; the extrema are computed only
-    /// if these points do not decide.
+    /// Whether the minimum is above `floor`. The cubic lies between its Bézier points; the extrema are
+    /// computed only if these points do not decide.
     #[inline]
     pub(crate) fn stays_above(&self, floor: f64) -> bool {
         let [a, b, c] = self.powers;
@@ -105,7 +105,7 @@ impl Hermite {
     /// Whether the cubic has a minimum so close to zero, or below it, that the dense output must be checked.
     #[inline]
     pub(crate) fn may_dip(&self, d0: Distance, d1: Distance) -> bool {
-        // A cubic that rises at its start and falls at its end has no minimum between them. For `FAR` see there.
+        // A cubic that rises at its start and falls at its end has no minimum between them.
         let ends = d0.value.min(d1.value);
         if (d0.rate >= 0.0 && d1.rate <= 0.0) || ends > FAR * (d0.rate.abs() + d1.rate.abs()) {
             return false;

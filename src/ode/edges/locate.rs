@@ -11,24 +11,25 @@ use crate::ode::edges::stops::Stops;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// Slack and accuracy of location for contacts with a rigid stop, where velocities jump, as a share of the gap `[1]`.
+/// Slack and accuracy of location for contacts with a rigid stop, where velocities jump, as a share of the
+/// gap `[1]`.
 const STOP: f64 = 1e-14;
 
 /// Accuracy of the location of an edge, as a share of the gap `[1]`.
 const CLOSE: f64 = 1e-13;
 
-/// Least slack, in units of the effect of rounding on the deflection.
+/// Minimum slack, in units of the effect of rounding on the deflection.
 const NOISE: f64 = 4.0;
 
 /// Accepted steps between two measurements of the effect of rounding on the deflections.
 const LOOKS: u8 = 31;
 
-/// Largest distance from its edge, as a share of the gap `[1]`, at which a contact may cross together with the located
-/// one.
+/// Largest distance from its edge, as a share of the gap `[1]`, at which a contact may cross together with
+/// the located one.
 const WITH: f64 = 1e-6;
 
-/// A contact within the slack at the end of a step crosses there if its distance decreases faster than this number of
-/// slacks per step.
+/// A contact within the slack at the end of a step crosses there if its distance decreases faster than this
+/// number of slacks per step.
 const PLAIN: f64 = 1e3;
 
 /// The contacts of one run at the ends of the current step, and the data for the location of their edges.
@@ -81,9 +82,9 @@ impl Locator {
         }
     }
 
-    /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its rate.
-    /// A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A contact does not
-    /// enter the flank of a rigid stop.
+    /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
+    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
+    /// contact does not enter the flank of a rigid stop.
     pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
@@ -147,9 +148,9 @@ impl Locator {
         self.still[exit.contact] <= Self::STILL
     }
 
-    /// The exits of all other contacts that reach their edges together with the located one: within the slack, or within
-    /// twice the time |d/d'| by which the location of its edge is off. In the latter case the distance is at most
-    /// `WITH` times the gap.
+    /// The exits of all other contacts that reach their edges together with the located one: within the
+    /// slack, or within twice the time |d/d'| by which the location of its edge is off. In the latter case
+    /// the distance is at most `WITH` times the gap.
     pub(crate) fn together<'a>(
         &'a self,
         pieces: &'a [Piece],
@@ -193,7 +194,8 @@ impl Locator {
                 }
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
-                // The crossing is at the end of the step: the next step would start past the edge and not report it.
+                // The crossing is at the end of the step: the next step would start past the edge and not
+                // report it.
                 let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
                 if met && matches!(first, Found::Nothing) {
                     first = Found::At(1.0, exit);

@@ -1,5 +1,6 @@
 //! Location of edges and of rigid stops inside a step.
 
+pub(crate) mod arrival;
 pub(crate) mod exit;
 pub(crate) mod first_root;
 pub(crate) mod gaps;

@@ -8,18 +8,19 @@ use crate::ode::edges::exit::Exit;
 /// Maximum number of impacts that follow from one another at one instant, per contact of the model.
 const ROUNDS: usize = 16;
 
-/// After an impact, a contact approaches its stop if its speed of approach exceeds this share of the largest one at this
-/// instant `[1]`.
+/// After an impact, a contact approaches its stop if its speed of approach exceeds this share of the largest
+/// one at this instant `[1]`.
 pub(crate) const APPROACHES: f64 = 1e-9;
 
-/// Allowed distance beyond a stop at the start of a step, as a share of |d| + |d' t| with the distance rate d' `[1]`.
+/// Allowed distance beyond a stop at the start of a step, as a share of |d| + |d' t| with the distance rate
+/// d' `[1]`.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
-/// Maximum length of the step after an impact, in durations of the flight before it. The limit is necessary because
-/// roots are accurate relative to the step.
+/// Maximum length of the step after an impact, in durations of the flight before it. The limit is necessary
+/// because roots are accurate relative to the step.
 pub(crate) const LONGER: f64 = 4.0;
 
-/// Least value of this limit, in units of the resolution of the time.
+/// Minimum value of this limit, in units of the resolution of the time.
 pub(crate) const SHORTEST: f64 = 1e4;
 
 /// Maximum number of consecutive low flights. With one more the contact is at rest.
@@ -43,9 +44,9 @@ impl Flight {
     pub(crate) const NONE: Flight =
         Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
 
-    /// Ends the flight with an impact at `t`, after which the contact leaves the stop at `speed`. Returns whether the
-    /// contact is at rest: more than `LOW` consecutive flights were low. A flight is low if its height is at most
-    /// `slack`, or at most the rounding of the highest flight.
+    /// Ends the flight with an impact at `t`, after which the contact leaves the stop at `speed`. Returns
+    /// whether the contact is at rest: more than `LOW` consecutive flights were low. A flight is low if its
+    /// height is at most `slack`, or at most the rounding of the highest flight.
     pub(crate) fn lands(&mut self, t: f64, speed: f64, slack: f64) -> bool {
         // Height of a parabola with initial speed v and duration T: v T/4.
         let height = 0.25 * self.speed * (t - self.since);
@@ -70,8 +71,8 @@ pub(crate) struct Stops {
     pub(crate) met: bool,
     /// The current flight of each contact.
     pub(crate) flights: Vec<Flight>,
-    /// Duration of the shortest flight that ended with the last impacts. The next flight has the same order of
-    /// magnitude.
+    /// Duration of the shortest flight that ended with the last impacts. The next flight has the same order
+    /// of magnitude.
     pub(crate) flew: f64,
 }
 

@@ -21,7 +21,7 @@ impl Locator {
         for exit in self.stops.exits() {
             let c = &self.start[exit.contact];
             let d = exit.distance(Piece::Gap, c, 1.0);
-            // Rounding of a large time limits the accuracy of the instant of an impact, and so of the distance.
+            // Rounding of a large time limits the accuracy of the instant of an impact.
             let rounding = ROUNDING * (c.deflection.abs() + d.rate.abs() * t.abs());
             if d.value < -self.slack(exit.contact, c).max(rounding) {
                 return Err(IntegrateError::BeyondStop { t, contact: exit.contact, depth: -d.value });
@@ -50,8 +50,8 @@ impl Locator {
         Ok(())
     }
 
-    /// Treats a contact that is on its rigid stop at the start of a step and would move beyond it: if it approaches the
-    /// stop, it rebounds.
+    /// Treats a contact that is on its rigid stop at the start of a step and would move beyond it: if it
+    /// approaches the stop, it rebounds.
     ///
     /// # Errors
     /// [`IntegrateError::RestsOnStop`] after more than `STILL` calls for one contact at one instant.
@@ -79,8 +79,8 @@ impl Locator {
         Ok(())
     }
 
-    /// Writes the velocities after the impacts into the start of the next step, if there were impacts. Returns the
-    /// maximum length of that step; infinite without impacts.
+    /// Writes the velocities after the impacts into the start of the next step, if there were impacts.
+    /// Returns the maximum length of that step; infinite without impacts.
     #[inline]
     pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> f64 {
         if self.stops.met {
@@ -94,8 +94,8 @@ impl Locator {
         f64::INFINITY
     }
 
-    /// Computes the velocities after the impacts in `crossings`, one impact after another, until no contact on a rigid
-    /// stop approaches it. Impacts that follow from earlier ones are added to `crossings`.
+    /// Computes the velocities after the impacts in `crossings`, one impact after another, until no contact
+    /// on a rigid stop approaches it. Impacts that follow from earlier ones are added to `crossings`.
     ///
     /// # Errors
     /// [`IntegrateError::EdgeStall`] if the impacts do not end.

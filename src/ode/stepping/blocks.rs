@@ -1,22 +1,23 @@
 //! Coordinates and velocities of models with more than two degrees of freedom, in blocks of sixteen numbers.
 //!
-//! Sums over them use the widest vector instructions of the processor. The code does not depend on the model and is
-//! compiled once.
+//! Sums over them use the widest vector instructions of the processor. The code does not depend on the model
+//! and is compiled once.
 
 use crate::ode::stepping::row::SLOTS;
 use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
 
-/// Numbers per block: four registers of AVX2. A sum over blocks is then four independent sums, which run in parallel.
+/// Numbers per block: four registers of AVX2. A sum over blocks is then four independent sums, which run in
+/// parallel.
 const WIDTH: usize = 16;
 
 type Block = [f64; WIDTH];
 
 /// A vector in whole blocks. Numbers beyond its length have no meaning.
 ///
-/// The memory of a derivative is q | v | a: the stage (q, v) at which it is evaluated, then its accelerations a. The
-/// derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
+/// The layout of a derivative is q | v | a: the stage (q, v) of its evaluation, then its accelerations.
+/// The derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
     blocks: Vec<Block>,
@@ -56,8 +57,8 @@ impl Blocks {
         self.slice_mut()[..n].copy_from_slice(&from.slice()[n..]);
     }
 
-    /// Writes the stage y + Σ (h a_l) k_l in front of this derivative. Returns the coordinates and velocities of the
-    /// stage, and the place of the accelerations.
+    /// Writes the stage y + Σ (h a_l) k_l in front of this derivative. Returns the coordinates and velocities
+    /// of the stage, and the place of the accelerations.
     #[inline(always)]
     pub(crate) fn stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) -> [&mut [f64]; 3] {
         let (n, first) = (self.len / 2, self.first);

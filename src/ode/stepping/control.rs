@@ -94,8 +94,8 @@ pub(crate) struct Pace {
     pub(crate) h: f64,
     /// Fixed step: the next point of the grid. Adaptive step: the proposed length of the step after the next.
     pub(crate) next: f64,
-    /// The point of the grid after `next`. It is computed one step ahead, so that the evaluation of the drives does not
-    /// wait for it.
+    /// The point of the grid after `next`. It is computed one step ahead, so that the evaluation of the
+    /// drives does not wait for it.
     after: f64,
     /// Start of the grid.
     start: f64,
@@ -148,8 +148,8 @@ impl Pace {
         }
     }
 
-    /// Moves on after an accepted step that may have been shortened and ended at `t`. A grid point after `t` remains the
-    /// next one.
+    /// Moves on after an accepted step that may have been shortened and ended at `t`. A grid point after `t`
+    /// remains the next one.
     pub(crate) fn pass<T: Tableau>(&mut self, t: f64) {
         if T::ADAPTIVE || self.next <= t + 1e-10 * self.h {
             self.arrive::<T>();
@@ -157,8 +157,8 @@ impl Pace {
     }
 }
 
-/// h_new = 0.9 h err^(-α) err_old^β, α = 1/k - 0.75 β, 1/k = `exponent` of the tableau: PI control of the step size.
-/// Source: Hairer, Nørsett & Wanner I, Eq. (4.13), and II, Sect. IV.2.
+/// h_new = 0.9 h err^(-α) err_old^β, α = 1/k - 0.75 β, 1/k = `exponent` of the tableau: PI control of the
+/// step size.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13), and II, Sect. IV.2.
 ///
 /// h_new/h is limited to `factors`. After a rejection the step does not grow.
 pub(crate) struct Controller {
@@ -210,8 +210,8 @@ impl Controller {
     }
 }
 
-/// First step from the norms d0, d1, d2 of the solution and its first and second derivative, in units of the tolerances.
-/// Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+/// First step from the norms d0, d1, d2 of the solution and its first and second derivative, in units of the
+/// tolerances.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
 ///
 /// h0 = 0.01 d0/d1,   h1 = (0.01/max(d1, d2))^(1/k),   h = min(100 h0, h1, longest)
 pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
@@ -238,8 +238,8 @@ pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
     if h.is_finite() && h > 0.0 { h } else { h0 }
 }
 
-/// Marks a branch as rarely taken. The compiler then emits a jump, and the processor continues with the predicted branch;
-/// a conditional move would wait for both.
+/// Marks a branch as rarely taken. The compiler then emits a jump, and the processor continues with the
+/// predicted branch; a conditional move would wait for both.
 #[cold]
 #[inline]
 fn seldom() {}

@@ -27,8 +27,8 @@ pub trait Tableau {
     const FACTORS: [f64; 2];
     /// β of the PI controller.
     const BETA: f64;
-    /// A node c near the middle of the step. [`attempt`](Tableau::attempt) keeps the drives at this node for the check of
-    /// the gaps.
+    /// A node c near the middle of the step. [`attempt`](Tableau::attempt) keeps the drives at this node for
+    /// the check of the gaps.
     const PROBE: f64;
 
     /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
@@ -44,8 +44,8 @@ pub trait Tableau {
 /// Maximum number of dense coefficients of a tableau, y0 included.
 const DENSE: usize = 8;
 
-/// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its values
-/// could overflow.
+/// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its
+/// values could overflow.
 pub(crate) const LARGEST: f64 = 1e100;
 
 /// Working arrays of one run, allocated before its first step.
@@ -242,8 +242,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         V::hand_over(&mut self.y1, &mut self.y);
     }
 
-    /// Makes the end of the step the start of the next one, with the derivative there. The trajectory must be smooth at
-    /// this instant: slot 0 is the derivative at the end of the step.
+    /// Makes the end of the step the start of the next one, with the derivative there. The trajectory must be
+    /// smooth at this instant: slot 0 is the derivative at the end of the step.
     #[inline(always)]
     pub(crate) fn accept<T: Tableau, const LOCATE: bool>(&mut self) {
         if self.ready.end {
@@ -260,15 +260,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.move_on();
     }
 
-    /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output, channels and their
-    /// squares do not overflow.
+    /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output,
+    /// channels and their squares do not overflow.
     #[inline(always)]
     pub(crate) fn finite(&self) -> bool {
         self.y1.size() <= LARGEST
     }
 
-    /// h √(Σ_j (Σ_l e_l k_lj/size_j)²/m), size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row e: root mean square over
-    /// the m components, in units of the tolerances.
+    /// h √(Σ_j (Σ_l e_l k_lj/size_j)²/m), size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row e: root
+    /// mean square over the m components, in units of the tolerances.
     #[inline(always)]
     pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&Row<L>; R]) -> [f64; R] {
         let (h, m) = (self.h(), self.y.slice().len() as f64);
@@ -298,8 +298,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             bend.slice_mut()[j] = h * k0 - dy;
             twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
         }
-        // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them the dense
-        // output still agrees with both ends of the step.
+        // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them
+        // the dense output still agrees with both ends of the step.
         for coefficient in self
             .dense
             .iter_mut()
@@ -333,7 +333,8 @@ pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
     let columns: [&[f64]; DENSE] =
         std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
-    // Eight components at a time: the operations of one component depend on each other and cannot run in parallel.
+    // Eight components at a time: the operations of one component depend on each other and cannot run in
+    // parallel.
     let whole = out.len() - out.len() % 8;
     for j in (0..whole).step_by(8) {
         horner::<8>(&columns[..=T::DENSE], j, theta, out);

@@ -14,11 +14,11 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
     }
 
-    /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through the
-    /// coordinates and velocities at both ends.
+    /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through
+    /// the coordinates and velocities at both ends.
     ///
-    /// No acceleration is evaluated. Terms that depend on the drives alone are exact. At node `PROBE` the drives are those
-    /// kept by the attempt.
+    /// No acceleration is evaluated. Terms that depend on the drives alone are exact. At node `PROBE` the
+    /// drives are those kept by the attempt.
     #[inline]
     pub(crate) fn contacts_on_cubic<T: Tableau>(&mut self, theta: f64) {
         if theta != T::PROBE {
@@ -40,12 +40,13 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.model.contact(u, q, v, &mut self.contacts);
     }
 
-    /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the largest change
-    /// when every one of them changes by its last bit, up or down.
+    /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the
+    /// largest change when every one of them changes by its last bit, up or down.
     pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
         noise.fill(0.0);
         self.contacts_at_start();
-        // The direction of component j is a bit of j: any two components change in opposite directions at least once.
+        // The direction of component j is a bit of j: any two components change in opposite directions at
+        // least once.
         let patterns = usize::BITS - self.y.slice().len().leading_zeros();
         for pattern in 0..patterns {
             for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {

@@ -3,8 +3,8 @@
 use crate::ode::stepping::blocks::Blocks;
 use crate::ode::stepping::row::{Row, SLOTS};
 
-/// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is computed in
-/// registers, and [`Blocks`] for more.
+/// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is
+/// computed in registers, and [`Blocks`] for more.
 pub trait Vector: Clone {
     /// A vector of zeros.
     fn zeros(len: usize) -> Self;
@@ -16,7 +16,8 @@ pub trait Vector: Clone {
     fn slice(&self) -> &[f64];
     /// The components, mutable.
     fn slice_mut(&mut self) -> &mut [f64];
-    /// Copies or swaps `from` into `to`, whichever costs less. The content of `from` is not defined afterwards.
+    /// Copies or swaps `from` into `to`, whichever costs less. The content of `from` is not defined
+    /// afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 
     /// out = (v, a) at y = (q, v). `f` writes the accelerations from coordinates and velocities.
@@ -30,8 +31,8 @@ pub trait Vector: Clone {
         row: &Row<L>,
         f: impl FnOnce(&[f64], &[f64], &mut [f64]),
     );
-    /// out = y + Σ (h a_l) k_l. The products h a_l do not depend on k, so that only few operations follow the computation
-    /// of the last k.
+    /// out = y + Σ (h a_l) k_l. The products h a_l do not depend on k, so that only few operations follow the
+    /// computation of the last k.
     fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
     /// out = h Σ d_l k_l.
     fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);

@@ -1,17 +1,19 @@
-//! What a balance asks of a model.
+//! Requirements of a balance on its model.
 
 use crate::model::equations::{Model, Periodic};
 use crate::model::rigid::rigid_motions;
 use crate::model::rigid_stops::first_stop;
 use crate::periodic::balance::error::BalanceError;
 
-/// Motions of the whole that nothing holds.
+/// Rigid motions of a model.
+///
+/// Error: differences cannot decide whether a motion is rigid.
 pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
     let rigid = rigid_motions(model, model.period());
     rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
 }
 
-/// No series holds velocities that jump.
+/// Error if the model has a rigid stop: a Fourier series cannot represent velocities that jump.
 pub(crate) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
     first_stop(model).map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

@@ -1,14 +1,15 @@
-//! How large the coordinates of an orbit are: the scales of its unknowns.
+//! Sizes of the coordinates of an orbit: the scales of the unknowns.
 
+use crate::numeric::norms::largest;
 use crate::periodic::balance::orbit::{AT_REST, FourierOrbit};
-use crate::roots::norms::largest;
 
-/// The size of every coordinate: Σ |coefficients|; of those at rest the size of the largest.
+/// Size of every coordinate: Σ |coefficients|. A coordinate at rest gets the largest size; if all are at
+/// rest, the size is 1.
 pub(crate) fn sizes(orbit: &FourierOrbit) -> Vec<f64> {
     sizes_apart(orbit, &[])
 }
 
-/// The same without the mean position along rigid motions, which is as good as any other and may be far.
+/// [`sizes`] without the mean position along the rigid motions. That position is arbitrary and may be large.
 pub(crate) fn sizes_apart(orbit: &FourierOrbit, rigid: &[Vec<f64>]) -> Vec<f64> {
     let mut means: Vec<f64> = (0..orbit.dof()).map(|j| orbit.mean(j)).collect();
     for r in rigid {

@@ -1,4 +1,4 @@
-//! What can go wrong with a balance, and what has to be known of one that went well.
+//! Errors of a harmonic balance.
 
 use crate::error::ParameterError;
 use crate::periodic::balance::integrals::Integrals;
@@ -6,7 +6,7 @@ use crate::periodic::balance::orbit::FourierOrbit;
 use crate::roots::root::RootError;
 use thiserror::Error;
 
-/// Why no orbit is returned.
+/// Errors of [`Balance`](crate::Balance).
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Periodic};
@@ -20,130 +20,146 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BalanceError {
-    /// A value that cannot be used.
+    /// A guess or a setting is not valid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A guess of another model.
-    #[error("the orbit has {found} coordinates: the model has {expected}")]
+    /// The orbit has another number of coordinates than the model.
+    #[error("the orbit has {found} coordinates and the model has {expected}: these numbers must be equal")]
     Coordinates {
-        /// Of the model.
+        /// Number of coordinates of the model.
         expected: usize,
-        /// Of the orbit.
+        /// Number of coordinates of the orbit.
         found: usize,
     },
-    /// Samples that cannot tell the orders apart.
-    #[error("{samples} samples cannot hold order {highest}: at least {} are needed, and several times as many with contacts", (2 * highest + 1).max(16))]
+    /// The samples are too few for the orders.
+    #[error(
+        "{samples} samples are too few for order {highest}: at least {} are needed, and several times as \
+         many with contacts",
+        (2 * highest + 1).max(16)
+    )]
     Samples {
-        /// M.
+        /// Number M of samples.
         samples: usize,
-        /// The highest order.
+        /// Highest order.
         highest: usize,
     },
-    /// A way to integrate that this model does not offer.
+    /// A way of integration is not available for the model.
     #[error(
-        "{integrals:?} integrals are not to be had: closed ones need accelerations linear on held pieces and drives of few harmonics, \
-             corrected samples need held pieces and no jumps of the drives, truncated forces need Sampled, linearised starts need held pieces; pieces are held by \
-             Model::accel_on_pieces; Exact chooses what fits"
+        "integration by {integrals:?} is not available for this model or this call: Closed and Kinks need \
+         fixed pieces (Model::accel_on_pieces) and no drive edges; Closed also needs accelerations that are \
+         linear on the pieces and drives of few harmonics; linearised orbits need fixed pieces; truncated \
+         forces need Sampled; Integrals::Exact chooses an available way"
     )]
     NotOffered {
-        /// What was asked for.
+        /// The way that was set.
         integrals: Integrals,
     },
-    /// A rigid stop: velocities that jump are no series. [`Shooting`](crate::Shooting) takes them.
+    /// The model has a rigid stop. A Fourier series cannot represent velocities that jump;
+    /// [`Shooting`](crate::Shooting) can.
     #[error(
-        "contact {contact} has a rigid stop, at which velocities jump: a balance cannot hold it; use Shooting"
+        "contact {contact} has a rigid stop, at which velocities jump: a Fourier series cannot represent the \
+         jump; use Shooting"
     )]
     RigidStop {
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A start with the teeth apart.
+    /// A contact stays in its gap along the guess, and nothing determines the mean.
     #[error(
-        "contact {contact} stays in its gap at the start: there nothing restores the mean, and every mean is as good as any other; \
-             start on a flank, as Balance::linearised does"
+        "contact {contact} stays in its gap along the guess, where nothing restores the mean: start on a \
+         flank, for example from Balance::linearised"
     )]
     StartInGap {
-        /// Which contact.
+        /// Index of the contact, from 0.
         contact: usize,
     },
-    /// A model without a Jacobian, some motion of which is as good as free.
+    /// The model has no Jacobian, and differences cannot decide whether a motion is rigid.
     #[error(
-        "some motion is held by {share:.1e} of the largest stiffness: differences cannot tell whether it is free; offer Model::jacobian, which can"
+        "the stiffness of a motion is {share:.1e} of the largest one: differences cannot decide whether the \
+         motion is rigid; implement Model::jacobian"
     )]
     BarelyHeld {
-        /// The stiffness found.
+        /// Stiffness of the motion as a share of the largest `[1]`.
         share: f64,
     },
-    /// A model whose slopes are no numbers.
+    /// A slope of the model is not finite.
     #[error(
-        "the slope of acceleration {acceleration} in coordinate {coordinate}, or in its velocity, is not finite somewhere along the iterate \
-         {} of the balance", last.iterations()
+        "the slope of acceleration {acceleration} with respect to coordinate {coordinate}, or to its \
+         velocity, is not finite along iterate {} of the balance",
+        last.iterations()
     )]
     Slope {
-        /// Which acceleration.
+        /// Index of the acceleration, from 0.
         acceleration: usize,
-        /// In which coordinate.
+        /// Index of the coordinate, from 0.
         coordinate: usize,
-        /// The iterate.
-        last: Box<FourierOrbit>,
-        /// Largest residual of every iterate.
-        history: Vec<f64>,
-    },
-    /// A coordinate that nothing holds.
-    #[error("the balance leaves coordinate {coordinate} free after {} iterations: no stiffness reaches it", last.iterations())]
-    Floating {
-        /// Which coordinate.
-        coordinate: usize,
-        /// The iterate.
-        last: Box<FourierOrbit>,
-        /// Largest residual of every iterate.
-        history: Vec<f64>,
-    },
-    /// No convergence.
-    #[error(
-        "the balance did not converge in {} iterations: the largest residual is {}; a guess projected from a settled motion may lead further, \
-         over several periods if that repeats so",
-        last.iterations(), last.residual()
-    )]
-    NotConverged {
-        /// The last iterate, which is no orbit.
+        /// The last iterate.
         last: Box<FourierOrbit>,
         /// Largest residual of every iterate, the guess first.
         history: Vec<f64>,
     },
-    /// A model that gives no numbers.
-    #[error("the balance met a value that is not finite after {} iterations", last.iterations())]
-    NotFinite {
-        /// The last good iterate, or the guess.
+    /// The equations do not determine a coordinate.
+    #[error(
+        "the balance does not determine coordinate {coordinate} after {} iterations: no stiffness acts on it",
+        last.iterations()
+    )]
+    Floating {
+        /// Index of the coordinate, from 0.
+        coordinate: usize,
+        /// The last iterate.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate.
+        /// Largest residual of every iterate, the guess first.
         history: Vec<f64>,
     },
-    /// An accuracy that was not reached.
-    #[error("the accuracy {wanted} was not reached with orders up to {highest}: {reached} was{}", cause.as_ref().map_or(String::new(), |c| format!("; beyond, {c}")))]
+    /// The root finder did not converge.
+    #[error(
+        "the balance did not converge in {} iterations: the largest residual is {}; try a guess projected \
+         from a settled motion, over several periods if the motion repeats only after several",
+        last.iterations(), last.residual()
+    )]
+    NotConverged {
+        /// The last iterate; it is not an orbit.
+        last: Box<FourierOrbit>,
+        /// Largest residual of every iterate, the guess first.
+        history: Vec<f64>,
+    },
+    /// A residual is not finite.
+    #[error("the residual of the balance is not finite after {} iterations", last.iterations())]
+    NotFinite {
+        /// The last finite iterate, or the guess.
+        last: Box<FourierOrbit>,
+        /// Largest residual of every iterate, the guess first.
+        history: Vec<f64>,
+    },
+    /// The accuracy was not reached.
+    #[error(
+        "the accuracy {wanted} was not reached with orders up to {highest}: the estimated error is \
+         {reached}{}",
+        cause.as_ref().map_or(String::new(), |c| format!("; more orders fail: {c}"))
+    )]
     Accuracy {
-        /// As a share of the peak-to-peak.
+        /// Accuracy that was set, as a share of the peak-to-peak value `[1]`.
         wanted: f64,
-        /// The estimate at the end.
+        /// Estimated error of the last orbit whose errors were estimated; infinite if there is none.
         reached: f64,
-        /// The highest order tried.
+        /// Highest order allowed, or highest order reached if there is a `cause`.
         highest: usize,
-        /// The best orbit, which converged but is not as good as wanted.
+        /// The best orbit: it converged but is less accurate than required.
         best: Box<FourierOrbit>,
-        /// Why it could not be proved on more orders, if it was that.
+        /// Error of the estimate with more orders, if it failed.
         cause: Option<Box<BalanceError>>,
     },
-    /// The budget of the call is spent, or it was cancelled.
+    /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the balance stopped after {} iterations: {exhausted}", last.iterations())]
     Budget {
-        /// Which limit.
+        /// The limit that was reached.
         exhausted: crate::ode::budget::Exhausted,
         /// The last iterate, or the guess.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate.
+        /// Largest residual of every iterate, the guess first; may be empty.
         history: Vec<f64>,
     },
-    /// Settings of the root finder.
+    /// Another error of the root finder, for example of its settings.
     #[error(transparent)]
     Root(RootError),
 }

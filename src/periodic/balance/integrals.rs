@@ -1,6 +1,6 @@
-//! The ways to integrate the forces of a balance.
+//! The ways of integration of a balance.
 
-/// How the integrals of a balance are taken.
+/// Way of integration for the Fourier coefficients of the accelerations in a balance.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, periodic::Integrals, contact::Piece};
@@ -12,22 +12,34 @@
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrals {
-    /// Whichever of the exact ways suits the model: [`Closed`](Integrals::Closed) or [`Kinks`](Integrals::Kinks), panels where drives
-    /// jump or pieces cannot be held. A model without contacts is sampled, six times the highest order and three times that of the drives. Drives of
-    /// orders far above the kept ones are resolved by every exact way; a law of force that makes such orders itself is not, and
-    /// [`BalanceNote::Coarse`](crate::periodic::BalanceNote::Coarse) says so.
+    /// Default: chooses an exact way for the model.
+    ///
+    /// This is [`Closed`](Integrals::Closed) where it is available, otherwise [`Kinks`](Integrals::Kinks).
+    /// With drive edges, or contacts that cannot be evaluated on fixed pieces, it is
+    /// [`Panels`](Integrals::Panels) without the search for pulses. A model without contacts is sampled; the
+    /// number of samples is at least 6 times the highest kept order and 3 times the highest order of the
+    /// drives.
+    ///
+    /// Drives with orders far above the kept ones are resolved. Contact laws that produce such orders are
+    /// not; [`BalanceNote::Coarse`](crate::periodic::BalanceNote::Coarse) then warns.
     #[default]
     Exact,
-    /// Sampled at M uniform instants, as Liu 2021 does: a dead zone then has a Jacobian that jumps, and folds that are not there.
+    /// Alternating frequency-time scheme: samples at M uniform instants, as in Liu 2021. The Jacobian of a
+    /// dead zone then jumps, which produces spurious folds.
     Sampled {
-        /// M.
+        /// Number M of samples in one period of the orbit.
         samples: usize,
     },
-    /// In closed form between switching angles: accelerations linear on their pieces, drives of few harmonics.
+    /// Closed form between the switches. Requires fixed pieces with linear accelerations, drives of few
+    /// harmonics, and no drive edges.
     Closed,
-    /// Samples corrected around every kink: any smooth pieces.
+    /// Uniform samples, corrected around every switch, where the accelerations have a kink. Requires smooth
+    /// fixed pieces and no drive edges.
     Kinks,
-    /// Gauss panels between switches and jumps of the drives, as narrow as the kept orders and the drives ask for. A pulse between them that no
-    /// edge announces is sought at 131 072 instants of a period, and gets panels of its own.
+    /// Panels of Gauss quadrature between switches and drive edges. Their width follows from the kept orders
+    /// and the orders of the drives.
+    ///
+    /// The drives are also searched, at 131 072 instants of a period, for pulses between the nodes that are
+    /// not drive edges of the model. Such a pulse gets panels of its own.
     Panels,
 }

@@ -1,4 +1,4 @@
-//! Harmonic balance: periodic orbits as Fourier series, with the proof of how good they are.
+//! Harmonic balance: periodic orbits as Fourier series, with estimates of their errors.
 
 pub(crate) mod admission;
 pub(crate) mod amplitudes;

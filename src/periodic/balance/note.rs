@@ -1,8 +1,8 @@
-//! What has to be known of a solution.
+//! Notes on the reliability of an orbit.
 
 use crate::periodic::balance::integrals::Integrals;
 
-/// What has to be known of an orbit before it is believed.
+/// Note on the reliability of an orbit of a [`Balance`](crate::Balance).
 ///
 /// ```
 /// use gear_dynamics::periodic::BalanceNote;
@@ -13,38 +13,41 @@ use crate::periodic::balance::integrals::Integrals;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BalanceNote {
-    /// Warning: the fastest local natural frequency is not resolved; such orbits are off, and their branches carry folds that are not there.
+    /// Warning: the kept orders do not resolve the fastest local natural frequency. Such orbits are
+    /// inaccurate, and their branches have spurious folds.
     Unresolved {
-        /// The highest order kept.
+        /// Highest kept order.
         highest: usize,
-        /// 1.2 √(largest local stiffness)/ω.
+        /// Required order, 1.2 √(largest local stiffness)/ω `[1]`.
         needed: f64,
     },
-    /// Warning: sampling moves the orbit.
+    /// Warning: sampling changes the orbit by more than 1e-3 of its peak-to-peak value.
     Aliased {
-        /// M.
+        /// Number M of samples.
         samples: usize,
-        /// The correction that exact integrals ask for, as a share of the peak-to-peak.
+        /// Correction of the orbit by exact integrals, as a share of the peak-to-peak value `[1]`.
         error: f64,
     },
-    /// Warning: the integrals are too coarse for the drives or for the law of force.
+    /// Warning: the integrals are too coarse for the drives or for a contact law.
     Coarse {
-        /// How they were taken.
+        /// Way of integration.
         integrals: Integrals,
-        /// How much twice as fine ones change the forces along the orbit, as a share of the largest coefficient.
+        /// Change of the accelerations along the orbit by integrals twice as fine, as a share of the largest
+        /// coefficient `[1]`.
         share: f64,
     },
-    /// Warning: order 0 is not kept, and the mean force is not zero: nothing balances it.
+    /// Warning: order 0 is not kept, but the mean acceleration is not zero. No equation balances it.
     MeanForce {
-        /// The mean acceleration, as a share of the largest.
+        /// Mean acceleration, as a share of the largest acceleration of the coordinate `[1]`.
         share: f64,
     },
-    /// The model offers no Jacobian: differences were used, and convergence is not quadratic to the end.
+    /// The model has no Jacobian. Differences were used, so the last iterations do not converge
+    /// quadratically. This is not a warning.
     Differences,
 }
 
 impl BalanceNote {
-    /// Whether it casts doubt on the orbit.
+    /// Whether the note is a warning, so that the orbit may be inaccurate.
     pub fn is_warning(&self) -> bool {
         !matches!(self, BalanceNote::Differences)
     }
@@ -56,25 +59,28 @@ impl std::fmt::Display for BalanceNote {
             BalanceNote::Unresolved { highest, needed } => {
                 write!(
                     f,
-                    "orders up to {highest} do not resolve the fastest local natural frequency: {needed:.0} are needed"
+                    "orders up to {highest} do not resolve the fastest local natural frequency: {needed:.0} \
+                     are needed"
                 )
             }
             BalanceNote::Aliased { samples, error } => {
-                write!(f, "{samples} samples move the orbit by {error:.1e} of its peak-to-peak")
+                write!(f, "the error by {samples} samples is {error:.1e} of the peak-to-peak value")
             }
             BalanceNote::Coarse { integrals, share } => {
                 write!(
                     f,
-                    "{integrals:?} integrals twice as fine change the forces by {share:.1e} of the largest"
+                    "{integrals:?} integrals twice as fine change the accelerations by {share:.1e} of the \
+                     largest"
                 )
             }
             BalanceNote::MeanForce { share } => {
                 write!(
                     f,
-                    "order 0 is not kept, and nothing balances the mean force, {share:.1e} of the largest"
+                    "order 0 is not kept, but the mean acceleration is {share:.1e} of the largest \
+                     acceleration"
                 )
             }
-            BalanceNote::Differences => f.write_str("the model offers no Jacobian: differences were used"),
+            BalanceNote::Differences => f.write_str("the model has no Jacobian: differences were used"),
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
+use crate::numeric::norms::largest;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, read, samples_for, spread, write};
-use crate::roots::norms::largest;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// A periodic orbit q_j(t) = Σ_k c_jk cos(k ω t) + s_jk sin(k ω t), with what is known of how good it is.
+/// q_j(t) = Σ_k c_jk cos(k ω t) + s_jk sin(k ω t): a periodic orbit, with notes on its reliability.
 ///
 /// ```
 /// use gear_dynamics::{Harmonics, periodic::FourierOrbit};
@@ -30,7 +30,7 @@ pub struct FourierOrbit {
     pub(crate) residual: f64,
 }
 
-/// Without its coefficients, which may be thousands.
+/// Omits the coefficients, of which there may be thousands.
 impl std::fmt::Debug for FourierOrbit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("FourierOrbit")
@@ -46,10 +46,12 @@ impl std::fmt::Debug for FourierOrbit {
 }
 
 impl FourierOrbit {
-    /// From the coefficients of every coordinate, in the order of [`Harmonics`]; `span` is the time after which it repeats.
+    /// Orbit from the coefficients of every coordinate, in the sequence of [`Harmonics`]. `span` is the
+    /// period of the orbit, in the time unit of the model.
     ///
     /// # Errors
-    /// A span that is not positive, lists of the wrong length, numbers beyond ±1e50; orders that are too high.
+    /// [`ParameterError`] for a span that is not in [1e-50, 1e50], lists of the wrong length, coefficients
+    /// beyond ±1e50, or orders above [`Harmonics::HIGHEST`].
     pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
         harmonics.check()?;
         check::scale("span", span)?;
@@ -73,11 +75,12 @@ impl FourierOrbit {
         }
     }
 
-    /// The same orbit on other harmonics of the same base frequency: missing orders are zero, others are dropped.
+    /// The same orbit with other orders: missing coefficients are zero, others are dropped. The number of
+    /// periods of the model in one base period may change.
     pub fn on(&self, harmonics: &Harmonics) -> Self {
         let n = self.dof();
         let mut coefficients = vec![0.0; n * harmonics.unknowns()];
-        // Orders count 1/p of the model's frequency, and p may differ.
+        // Order k is k/p times the frequency of the model, and p may differ.
         let (mine, theirs) = (self.harmonics.periods(), harmonics.periods());
         for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
             for (i, &order) in harmonics.orders().iter().enumerate() {
@@ -92,7 +95,7 @@ impl FourierOrbit {
         }
     }
 
-    /// The same orbit without the orders above `highest`, if some are left.
+    /// The same orbit without the orders above `highest`; `None` if no order is left.
     pub(crate) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
         Harmonics::list(&orders)
@@ -101,7 +104,7 @@ impl FourierOrbit {
             .map(|harmonics| self.on(&harmonics))
     }
 
-    /// The harmonics.
+    /// Orders of the series.
     pub fn harmonics(&self) -> &Harmonics {
         &self.harmonics
     }
@@ -111,17 +114,17 @@ impl FourierOrbit {
         self.mean_acceleration.len()
     }
 
-    /// After what time it repeats: p periods of the model.
+    /// Period of the orbit: p periods of the model.
     pub fn span(&self) -> f64 {
         self.span
     }
 
-    /// ω = 2π/span.
+    /// Base frequency ω = 2π/span, in radians per time unit of the model.
     pub fn frequency(&self) -> f64 {
         TAU / self.span
     }
 
-    /// Coefficients of coordinate j: [mean, c, s, ...].
+    /// Coefficients of coordinate j: [mean, c_k, s_k, ...] with increasing k; no mean without order 0.
     ///
     /// # Panics
     /// If there is no coordinate j.
@@ -134,12 +137,12 @@ impl FourierOrbit {
         &self.coefficients
     }
 
-    /// Q_k of Σ_k Q_k e^{i k ω t}: the mean, or (c - i s)/2.
+    /// Q_k of Σ_k Q_k e^{i k ω t}: the mean for k = 0, otherwise (c_k - i s_k)/2.
     fn complex(&self, j: usize, order: usize) -> Complex64 {
         read(self.coefficients(j), &self.harmonics, order)
     }
 
-    /// The mean of coordinate j, zero if order 0 is not kept.
+    /// Mean of coordinate j; 0 if order 0 is not kept.
     ///
     /// # Panics
     /// If there is no coordinate j.
@@ -147,7 +150,7 @@ impl FourierOrbit {
         self.complex(j, 0).re
     }
 
-    /// A in A cos(k ω t + φ); for order 0 the size of the mean.
+    /// A in A cos(k ω t + φ) of coordinate j; |mean| for order 0, and 0 for an order that is not kept.
     ///
     /// # Panics
     /// If there is no coordinate j.
@@ -155,7 +158,7 @@ impl FourierOrbit {
         if order == 0 { self.mean(j).abs() } else { 2.0 * self.complex(j, order).norm() }
     }
 
-    /// φ in A cos(k ω t + φ) `[rad]`.
+    /// φ in A cos(k ω t + φ) of coordinate j `[rad]`.
     ///
     /// # Panics
     /// If there is no coordinate j.
@@ -163,19 +166,21 @@ impl FourierOrbit {
         self.complex(j, order).arg()
     }
 
-    /// The state at any instant, to hand to an integrator. A free rigid motion starts from rest at t = 0.
+    /// State at time `t`, for example as the start of a run. A rigid motion with a mean acceleration starts
+    /// from rest at t = 0.
     pub fn state(&self, t: f64) -> State {
         let mut state = State { t, ..State::at_rest(self.dof()) };
         self.motion(t, &mut state.q, &mut state.v);
         state
     }
 
-    /// Coordinates and velocities at t.
+    /// Computes coordinates and velocities at time `t`.
     pub(crate) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
         self.motions([t], turned([t / self.span]), q.as_chunks_mut().0, v.as_chunks_mut().0);
     }
 
-    /// Coordinates and velocities at several instants, side by side, from sin ωt and cos ωt there.
+    /// Computes coordinates and velocities at several instants together. `turn` holds sin ωt and cos ωt at
+    /// the instants.
     pub(crate) fn motions<const K: usize>(
         &self,
         t: [f64; K],
@@ -219,49 +224,55 @@ impl FourierOrbit {
         }
     }
 
-    /// States at uniform instants over one span, as [`Shooting`](crate::Shooting) takes them.
+    /// States at `count` uniform instants over one span, from t = 0: a guess for
+    /// [`Shooting`](crate::Shooting).
     ///
     /// # Errors
-    /// More than 2²⁶ numbers.
+    /// [`ParameterError`] for more than 2²⁶ numbers.
     pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
         check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
         Ok((0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect())
     }
 
-    /// Mean acceleration of every coordinate: zero unless a rigid motion is free and the torques do not balance.
+    /// Mean acceleration of every coordinate. It is zero unless the model has a rigid motion and the torques
+    /// along it do not balance.
     pub fn mean_acceleration(&self) -> &[f64] {
         &self.mean_acceleration
     }
 
-    /// What has to be known before this orbit is believed.
+    /// Notes on the reliability of the orbit.
     pub fn notes(&self) -> &[BalanceNote] {
         &self.notes
     }
 
-    /// Iterations of the root finder.
+    /// Number of iterations of the root finder.
     pub fn iterations(&self) -> usize {
         self.iterations
     }
 
-    /// Residuals that it evaluated.
+    /// Number of residuals that the root finder evaluated.
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
-    /// Largest residual of the balance, coefficients of q'' - a over the size of their coordinate `[1/time²]`: small against the square of the
-    /// highest kept frequency where it converged. NaN for an orbit that no solver has seen.
+    /// Largest residual of the balance `[1/time²]`: a coefficient of q'' - a over the size of its coordinate.
+    /// After convergence it is small compared with the square of the highest kept frequency. NaN for an orbit
+    /// that no balance computed.
     pub fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// Whether one of the notes warns.
+    /// Whether one of the notes is a warning.
     pub fn is_doubtful(&self) -> bool {
         self.notes.iter().any(BalanceNote::is_warning)
     }
 
-    /// max |q - r| over all coordinates and one span, as a share of the peak-to-peak of each; of coordinates that rest, as a share of the
-    /// largest peak-to-peak, and of the largest mean where all rest. Orbits are laid over one another at the same share of their spans.
-    /// Rigid motions count. Infinite if they cannot be compared: different numbers of coordinates, or numbers beyond ±1e50.
+    /// max_j max_t |q_j - r_j|/range_j `[1]`: the distance of two orbits q and r over one span.
+    ///
+    /// range_j is the peak-to-peak value of q_j. For a coordinate at rest it is the largest peak-to-peak
+    /// value, and if all are at rest the largest |mean|. The orbits are compared at equal shares of their
+    /// spans. Rigid motions count. Infinite if the numbers of coordinates differ or a difference is not
+    /// finite.
     pub fn distance(&self, other: &FourierOrbit) -> f64 {
         let n = self.dof();
         if other.dof() != n {
@@ -294,16 +305,17 @@ impl FourierOrbit {
     }
 }
 
-/// Orders further apart are not reached by turning from one to the next.
+/// Between orders further apart than this, sin kωt and cos kωt are computed anew instead of by rotation.
 const FAR: usize = 1000;
 
-/// sin 2πx and cos 2πx at several x.
+/// sin 2πx and cos 2πx for several x.
 pub(crate) fn turned<const K: usize>(x: [f64; K]) -> [[f64; K]; 2] {
     let turned = x.map(|x| libm::sincos(TAU * x.fract()));
     [turned.map(|(sin, _)| sin), turned.map(|(_, cos)| cos)]
 }
 
-/// Extreme of the cubic through two samples q + i v.
+/// Approximate extreme between two samples q + i v at a distance h in time: the value of the cubic Hermite
+/// polynomial at the zero of the linearly interpolated velocity.
 pub(crate) fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
     let theta = a.im / (a.im - b.im);
     let (p, q) = (theta, 1.0 - theta);
@@ -313,5 +325,5 @@ pub(crate) fn hermite_extreme(a: Complex64, b: Complex64, h: f64) -> f64 {
     value(p, q)
 }
 
-/// Coordinates smaller than this share of the largest rest.
+/// A coordinate below this share of the largest one is at rest `[1]`.
 pub(crate) const AT_REST: f64 = 1e-6;

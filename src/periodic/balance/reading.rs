@@ -1,4 +1,4 @@
-//! What is read off an orbit: histories, contacts, the exact orbit beside it.
+//! Results of an orbit: time histories, contacts, the orbit of the equation by shooting.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
@@ -19,10 +19,12 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 impl FourierOrbit {
-    /// Projects a run onto harmonics: one span is integrated from `start`, which has to lie on a settled orbit, and transformed.
+    /// Orbit from a run: integrates one span from `start`, which must lie on a settled orbit, and transforms
+    /// it to the given orders.
     ///
     /// # Errors
-    /// [`Failed`] if the integration fails, or `start` does not fit the model.
+    /// [`Failed`] if the integration fails, `start` does not fit the model, or the run would hold more than
+    /// 2²⁶ numbers.
     pub fn project<I: Integrator, M: Periodic + ?Sized>(
         integrator: &I,
         model: &M,
@@ -44,7 +46,7 @@ impl FourierOrbit {
             let mut buffer: Vec<Complex64> = (0..m).map(|s| run.q(s)[j].into()).collect();
             transform.analyse(&mut buffer);
             for (i, &order) in harmonics.orders().iter().enumerate() {
-                // The run starts at some phase of the drives.
+                // The run starts at `start.t`, the series at t = 0.
                 let turn = Complex64::cis(-TAU * (order as f64 * (start.t / span)).fract());
                 write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
             }
@@ -52,8 +54,11 @@ impl FourierOrbit {
         Ok(FourierOrbit::of(harmonics, span, coefficients, n))
     }
 
-    /// The orbit of the equation itself near this series, by multiple shooting: to 1e-12 of its range, with its monodromy. Its first
-    /// correction tells how far off the series was; above 0.1 there was no orbit near.
+    /// Finds the orbit of the equation near this series by multiple shooting, to 1e-12 of its range, with its
+    /// monodromy matrix.
+    ///
+    /// Its first correction measures the error of the series. If it exceeds 0.1, there is no orbit of the
+    /// equation near the series.
     ///
     /// # Errors
     /// [`ShootingError`].
@@ -61,7 +66,7 @@ impl FourierOrbit {
         self.polish_within(model, &Budget::new())
     }
 
-    /// The same within a budget of steps and time, all flows together.
+    /// [`polish`](FourierOrbit::polish) within a budget of steps and time over all integrations.
     ///
     /// # Errors
     /// [`ShootingError`].
@@ -82,10 +87,11 @@ impl FourierOrbit {
         Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
     }
 
-    /// The time history: `samples` states over one span, from t = 0. Its channels are deflections, mesh forces and the model's own.
+    /// Time history: `samples` states at uniform instants over one span, from t = 0. The trajectory also
+    /// returns the channels of a model, for example deflections and mesh forces.
     ///
     /// # Errors
-    /// More than 2²⁶ numbers.
+    /// [`ParameterError`] for more than 2²⁶ numbers.
     pub fn history(&self, samples: usize) -> Result<Trajectory, ParameterError> {
         let n = self.dof();
         check::count("numbers of the history", &[samples, 2 * n], check::NUMBERS)?;
@@ -112,7 +118,7 @@ impl FourierOrbit {
         Ok(trajectory)
     }
 
-    /// Highest less lowest value of coordinate j, extremes found between samples too.
+    /// Peak-to-peak value of coordinate j: maximum less minimum, with the extremes between samples.
     ///
     /// # Panics
     /// If there is no coordinate j.
@@ -129,10 +135,10 @@ impl FourierOrbit {
         range[1] - range[0]
     }
 
-    /// What each contact does over one span: intervals on its pieces, with exact ends.
+    /// History of each contact over one span: the intervals on its pieces, with located ends.
     ///
     /// # Errors
-    /// A model with another number of coordinates.
+    /// [`ParameterError`] if the model has another number of coordinates.
     pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Result<Vec<ContactHistory>, ParameterError> {
         check::length("coordinates of the orbit", self.dof(), model.dof())?;
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));

@@ -1,4 +1,4 @@
-//! The settings of a balance.
+//! Settings of a harmonic balance.
 
 use crate::ode::budget::Budget;
 use crate::periodic::balance::integrals::Integrals;
@@ -7,7 +7,7 @@ use crate::roots::broyden::Broyden;
 use crate::roots::newton::Newton;
 
 impl Balance {
-    /// Exact integrals, Newton's method, the default [`Budget`].
+    /// Defaults: [`Integrals::Exact`], Newton's method with its default settings, the default [`Budget`].
     pub fn new(harmonics: Harmonics) -> Self {
         Balance {
             harmonics,
@@ -17,33 +17,34 @@ impl Balance {
         }
     }
 
-    /// The most work of one call: every residual that the root finder evaluates is a step, and so is every step of the flows that
-    /// [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to) shoot with.
+    /// Maximum number of steps and maximum time of one call. A step is a residual that the root finder
+    /// evaluates, or a step of the shooting in [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to).
     pub fn budget(self, budget: Budget) -> Self {
         Balance { budget, ..self }
     }
 
-    /// How the integrals are taken.
+    /// Way of integration. Default: [`Integrals::Exact`].
     pub fn integrals(self, integrals: Integrals) -> Self {
         Balance { integrals, ..self }
     }
 
-    /// Solve by Newton's method with these settings.
+    /// Solves by Newton's method with these settings. This is the default method.
     pub fn newton(self, newton: Newton) -> Self {
         Balance { roots: Roots::Newton(newton), ..self }
     }
 
-    /// Solve by Broyden's method with these settings.
+    /// Solves by Broyden's method with these settings.
     pub fn broyden(self, broyden: Broyden) -> Self {
         Balance { roots: Roots::Broyden(broyden), ..self }
     }
 
-    /// The harmonics.
+    /// Orders that the balance keeps.
     pub fn harmonics(&self) -> &Harmonics {
         &self.harmonics
     }
 
-    /// The same balance on other harmonics. A given first Jacobian does not fit them: the equations' own takes its place.
+    /// The same balance with other orders. If Broyden's method starts from a given Jacobian, the Jacobian of
+    /// the equations replaces it, since its size no longer fits.
     pub fn on(&self, harmonics: Harmonics) -> Self {
         let roots = match self.roots.clone() {
             Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
@@ -53,13 +54,15 @@ impl Balance {
     }
 }
 
-/// Harmonic balance of a periodic model.
+/// q(t) = Σ_k c_k cos kωt + s_k sin kωt: harmonic balance of a periodic model.
 ///
-/// The coefficients z of q(t) = Σ_k c_k cos kωt + s_k sin kωt are sought for which q'' - a(u(t), q, q') has no component at the kept
-/// orders.   Source: Liu 2021, Eqs. (13)-(17), corrected; with exact switching it converges to the orbits of the equation itself.
+/// It finds the coefficients c_k, s_k for which q'' - a(u(t), q, q') has no component at the kept orders.
+/// Source: Liu 2021, Eqs. (13)-(17), corrected. With exact integrals the series converges to the orbit of the
+/// equation as orders are added.
 ///
-/// A solve looks at the drives where its integrals do. A pulse narrower than that has to be announced by [`next_edge`](crate::Model::next_edge);
-/// [`Integrals::Panels`] and [`prove`](Balance::prove) seek pulses down to 1e-5 of the period by themselves.
+/// A solve evaluates the drives only at the nodes of its integrals. A pulse between two nodes must therefore
+/// be reported as drive edges by [`next_edge`](crate::Model::next_edge). [`Integrals::Panels`] and
+/// [`prove`](Balance::prove) also search for pulses down to 1e-5 of the period.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
@@ -67,11 +70,11 @@ impl Balance {
 /// let balance = Balance::new(Harmonics::up_to(200));
 /// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
 /// assert!(orbit.residual() < 1e-9);
-/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency, and the orbit says so
+/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
 /// ```
 ///
-/// A model without period is refused by the compiler:
+/// The model must be periodic: the compiler rejects any other.
 ///
 /// ```compile_fail,E0277
 /// use gear_dynamics::{Balance, Harmonics, Model, periodic::FourierOrbit};

@@ -1,4 +1,4 @@
-//! Harmonic balance: the settings and the solvers.
+//! Solution of a harmonic balance.
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
@@ -17,10 +17,11 @@ use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
 
 impl Balance {
-    /// The equations, with unknowns scaled by the size of the coordinates of `near`.
+    /// The equations of the balance. Their unknowns are scaled by the sizes of the coordinates of `near`.
     ///
     /// # Errors
-    /// Too few samples, integrals that the model does not offer, an orbit that does not fit the model.
+    /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, or an
+    /// orbit that does not fit the model.
     pub fn equations<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
@@ -29,10 +30,12 @@ impl Balance {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
     }
 
-    /// The orbit with every contact held on one flank: where most searches start. A start is not judged, and carries no notes of doubt.
+    /// The orbit with every contact fixed on one piece: the usual guess for [`solve`](Balance::solve). It is
+    /// not checked and has no warnings.
     ///
     /// # Errors
-    /// A linear system that is singular, as with contacts held in their gap.
+    /// [`BalanceError`]: the linear system is singular, for example with contacts fixed in their gap, or the
+    /// model does not evaluate its laws on fixed pieces.
     pub fn linearised<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -41,10 +44,10 @@ impl Balance {
         self.linearised_on(model, &vec![flank; model.contacts()])
     }
 
-    /// The orbit with each contact held on a piece of its own.
+    /// [`linearised`](Balance::linearised) with one piece for each contact.
     ///
     /// # Errors
-    /// A linear system that is singular.
+    /// As [`linearised`](Balance::linearised); also a wrong number of pieces.
     pub fn linearised_on<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -73,10 +76,10 @@ impl Balance {
         self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
 
-    /// Solves from a guess: a linearised or projected orbit, or that of a neighbouring model.
+    /// Finds an orbit from a guess: a linearised or projected orbit, or the orbit of a neighbouring model.
     ///
     /// # Errors
-    /// [`BalanceError`], with the last iterate where there is one.
+    /// [`BalanceError`]; the errors of the root finder hold the last iterate.
     pub fn solve<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -85,7 +88,7 @@ impl Balance {
         self.solve_within(&model, guess, &self.budget.begin())
     }
 
-    /// The same within what is left of a budget.
+    /// [`solve`](Balance::solve) within the rest of a budget.
     pub(crate) fn solve_within(
         &self,
         model: &dyn Periodic,
@@ -97,11 +100,12 @@ impl Balance {
         })
     }
 
-    /// The same with contact forces truncated to the kept orders before they meet the stiffness, as in Liu 2021. The integrals
-    /// have to be sampled.
+    /// [`solve`](Balance::solve) with contact forces truncated as in Liu 2021: the value of each contact law
+    /// is truncated to the kept orders before it is multiplied by the stiffness. Requires
+    /// [`Integrals::Sampled`].
     ///
     /// # Errors
-    /// [`BalanceError`], with the last iterate where there is one.
+    /// [`BalanceError`]; the errors of the root finder hold the last iterate.
     pub fn solve_truncating_forces<G: Shape>(
         &self,
         model: &Machine<G>,
@@ -154,11 +158,14 @@ impl Balance {
         Ok(orbit)
     }
 
-    /// The Jacobian with every contact held on one flank, for [`Broyden::first`](crate::roots::Broyden::first): taken at `near`, in the unknowns that are scaled by `near`. A
-    /// solve scales its unknowns by its own guess, so `near` has to be that guess.
+    /// Jacobian at `near` with every contact fixed on one flank, for
+    /// [`Broyden::first`](crate::roots::Broyden::first).
+    ///
+    /// Its unknowns are scaled by `near`, and those of a solve by the guess: `near` must be that guess.
     ///
     /// # Errors
-    /// As [`linearised`](Balance::linearised).
+    /// [`BalanceError`] if the model does not evaluate its laws on fixed pieces, or as for
+    /// [`equations`](Balance::equations).
     pub fn flank_jacobian<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -206,7 +213,7 @@ impl Balance {
                 last: Box::new(orbit(&last)),
                 history: last.history,
             },
-            // A residual that was not evaluated any more is not a number.
+            // Residuals after the end of the budget are NaN.
             RootError::NotFinite { last, .. }
             | RootError::NotConverged { last }
             | RootError::Singular { last, .. }

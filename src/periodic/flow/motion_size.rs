@@ -4,8 +4,8 @@
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::numeric::norms::remove;
 use crate::ode::step::{Observer, Step};
-use crate::roots::norms::remove;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

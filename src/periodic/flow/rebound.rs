@@ -3,9 +3,9 @@
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{Saltation, distance, edge_rate};
-use crate::roots::norms::dot;
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const STEP: f64 = 3e-4;

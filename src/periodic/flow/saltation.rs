@@ -4,10 +4,10 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
+use crate::numeric::norms::dot;
 use crate::ode::step::Step;
 use crate::periodic::flow::continued::gradient;
 use crate::periodic::flow::impact::Impact;
-use crate::roots::norms::dot;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///

@@ -1,11 +1,11 @@
 //! Directions of perturbation growth: integrated along a motion and kept orthonormal.
 
 use crate::model::equations::{Model, State};
+use crate::numeric::norms::dot;
 use crate::ode::budget::{Exhausted, Meter};
 use crate::ode::error::IntegrateError;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
-use crate::roots::norms::dot;
 
 /// Minimum length of a direction after a part of a period, without its components along the directions before
 /// it `[1]`. The directions start with length 1 and the error of the integration is a share of 1, so a
@@ -143,7 +143,7 @@ impl<'s> Directions<'s> {
             for (x, (y, s)) in column.iter_mut().zip(q.iter().zip(of_q).chain(v.iter().zip(of_v))) {
                 *x = y / s;
             }
-            before.chunks_exact(m).for_each(|other| crate::roots::norms::remove(other, column));
+            before.chunks_exact(m).for_each(|other| crate::numeric::norms::remove(other, column));
             let length = dot(column, column).sqrt();
             self.lengths[k] = length;
             let length = if length.is_finite() { length } else { 0.0 };

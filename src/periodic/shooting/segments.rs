@@ -1,10 +1,10 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
 use crate::model::equations::{Model, State};
+use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
 use crate::ode::error::IntegrateError;
 use crate::periodic::flow::variation::transition;
-use crate::roots::norms::remove;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 

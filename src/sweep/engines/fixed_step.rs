@@ -31,14 +31,27 @@ const LOOKS: usize = 48;
 /// Steps cross the edges of contacts without locating them, as in the papers (Liu 2021, Yao 2020). 64 steps
 /// in the shortest period of a drive keep this error small; [`check_every`](crate::Sweep::check_every)
 /// measures it. Drive edges must fall on whole steps, else the point fails with [`TableError::EdgeOffGrid`].
-/// A row depends on its point only: its bits are the same for any W, instruction set, number of threads,
-/// order and neighbouring lanes. W = 16 suits all models. W = 32 is faster for one or two degrees of freedom
-/// and for small rings, W = 8 for a ring of 16.
+/// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
+/// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32 is
+/// faster for one or two degrees of freedom and for small rings, W = 8 for a ring of 16.
 ///
 /// ```
-/// use gear_dynamics::sweep::{InstructionSet, LaneRk4};
-/// let engine = LaneRk4::<16>::new(63 * 64).instructions(InstructionSet::Baseline);
-/// assert_eq!(engine.steps(), 4032);
+/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
+/// use gear_dynamics::{NfgPair, NfgParams, Sweep};
+/// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
+///     let speeds = Points::along(Axis::linear("speed", 100.0, 130.0, 6)?);
+///     let rows = Sweep::over(speeds).settle(0).measure(1).channels(&["q1"]).run(
+///         engine,
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )?;
+///     Ok(rows.fingerprint())
+/// }
+/// let eight = LaneRk4::<8>::new(63 * 16);
+/// let four = LaneRk4::<4>::new(63 * 16).instructions(InstructionSet::Baseline);
+/// assert_eq!(eight.steps(), 1008);
+/// assert_eq!(fingerprint(&eight)?, fingerprint(&four)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// A model that is not a [`Machine`] does not compile:
@@ -159,7 +172,27 @@ fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointError) -> Opt
 /// of all drives of the model. Edges are treated as by [`LaneRk4`].
 ///
 /// ```
-/// assert_eq!(gear_dynamics::sweep::TableRk4::new(4032).steps(), 4032);
+/// use gear_dynamics::sweep::{Axis, Points, TableRk4};
+/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
+/// struct Swing(f64); // q'' + 3 q' + 2 q = f cos 2t
+/// impl Model for Swing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = self.0 * (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
+///     }
+/// }
+/// impl Periodic for Swing {
+///     fn period(&self) -> f64 { std::f64::consts::PI }
+/// }
+/// let amplitudes = Points::along(Axis::list("f", &[1.0, 4.0])?);
+/// let rows = Sweep::over(amplitudes).settle(20).measure(1).channels(&["q1"]).run(
+///     &TableRk4::new(64),
+///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
+///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
+/// )?;
+/// // Closed form: q = f (3 sin 2t - cos 2t)/20, RMS = f √5/20.
+/// assert!((rows.get(1)?.channel("q1")?.rms - 5f64.sqrt() / 5.0).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRk4 {

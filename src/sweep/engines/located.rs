@@ -14,8 +14,8 @@ use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-/// Engine for any periodic model: runs by an [`Integrator`]. It locates edges, finds extremes inside the
-/// steps, and its tolerance controls the error.
+/// Engine for any periodic model: the runs are made by an [`Integrator`]. Edges are located, extremes are
+/// found inside the steps, and the tolerance of the integrator controls the error.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};

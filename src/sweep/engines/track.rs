@@ -214,10 +214,10 @@ impl Track {
     ///
     /// |y_k - y_(k + p)| ≤ tolerance for k = 0 .. p,
     ///
-    /// and with |y_0 - y_p| clearly less than |y_0 - y_d| for all proper divisors d of p
-    /// ([`is_own_multiple`]). |y| is the maximum over the coordinates and velocities, each as a share of its
-    /// range over the last period. The distance is |y_0 - y_p|, or without a period the minimum of |y_0 -
-    /// y_d| over the d that were tried.
+    /// and |y_p - y_0| ≤ 1e-3 |y_d - y_0| for all proper divisors d of p ([`is_own_multiple`]). |y| is the
+    /// maximum over the coordinates and velocities, each as a share of its range over the last period. The
+    /// distance is |y_p - y_0|; without a period it is the minimum of |y_d - y_0| over all d for which the
+    /// run is long enough.
     fn repeats(&self, tolerance: f64, rigid: &[Vec<f64>]) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();

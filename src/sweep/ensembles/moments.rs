@@ -219,8 +219,8 @@ impl Distribution {
 
     /// Quantile: the value below which a share `p` of all values lies.
     ///
-    /// While all values are kept: linear interpolation at place p (n - 1) of the sorted values, counted from
-    /// 0. With bins: linear interpolation within the bin in which the count reaches p n.
+    /// While all values are kept: linear interpolation at index p (n - 1) of the sorted values (first index
+    /// 0). With bins: linear interpolation within the bin in which the count reaches p n.
     ///
     /// # Errors
     /// A share outside [0, 1]; no values.

@@ -66,8 +66,8 @@ const STRETCH: usize = 64;
 
 /// The drives at the start, the middle and the end of every step of one period.
 ///
-/// Row 2i is the start of step i, row 2i + 1 its middle. The end of step i is row 2(i + 1), unless a drive
-/// jumps there. In that case an additional row contains the drives before the jump.
+/// Row 2i is the start of step i, row 2i + 1 its middle. The end of step i is the start of the next step; the
+/// last step ends with row 0. If a drive jumps there, an additional row contains the drives before the jump.
 #[derive(Debug)]
 pub(crate) struct Table {
     /// All columns at the start of the period.

@@ -31,12 +31,34 @@ pub struct Attractors {
 /// One motion on which runs ended.
 ///
 /// ```
-/// let one = gear_dynamics::sweep::Attractor { period: Some(1), states: vec![vec![0.0, 1.0]], rows: 12 };
-/// assert_eq!(one.states.len(), 1);
+/// use gear_dynamics::sweep::{Attractors, Axis, Points, TableRk4};
+/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
+/// struct Swing; // q'' + 3 q' + 2 q = cos 2t
+/// impl Model for Swing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
+///     }
+/// }
+/// impl Periodic for Swing {
+///     fn period(&self) -> f64 { std::f64::consts::PI }
+/// }
+/// let starts = Points::along(Axis::linear("q", -1.0, 1.0, 5)?);
+/// let rows = Sweep::over(starts).settle(20).measure(2).strobe(1).run(
+///     &TableRk4::new(64),
+///     |_| Ok::<_, ParameterError>(Swing),
+///     |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[0.0])),
+/// )?;
+/// let attractors = Attractors::of(&rows, 1e-6)?;
+/// let attractor = &attractors.list()[0];
+/// assert_eq!((attractor.period, attractor.rows), (Some(1), 5));
+/// // Closed form: q = (3 sin 2t - cos 2t)/20.
+/// assert!((attractor.states[0][0] + 0.05).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attractor {
-    /// Periods after which the motion repeats. All motions that do not repeat are one attractor with `None`.
+    /// Period multiple of the motion. All motions that do not repeat form one attractor with `None`.
     pub period: Option<usize>,
     /// One strobed state for each period, coordinates then velocities; empty if the motion does not repeat.
     pub states: Vec<Vec<f64>>,
@@ -57,7 +79,7 @@ impl Attractors {
     /// finite.
     pub fn of(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
         check::positive("tolerance of one motion", tolerance)?;
-        // No rows, no motions: not an error.
+        // Without rows the list of motions is empty; this is not an error.
         if rows.layout.strobes == 0 && rows.iter().next().is_some() {
             return Err(SweepError::Setting {
                 name: "strobe",

@@ -1,4 +1,4 @@
-//! Bifurcation diagrams along increasing and decreasing index of the axis.
+//! Bifurcation diagrams along the axis (up) and back (down).
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
@@ -100,7 +100,7 @@ impl Bifurcation {
         if !names.contains(&self.channel.as_str()) {
             names.push(&self.channel);
         }
-        // Strobed states of all measured periods: the sweep limits the count to these.
+        // Strobed states of all measured periods: the sweep reduces the count to their number.
         let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
         let done = [const { AtomicUsize::new(0) }; 2];
         let way = |way: usize, carry: WarmStart| {
@@ -108,7 +108,7 @@ impl Bifurcation {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
                 watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
-            sweep.clone().carry(carry).run_chunk(0, 1, engine, &family, &start, &watch.progress(&show))
+            sweep.clone().carry(carry).runner(engine, &family, &start).monitor(&watch.progress(&show)).run()
         };
         let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
         let (up_rows, down_rows) = (up?, down?);
@@ -118,6 +118,7 @@ impl Bifurcation {
         Ok(Diagram { up: branch(&up_rows)?, down: branch(&down_rows)?, up_rows, down_rows })
     }
 
+    /// The values of one row; `component`: index of the channel in a state, for strobed values.
     fn point(&self, row: &Row<'_>, component: usize) -> Result<DiagramPoint, ParameterError> {
         let values = match self.strobed {
             true => row.strobes().map(|state| state[component]).collect(),
@@ -143,13 +144,29 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// The values of a diagram at one value of the parameter, on one branch.
 ///
 /// ```
-/// let point = gear_dynamics::sweep::DiagramPoint {
-///     index: 0,
-///     parameter: 150.0,
-///     values: vec![1.0, 2.0],
-///     period: Some(2),
-/// };
-/// assert_eq!(point.values.len(), 2);
+/// use gear_dynamics::sweep::{Axis, Bifurcation, Points, TableRk4};
+/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
+/// struct Swing(f64); // q'' + 3 q' + 2 q = f cos 2t
+/// impl Model for Swing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = self.0 * (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
+///     }
+/// }
+/// impl Periodic for Swing {
+///     fn period(&self) -> f64 { std::f64::consts::PI }
+/// }
+/// let amplitudes = Points::along(Axis::list("f", &[1.0, 4.0])?);
+/// let diagram = Bifurcation::strobed(Sweep::over(amplitudes).settle(20).measure(2), "q1").run(
+///     &TableRk4::new(64),
+///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
+///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
+/// )?;
+/// let point = &diagram.up()[1];
+/// assert_eq!((point.index, point.parameter, point.period), (1, 4.0, Some(1)));
+/// // Closed form: q = f (3 sin 2t - cos 2t)/20.
+/// assert!(point.values.iter().all(|q| (q + 0.2).abs() < 1e-5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiagramPoint {
@@ -159,7 +176,7 @@ pub struct DiagramPoint {
     pub parameter: f64,
     /// Strobed values, or minimum and maximum, of every measured period.
     pub values: Vec<f64>,
-    /// Periods after which the motion repeats; `None` if it does not.
+    /// Period multiple of the motion; `None` if it does not repeat.
     pub period: Option<usize>,
 }
 
@@ -193,7 +210,7 @@ impl Diagram {
     pub fn down(&self) -> &[DiagramPoint] {
         &self.down
     }
-    /// All figures of the branches up and down, with the errors of the points that failed.
+    /// The rows of the branches up and down, with the errors of the points that failed.
     pub fn rows(&self) -> [&Rows; 2] {
         [&self.up_rows, &self.down_rows]
     }

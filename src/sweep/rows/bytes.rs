@@ -1,4 +1,4 @@
-//! Rows as bytes: for files, and for other machines.
+//! Conversion of rows to bytes and back, for files and for other machines.
 
 use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::rows::hash::Hash;
@@ -6,12 +6,15 @@ use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::sweep::Sweep;
 
-/// What every list of bytes begins with: name and version of the form.
+/// First eight bytes: name and version of the format.
 const MARK: u64 = u64::from_le_bytes(*b"gd-rows3");
 
 impl Rows {
-    /// The rows as bytes, little end first, the same on every machine: for a file from which a sweep is resumed, or for a chunk computed
-    /// elsewhere. [`Sweep::rows_from_bytes`] reads them.
+    /// The rows as little-endian bytes, the same on every machine. [`Sweep::rows_from_bytes`] reads them, for
+    /// example to resume a sweep from a file or to merge chunks from several machines.
+    ///
+    /// The bytes contain all values, checks and error texts, and a hash of the points and settings of the
+    /// sweep. They do not contain [`alone`](Rows::alone).
     pub fn to_bytes(&self) -> Vec<u8> {
         let l = &self.layout;
         let broken: Vec<(&usize, &PointError)> =
@@ -45,11 +48,13 @@ impl Rows {
 }
 
 impl Sweep {
-    /// Rows of this sweep from the bytes of [`Rows::to_bytes`]. Errors of points come back as their text.
+    /// Rows of this sweep from the bytes of [`Rows::to_bytes`]. Errors of points are restored as their text,
+    /// [`PointError::Told`].
     ///
     /// ```
     /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, ParameterError, Sweep};
-    /// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 110.0, 3)?)).settle(1).measure(1).channels(&["q1"]);
+    /// let speeds = Points::along(Axis::linear("speed", 100.0, 110.0, 3)?);
+    /// let sweep = Sweep::over(speeds).settle(1).measure(1).channels(&["q1"]);
     /// let rows = sweep.run(
     ///     &LaneRk4::<4>::new(63 * 32),
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -60,8 +65,9 @@ impl Sweep {
     /// ```
     ///
     /// # Errors
-    /// [`SweepError::Bytes`] when they are not such rows, cut off, changed, or of a sweep over other points or with other settings. Engine,
-    /// family and start are not known to the bytes.
+    /// [`SweepError::Bytes`] if the bytes are not rows, are incomplete or modified, or belong to a sweep over
+    /// other points or with other settings. Engine, family and start are not checked: the bytes do not
+    /// contain them.
     pub fn rows_from_bytes(&self, bytes: &[u8]) -> Result<Rows, SweepError> {
         let mut read = Reader { bytes, at: 0 };
         read.expect(MARK)?;
@@ -73,7 +79,7 @@ impl Sweep {
             .checked_sub(start)
             .filter(|_| end <= self.points().len())
             .ok_or(SweepError::Bytes { at: 16 })?;
-        // Nothing is set aside before the bytes for it are seen to be there.
+        // Memory is allocated only if the bytes to fill it are present: damaged sizes cannot exhaust memory.
         let fits =
             |count: usize, each: usize| count.checked_mul(each).is_some_and(|words| words <= bytes.len() / 8);
         let small = [dof, channels, contacts, strobes, exponents].iter().all(|x| *x <= bytes.len());
@@ -85,7 +91,7 @@ impl Sweep {
         for done in &mut rows.done {
             *done = read.word()? != 0;
         }
-        // A sweep without a single model has no shape.
+        // Rows without any result may have the layout of a sweep without a model: it is not checked.
         if (channels != self.names().len() || exponents != self.exponents()) && rows.done.contains(&true) {
             return Err(SweepError::Bytes { at: 40 });
         }
@@ -115,8 +121,10 @@ impl Sweep {
     }
 }
 
+/// Reads words from bytes.
 struct Reader<'b> {
     bytes: &'b [u8],
+    /// Position of the next byte.
     at: usize,
 }
 
@@ -140,17 +148,19 @@ impl<'b> Reader<'b> {
         }
         Ok(sizes)
     }
-    /// The place of a point that has a row, or of one that has none.
+    /// Reads the index of a point; it must have a row if `done` is `true`, and must have none otherwise.
     fn index(&mut self, rows: &Rows, done: bool) -> Result<usize, SweepError> {
         let at = self.at;
         let [index] = self.sizes::<1>()?;
         let place = index.checked_sub(rows.range.start).filter(|place| rows.done.get(*place) == Some(&done));
         place.map(|_| index).ok_or(SweepError::Bytes { at })
     }
+    /// Reads the text of an error.
     fn error(&mut self) -> Result<PointError, SweepError> {
         let [length] = self.sizes::<1>()?;
         Ok(PointError::Told(String::from_utf8_lossy(self.take(length)?).into_owned()))
     }
+    /// Reads a word that must equal `word`.
     fn expect(&mut self, word: u64) -> Result<(), SweepError> {
         let at = self.at;
         if self.word()? == word { Ok(()) } else { Err(SweepError::Bytes { at }) }

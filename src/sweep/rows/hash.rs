@@ -1,23 +1,27 @@
-//! One number for many: what tells rows and sweeps apart.
+//! Hashes that identify rows and sweeps.
 
 use std::fmt;
 use std::fmt::Debug;
 use std::fmt::Write;
 
-/// FNV-1a over words in place of bytes, the high bits turned down to the low ones.
+/// Hash of words w: h ← rotl((h ⊕ w) × prime mod 2⁶⁴, 23).
+///
+/// It is FNV-1a with 64-bit words instead of bytes. The multiplication moves information to higher bits only;
+/// the rotation moves it back to lower bits.
 #[derive(Clone, Copy)]
 pub(crate) struct Hash(pub(crate) u64);
 
 impl Hash {
+    /// Hash of words.
     pub(crate) fn of_words(words: impl Iterator<Item = u64>) -> u64 {
         words.fold(Hash::new(), Hash::with).0
     }
-    /// Of all bytes.
+    /// Hash of bytes, in words of eight bytes, and of their number.
     pub(crate) fn of_bytes(bytes: &[u8]) -> u64 {
         let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
         Hash::of_words(bytes.chunks(8).map(word).chain([bytes.len() as u64]))
     }
-    /// Of everything that a value shows: a setting more is a hash more.
+    /// Hash of the `Debug` text of a value. A new field of the type therefore changes the hash.
     pub(crate) fn of(value: &impl Debug) -> u64 {
         let mut hash = Hash::new();
         // Writing to a hash cannot fail.

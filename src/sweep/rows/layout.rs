@@ -1,44 +1,51 @@
-//! Where the figures of a row stand.
+//! The layout of a row.
 
-/// Where the figures of a row stand.
+/// Layout of a row: positions of its values in a list of numbers. Order: head, channels, contacts, Lyapunov
+/// exponent, strobed periods.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) dof: usize,
     pub(crate) channels: usize,
     pub(crate) contacts: usize,
-    /// Periods of which the strobed state and the extremes of the channels are kept.
+    /// Number of periods whose strobed state and extremes of the channels are stored.
     pub(crate) strobes: usize,
-    /// The largest Lyapunov exponent and its standard error: 2 figures, or 0.
+    /// Number of values of the Lyapunov exponent: 2 (exponent, standard error) or 0.
     pub(crate) exponents: usize,
 }
 
 impl Layout {
-    /// Period multiple, change, periods settled, margin to grazing, scatter.
+    /// Number of values in the head: period multiple, change, settling periods, margin to grazing, scatter.
     pub(crate) const HEAD: usize = 5;
-    /// Of a channel: mean, RMS, least and largest value, deviation from the mean.
+    /// Number of values of a channel: mean, RMS, minimum, maximum, deviation from the mean.
     const FIGURES: usize = 5;
+    /// Position of channel `i`.
     pub(crate) fn channel(&self, i: usize) -> usize {
         Layout::HEAD + Layout::FIGURES * i
     }
+    /// Position of contact `i`: times on the lower flank, in the gap and on the upper flank, impacts on the
+    /// lower and on the upper flank.
     pub(crate) fn contact(&self, i: usize) -> usize {
         self.channel(self.channels) + 5 * i
     }
-    /// Least and largest value of each channel, then the state.
+    /// Number of values of a strobed period: minimum and maximum of each channel, then the state at its end.
     pub(crate) fn strobe_width(&self) -> usize {
         2 * self.channels + 2 * self.dof
     }
+    /// Position of the Lyapunov exponent.
     pub(crate) fn exponent(&self) -> usize {
         self.contact(self.contacts)
     }
+    /// Position of strobed period `i`.
     pub(crate) fn strobe(&self, i: usize) -> usize {
         self.exponent() + self.exponents + self.strobe_width() * i
     }
-    /// The stride, if it can be counted.
+    /// The [`stride`](Layout::stride); `None` if it exceeds `usize::MAX`.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
         let rest = self.channels.checked_mul(Layout::FIGURES)?.checked_add(self.contacts.checked_mul(5)?)?;
         strobes.checked_add(rest)?.checked_add(Layout::HEAD + self.exponents)
     }
+    /// Number of values of a row.
     pub(crate) fn stride(&self) -> usize {
         self.strobe(self.strobes)
     }

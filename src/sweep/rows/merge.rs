@@ -1,24 +1,27 @@
-//! Chunks of one sweep, put together.
+//! Merging of the chunks of a sweep.
 
 use crate::sweep::error::SweepError;
 use crate::sweep::rows::table::Rows;
 use thiserror::Error;
 
 impl Rows {
-    /// Puts the chunks of one sweep together, in any order: bit-equal to the whole. Points that a cancelled chunk did not reach stay open:
-    /// [`is_complete`](Rows::is_complete) tells, and [`Sweep::resume`](crate::Sweep::resume) runs them.
+    /// Merges all chunks of one sweep, in any order. The result equals the rows of the whole sweep bit by
+    /// bit. Points that a cancelled chunk did not reach stay without row or error:
+    /// [`is_complete`](Rows::is_complete) returns `false`, and [`Runner::resume`](crate::sweep::Runner::resume) runs
+    /// them.
     ///
     /// # Errors
-    /// [`SweepError::Parts`] when a chunk is missing, there twice, or of another sweep; the error holds the parts.
+    /// [`SweepError::Parts`] if a chunk is missing, present twice or of another sweep; [`RowsError::rows`]
+    /// contains the parts.
     pub fn merge(mut parts: Vec<Rows>) -> Result<Rows, RowsError> {
-        // Empty chunks come before the one that starts where they do.
+        // An empty chunk sorts before the chunk that starts at the same point.
         parts.sort_by_key(|part| (part.range.start, part.range.end));
         if let Some(row) = Rows::misfit(&parts) {
             return Err(RowsError { error: SweepError::Parts { row }, rows: parts });
         }
         let rows: usize = parts.iter().map(|part| part.done.len()).sum();
         let mut whole = parts.remove(0);
-        // Room once, for nothing more: parts are let go as they are taken over.
+        // One exact allocation: each part is freed as soon as its values are copied.
         whole.data.reserve_exact(rows.saturating_sub(whole.done.len()) * whole.layout.stride());
         for part in parts {
             whole.range.end = part.range.end;
@@ -32,7 +35,7 @@ impl Rows {
         Ok(whole)
     }
 
-    /// The first row at which sorted parts do not make a whole.
+    /// The first row at which sorted parts are not a whole sweep; `None` if they are.
     fn misfit(parts: &[Rows]) -> Option<usize> {
         let (Some(first), Some(last)) = (parts.first(), parts.last()) else { return Some(0) };
         let fits = |pair: &&[Rows]| {
@@ -50,7 +53,8 @@ impl Rows {
     }
 }
 
-/// Why rows were not merged or resumed, with the rows themselves: nothing that was computed is lost. `?` makes a [`SweepError`] of it.
+/// Error of [`Rows::merge`] and [`Runner::resume`](crate::sweep::Runner::resume), with the rows that were given. The
+/// operator `?` converts it to a [`SweepError`].
 ///
 /// ```
 /// use gear_dynamics::sweep::{Rows, SweepError};
@@ -60,9 +64,9 @@ impl Rows {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{error}")]
 pub struct RowsError {
-    /// Why.
+    /// The error.
     pub error: SweepError,
-    /// The rows that were given, parts in the order of their points.
+    /// The rows that were given. Parts are sorted by their points.
     pub rows: Vec<Rows>,
 }
 

@@ -1,4 +1,4 @@
-//! What a sweep found.
+//! The rows of a sweep: the results of its points.
 
 pub(crate) mod bytes;
 pub(crate) mod hash;

@@ -1,4 +1,4 @@
-//! The figures of one point of a sweep.
+//! A row: the results of one point of a sweep.
 
 use crate::analysis::rattle::{ContactStatistics, RattleState};
 use crate::analysis::statistics::Summary;
@@ -7,7 +7,7 @@ use crate::sweep::error::PointError;
 use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::points::Point;
 
-/// The figures of one point.
+/// The results of one point of a sweep.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
@@ -27,18 +27,19 @@ pub struct Row<'r> {
     pub(crate) data: &'r [f64],
 }
 
-/// Nearer to an edge than this share of the range of the penetration is a touch.
+/// Margin to grazing below which a contact grazes, as a share of the range of the penetration `[1]`.
 const GRAZING: f64 = 2e-3;
 
-/// A peak-to-peak value that changes by more than this share of itself, or lost contact by more than this share of the time, is another answer.
+/// Maximum insignificant difference `[1]`: of a peak-to-peak value as a share of itself, of a contact loss as
+/// a share of the time.
 const ANOTHER: f64 = 0.05;
 
 impl Row<'_> {
-    /// Its place in the sweep.
+    /// Index of the point in the sweep, counted from 0.
     pub fn index(&self) -> usize {
         self.index
     }
-    /// Its point.
+    /// The point.
     pub fn point(&self) -> Point<'_> {
         self.rows.points.point(self.index)
     }
@@ -46,7 +47,8 @@ impl Row<'_> {
     /// Mean, RMS, extremes and deviation of a channel over the measured periods.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`] for one that was not asked for.
+    /// [`ParameterError::NoSuchChannel`] for a channel that [`channels`](crate::Sweep::channels) did not
+    /// request.
     pub fn channel(&self, name: &str) -> Result<Summary, ParameterError> {
         let known = || self.rows.names.join(", ");
         let place = self.rows.names.iter().position(|n| n == name);
@@ -56,12 +58,13 @@ impl Row<'_> {
         Ok(Summary { mean, rms, min, max, deviation })
     }
 
-    /// Rattle of contact `i`: shares of the time, and impacts over all measured periods.
+    /// Contact times of contact `i` as shares of the measured time `[1]`, and numbers of impacts in all
+    /// measured periods.
     ///
     /// # Panics
-    /// If there is no such contact or [`rattle`](crate::Sweep::rattle) was not asked for.
+    /// If there is no contact `i`, or without [`rattle`](crate::Sweep::rattle).
     pub fn contact(&self, i: usize) -> ContactStatistics {
-        assert!(i < self.rows.layout.contacts, "contact {i} of {}", self.rows.layout.contacts);
+        assert!(i < self.rows.layout.contacts, "no contact {i}: there are {}", self.rows.layout.contacts);
         let at = self.rows.layout.contact(i);
         let x = &self.data[at..at + 5];
         ContactStatistics { time: [x[0], x[1], x[2]], impacts: [x[3] as u64, x[4] as u64] }
@@ -75,52 +78,71 @@ impl Row<'_> {
         self.contact(i).rattle_state()
     }
 
-    /// Periods after which the motion repeats, `None` when it does not: chaos, or not settled.
+    /// Period multiple p of the motion; `None` if the motion does not repeat within the tolerance: chaos, not
+    /// settled, p above 16, or a run of fewer than 2 p periods.
     pub fn period_multiple(&self) -> Option<usize> {
         Some(self.data[0] as usize).filter(|p| *p > 0)
     }
-    /// The largest Lyapunov exponent per period, if [`lyapunov`](crate::Sweep::lyapunov) was asked for: positive in chaos, negative where
-    /// small differences die out. `None` if it could not be computed: [`lyapunov_failure`](Row::lyapunov_failure) tells why.
+    /// The largest Lyapunov exponent per period. It is positive in chaos and negative if small differences
+    /// decay. `None` without [`lyapunov`](crate::Sweep::lyapunov), or if it could not be computed;
+    /// [`lyapunov_failure`](Row::lyapunov_failure) is the error.
     pub fn lyapunov(&self) -> Option<f64> {
         self.exponents().first().copied().filter(|x| !x.is_nan())
     }
-    /// Why there is no exponent, although it was asked for.
+    /// The error of a requested exponent; `None` if there is no error.
     pub fn lyapunov_failure(&self) -> Option<&PointError> {
         self.rows.exponent_errors.get(&self.index).filter(|_| self.lyapunov().is_none())
     }
-    /// Standard error of [`lyapunov`](Row::lyapunov), as in [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
+    /// Standard error of [`lyapunov`](Row::lyapunov) per period, as in
+    /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
     pub fn lyapunov_error(&self) -> Option<f64> {
         self.exponents().get(1).copied().filter(|x| !x.is_nan())
     }
+    /// The exponent and its standard error; empty if not requested.
     fn exponents(&self) -> &[f64] {
         let layout = &self.rows.layout;
         &self.data[layout.exponent()..][..layout.exponents]
     }
 
-    /// How far the last return was off, as a share of the range of each coordinate and velocity over the last period: the convergence of the
-    /// settling.
+    /// Distance of the last strobed state from the one a period multiple earlier: the convergence of
+    /// settling. It is the maximum over the coordinates and velocities, each as a share of its range over the
+    /// last period `[1]`.
+    ///
+    /// If the motion does not repeat, it is the minimum of the distances after 1 to 16 periods; infinite
+    /// for a run of one period.
     pub fn change(&self) -> f64 {
         self.data[1]
     }
-    /// Periods run before measuring.
+    /// Number of settling periods of the run.
     pub fn settled_after(&self) -> usize {
         self.data[2] as usize
     }
-    /// Whether the teeth only just touch or only just part somewhere: a small change may turn the rattle state.
+    /// Whether a contact grazes: its teeth barely touch or barely separate, so that a small change may alter
+    /// the rattle state.
+    ///
+    /// The test uses three penetrations: the maximum on each flank, and the minimum of the larger of both. A
+    /// contact grazes if the magnitude of one of them is less than 0.2 % of the range of the penetration.
+    /// Always `false` without [`rattle`](crate::Sweep::rattle) and with the engine
+    /// [`Located`](crate::sweep::Located), which does not measure penetrations.
     pub fn grazes(&self) -> bool {
         self.data[3] < GRAZING
     }
-    /// By how much what is read of the measured periods one by one differs, at the most: the peak-to-peak of a channel as a share of itself, lost
-    /// contact as a share of the time. Infinite if only one period was measured, or neither channels nor [`rattle`](crate::Sweep::rattle).
+    /// Maximum difference `[1]` between the measured periods: of the peak-to-peak value of a channel as a
+    /// share of itself, of a contact loss as a share of the time. Infinite with one measured period, or
+    /// without channels and [`rattle`](crate::Sweep::rattle).
     pub fn scatter(&self) -> f64 {
         self.data[4]
     }
-    /// Whether the rattle state, the peak-to-peak values or the share of lost contact hang on small changes: a motion without period whose
-    /// [`scatter`](Row::scatter) is above 5 % (chaos, or not settled), a [grazing](Row::grazes) one, one with a Lyapunov exponent above zero, or
-    /// another rattle state, a peak-to-peak that is 5 % off or none at all with a quarter of the step, if the point was
-    /// [checked](Row::checked).
+    /// Whether rattle state, peak-to-peak values or contact loss depend on small changes. This is the case if
     ///
-    /// Fixed steps alone keep some motions from repeating whose figures are firm: those are not flagged.
+    /// - the motion does not repeat and its [`scatter`](Row::scatter) is above 5 % (chaos, or not settled);
+    /// - a contact [grazes](Row::grazes);
+    /// - the Lyapunov exponent is more than two standard errors above zero; or
+    /// - the point was [checked](Row::checked), and with a quarter of the step it has another rattle state, a
+    ///   peak-to-peak value that differs by more than 5 %, or an error.
+    ///
+    /// A fixed step alone may prevent a motion from repeating although its results are accurate. Such a
+    /// motion has a small scatter and does not count as sensitive.
     pub fn is_sensitive(&self) -> bool {
         let chaotic = self.period_multiple().is_none() && self.scatter() > ANOTHER;
         let grows = matches!(self.exponents(), [exponent, error] if *exponent > 2.0 * error);
@@ -128,12 +150,14 @@ impl Row<'_> {
         chaotic || grows || another || self.grazes()
     }
 
-    /// The same point with a quarter of the step, if it is one of those checked: its row, or why there is none.
+    /// The result of the [check](crate::Sweep::check_every) of this point with a quarter of the step: its row
+    /// or its error. `None` if the point was not checked.
     pub fn checked(&self) -> Option<Result<Row<'_>, &PointError>> {
         let row = |data| Row { rows: self.rows, index: self.index, data };
         self.rows.checks.get(&self.index).map(|check| check.as_ref().map(|data| row(data.as_slice())))
     }
 
+    /// Whether a rattle state differs from that of `fine`, or a peak-to-peak value by more than [`ANOTHER`].
     fn differs(&self, fine: &Row<'_>) -> bool {
         let layout = &self.rows.layout;
         let range =
@@ -143,9 +167,15 @@ impl Row<'_> {
             || (0..layout.channels).any(off)
     }
 
-    /// How far the mean, the RMS or an extreme of a channel may be off by the step: the largest change at a quarter of the step, that of the extremes
-    /// twice over, since the finer grid may miss a peak as well. Of the point itself if it was checked, otherwise the larger one
-    /// of the nearest checked points before and after it; `None` if there are none, or if the check of the point itself failed.
+    /// Estimated error of mean, RMS and extremes of a channel due to the step, in the unit of the channel.
+    ///
+    /// It is the maximum of 256/255 |x' - x| for mean and RMS (Richardson extrapolation at order 4) and of 2
+    /// |x' - x| for minimum and maximum. Here x' is the value at a quarter of the step. The factor 2 accounts
+    /// for peaks that the finer steps miss as well.
+    ///
+    /// For a point that was not checked it is the larger estimate of the nearest checked points before and
+    /// after it. `None` without checked points, for a channel that was not requested, or if the check of the
+    /// point itself failed.
     pub fn error(&self, channel: &str) -> Option<f64> {
         let i = self.rows.names.iter().position(|n| n == channel)?;
         let of = |index: usize| {
@@ -164,13 +194,15 @@ impl Row<'_> {
         before.into_iter().chain(after).reduce(f64::max)
     }
 
-    /// Strobed states, a period apart, the last ones of the run: `strobe(k)` of them were asked for.
+    /// The last strobed states of the run (coordinates, then velocities), one per period, the newest last.
+    /// Their number is that of [`strobe`](crate::Sweep::strobe), at most the number of measured periods.
     pub fn strobes(&self) -> impl Iterator<Item = &[f64]> {
         let layout = &self.rows.layout;
         (0..layout.strobes).map(|i| &self.data[layout.strobe(i) + 2 * layout.channels..layout.strobe(i + 1)])
     }
 
-    /// Least and largest value of channel `name` in each of the periods that [`strobes`](Row::strobes) ends.
+    /// Minimum and maximum of channel `name` in each period that ends with one of the
+    /// [`strobes`](Row::strobes).
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`].
@@ -188,7 +220,7 @@ impl Rows {
     /// The row of point `index`.
     ///
     /// # Errors
-    /// The error of the point; [`PointError::NotReached`] if it was not run yet or is not of this chunk.
+    /// The error of the point; [`PointError::NotReached`] if it was not run yet or belongs to another chunk.
     pub fn get(&self, index: usize) -> Result<Row<'_>, PointError> {
         if let Some(error) = self.errors.get(&index) {
             return Err(error.clone());
@@ -196,6 +228,7 @@ impl Rows {
         self.done_row(index).ok_or(PointError::NotReached { index })
     }
 
+    /// The row of point `index`; `None` if there is none.
     fn done_row(&self, index: usize) -> Option<Row<'_>> {
         let place = index.checked_sub(self.range.start)?;
         let stride = self.layout.stride();
@@ -203,12 +236,13 @@ impl Rows {
         done.then(|| Row { rows: self, index, data: &self.data[place * stride..][..stride] })
     }
 
-    /// All rows that were reached, in order.
+    /// All rows, in the order of their points.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.range.clone().filter_map(|index| self.done_row(index))
     }
 
-    /// One column over all points, NaN where a point has no row: for pictures and for [Sobol indices](crate::sweep::SobolDesign).
+    /// One value per point, NaN for a point without a row. Use: plots and [Sobol
+    /// indices](crate::sweep::SobolDesign).
     pub fn column(&self, of: impl Fn(&Row<'_>) -> f64) -> Vec<f64> {
         self.range.clone().map(|index| self.done_row(index).map_or(f64::NAN, |row| of(&row))).collect()
     }

@@ -1,4 +1,4 @@
-//! What a sweep found: one row for each point.
+//! The table of the rows of a sweep, one row for each point.
 
 use crate::error::check;
 use crate::sweep::error::{PointError, SweepError};
@@ -9,10 +9,11 @@ use crate::sweep::settings::sweep::Sweep;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Most figures in the rows of one chunk: two gigabytes.
+/// Maximum number of values in the rows of one chunk: two gigabytes.
 const MOST_FIGURES: usize = 1 << 28;
 
-/// The rows of a sweep, or of a chunk of it: figures, or the error of a point, or nothing where it was cancelled.
+/// The rows of a sweep or of a chunk of it. Each point has a row, an error, or neither if the sweep was
+/// cancelled before it ran.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
@@ -28,32 +29,37 @@ const MOST_FIGURES: usize = 1 << 28;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Rows {
-    /// What tells the sweep from others: a hash of its points and settings.
+    /// Hash of the points and settings of the sweep; identifies the sweep.
     pub(crate) sweep: u64,
     pub(crate) points: Points,
     pub(crate) names: Vec<String>,
     pub(crate) layout: Layout,
-    /// The points that these rows are of.
+    /// Indices of the points of this chunk.
     pub(crate) range: Range<usize>,
+    /// The rows, one after the other; zeros for points without a row.
     pub(crate) data: Vec<f64>,
+    /// Whether each point has a row.
     pub(crate) done: Vec<bool>,
+    /// Errors of points without a row.
     pub(crate) errors: BTreeMap<usize, PointError>,
-    /// Rows made once more with a quarter of the step, of points that are done.
+    /// Results with a quarter of the step, for checked points that have a row.
     pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
-    /// Why points have no exponent whose other figures are there.
+    /// Errors of the Lyapunov exponent, for points that have a row without it.
     pub(crate) exponent_errors: BTreeMap<usize, PointError>,
+    /// Number of points that ran alone, without other lanes.
     pub(crate) alone: usize,
 }
 
-/// The number of a point that was checked, and its row.
+/// The index of a checked point and its result.
 type CheckedPoint<'r> = (&'r usize, &'r Result<Vec<f64>, PointError>);
 
-/// Equal bits: a figure that is missing is not a number.
+/// Whether the bits are equal. Missing values are NaN, which `==` would never find equal.
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }
 
-/// Equal in every figure; how many points ran alone is of no account.
+/// Rows are equal if all values, errors, checks, points and settings are equal. [`alone`](Rows::alone) is
+/// ignored.
 impl PartialEq for Rows {
     fn eq(&self, other: &Rows) -> bool {
         let check = |(a, b): (CheckedPoint<'_>, CheckedPoint<'_>)| match (a.1, b.1) {
@@ -75,7 +81,7 @@ impl PartialEq for Rows {
 }
 
 impl Rows {
-    /// Nothing yet.
+    /// Rows without results.
     pub(crate) fn new(sweep: &Sweep, layout: &Layout, range: Range<usize>) -> Self {
         Rows {
             sweep: Hash::of(sweep),
@@ -92,30 +98,35 @@ impl Rows {
         }
     }
 
-    /// Makes room for rows of this shape. `false`: there are some of another.
+    /// Allocates rows of this layout if there are no rows yet. Returns `false` if there are rows of another
+    /// layout.
     ///
     /// # Errors
-    /// More figures than there is room for.
+    /// More than 2²⁸ values.
     pub(crate) fn shape(&mut self, layout: &Layout) -> Result<bool, SweepError> {
         if !self.done.contains(&true) {
             Rows::check_room(self.range.len(), layout.stride_checked())?;
-            self.data = Vec::new(); // given back before more is asked for
+            self.data = Vec::new(); // frees the old memory before the new memory is allocated
             self.data = vec![0.0; self.range.len() * layout.stride()];
             self.layout = layout.clone();
         }
         Ok(self.layout == *layout)
     }
 
-    /// Whether there is room for `rows` rows of `stride` figures.
+    /// Checks the size of `rows` rows of `stride` values each; `stride` is `None` if it exceeds `usize::MAX`.
+    ///
+    /// # Errors
+    /// More than 2²⁸ values.
     pub(crate) fn check_room(rows: usize, stride: Option<usize>) -> Result<(), SweepError> {
         check::count(
-            "figures of the rows; chunks hold fewer",
+            "values in the rows (split the sweep into chunks)",
             &[rows, stride.unwrap_or(usize::MAX)],
             MOST_FIGURES,
         )?;
         Ok(())
     }
 
+    /// Stores the row or the error of a point.
     pub(crate) fn put(&mut self, index: usize, row: &Result<Vec<f64>, PointError>) {
         let place = index - self.range.start;
         match row {
@@ -130,7 +141,7 @@ impl Rows {
         }
     }
 
-    /// Takes a check of a point, if there is something to be checked.
+    /// Stores the check of a point, if the point has a row.
     pub(crate) fn put_check(&mut self, index: usize, row: Result<Vec<f64>, PointError>) {
         if self.done[index - self.range.start] {
             self.checks.insert(index, row);
@@ -142,7 +153,7 @@ impl Rows {
         !self.done[index - self.range.start] && !self.errors.contains_key(&index)
     }
 
-    /// The points these rows are of, by their place in the sweep.
+    /// Indices of the points of these rows in the sweep.
     pub fn range(&self) -> Range<usize> {
         self.range.clone()
     }
@@ -152,28 +163,33 @@ impl Rows {
         &self.points
     }
 
-    /// Whether every point has its row or its error.
+    /// Whether every point of these rows has a row or an error.
     pub fn is_complete(&self) -> bool {
         self.done.iter().filter(|done| **done).count() + self.errors.len() == self.done.len()
     }
 
-    /// How many points ran alone in the lane engine, because no other model in reach shared lanes with theirs. A word about the run, not about
-    /// its figures: it goes with threads and chunks, counts for nothing in `==`, and is not kept in bytes.
+    /// Number of points that [`LaneRk4`](crate::sweep::LaneRk4) ran alone, because no other run that was
+    /// available had a model of equal shape. Such runs are slower.
+    ///
+    /// The number describes the execution, not the results: it depends on threads and chunks, is ignored by
+    /// `==`, and is not part of [`to_bytes`](Rows::to_bytes).
     pub fn alone(&self) -> usize {
         self.alone
     }
 
-    /// Why points have no [Lyapunov exponent](crate::sweep::Row::lyapunov), by point: their other figures are among the rows.
+    /// Errors of the [Lyapunov exponent](crate::sweep::Row::lyapunov), by the index of the point. The rows
+    /// contain all other results of these points.
     pub fn exponent_errors(&self) -> &BTreeMap<usize, PointError> {
         &self.exponent_errors
     }
 
-    /// The errors of points that have no row, by point.
+    /// Errors of points without a row, by the index of the point.
     pub fn errors(&self) -> &BTreeMap<usize, PointError> {
         &self.errors
     }
 
-    /// A number that changes with any bit of any row or check, with the points that failed and with those that are missing: for comparing runs.
+    /// Hash for the comparison of runs. It depends on every bit of all rows and checks, and on the indices of
+    /// failed and missing points.
     pub fn fingerprint(&self) -> u64 {
         let figures = self.data.iter().map(|x| x.to_bits());
         let without =

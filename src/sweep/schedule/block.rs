@@ -1,5 +1,6 @@
-//! The blocks of a sweep: which run comes next, and where its row goes.
+//! The blocks of a sweep: order of the runs and storage of their rows.
 
+use crate::error::ParameterError;
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::sweep::engines::interface::{Job, Source, SweepEngine};
@@ -8,7 +9,7 @@ use crate::sweep::error::PointError;
 use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::row::Row;
 use crate::sweep::rows::table::Rows;
-use crate::sweep::settings::points::Point;
+use crate::sweep::schedule::runner::{Family, Start};
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::settings::sweep::WarmStart;
 use rayon::prelude::*;
@@ -16,36 +17,32 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
 
-/// What all blocks of a sweep share.
-pub(crate) struct Work<'s, F, G> {
+/// Data that all blocks of a sweep share.
+pub(crate) struct Work<'s, M> {
     pub(crate) sweep: &'s Sweep,
     pub(crate) plan: &'s Plan,
+    /// Indices of the requested channels among those of a [`Probe`](crate::ode::probe::Probe).
     pub(crate) channels: &'s [usize],
     /// Degrees of freedom and contacts of every model.
     pub(crate) shape: [usize; 2],
-    /// Points in a line.
+    /// Number of points in a line.
     pub(crate) length: usize,
-    pub(crate) family: &'s F,
-    pub(crate) start: &'s G,
-    pub(crate) watch: &'s Monitor<'s>,
+    pub(crate) family: &'s Family<'s, M>,
+    pub(crate) start: &'s Start<'s, M>,
+    pub(crate) monitor: &'s Monitor<'s>,
     pub(crate) rows: Mutex<&'s mut Rows>,
-    /// Names and shape of the rows, for those shown as they come.
+    /// Rows without points, with names and layout, for the rows that the monitor receives.
     pub(crate) bare: Option<Rows>,
-    /// Runs made, and all to be made.
+    /// Number of completed runs.
     pub(crate) done: AtomicUsize,
+    /// Number of all runs, checks included.
     pub(crate) total: usize,
 }
 
-impl<F: Sync, G: Sync> Work<'_, F, G> {
-    /// The runs of some lines, or their checks, in blocks.
-    pub(crate) fn all<M, E>(&self, engine: &E, lines: &[usize], checking: bool)
-    where
-        M: Periodic,
-        E: SweepEngine<M>,
-        F: Fn(&Point<'_>) -> Result<M, PointError>,
-        G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-    {
-        // Whole batches, so that no lanes stay empty before the end.
+impl<M: Periodic> Work<'_, M> {
+    /// Makes the runs of some lines, or their checks, in parallel blocks.
+    pub(crate) fn all<E: SweepEngine<M>>(&self, engine: &E, lines: &[usize], checking: bool) {
+        // A block is a whole number of batches, so that lanes are empty only at the end.
         let (batch, share) = (engine.batch().max(1), lines.len() / (4 * rayon::current_num_threads()));
         let block = batch * (share / batch).clamp(1, 16);
         lines.par_chunks(block).for_each(|lines| {
@@ -55,20 +52,18 @@ impl<F: Sync, G: Sync> Work<'_, F, G> {
     }
 }
 
-/// The runs of some lines.
-struct Block<'b, 's, F, G> {
-    work: &'b Work<'s, F, G>,
+/// A block: some lines of a sweep, whose runs one worker makes.
+struct Block<'b, 's, M> {
+    work: &'b Work<'s, M>,
     lines: &'b [usize],
+    /// Number of lines that were started.
     taken: usize,
+    /// Whether the runs are checks with a quarter of the step.
     checking: bool,
 }
 
-impl<M, F, G> Block<'_, '_, F, G>
-where
-    M: Periodic,
-    F: Fn(&Point<'_>) -> Result<M, PointError>,
-    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-{
+impl<M: Periodic> Block<'_, '_, M> {
+    /// The job of a point. `carried`: the state of a warm start, if any.
     fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
         let point = self.work.sweep.points.point(index);
         let model = (self.work.family)(&point)?;
@@ -87,16 +82,17 @@ where
         start.check(found[0]).map_err(PointError::Start)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(crate::error::ParameterError::OutOfRange {
+            return Err(PointError::Start(ParameterError::OutOfRange {
                 name,
                 value,
-                allowed: "0: runs begin with a period",
+                allowed: "[0, 0]: every run starts at time 0",
             }));
         }
         Ok(Job { index, model, start })
     }
 
-    /// The Lyapunov exponent, if it is wanted, of the motion that goes on from `end`, and its standard error. `None`: cancelled.
+    /// The Lyapunov exponent of the motion from the state `end` and its standard error; an empty list if it
+    /// is not requested, `None` if cancelled.
     fn exponent(&self, index: usize, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
         let (sweep, layout) = (self.work.sweep, &self.work.plan.layout);
         let Some(lyapunov) = &sweep.lyapunov else {
@@ -104,7 +100,7 @@ where
         };
         let model = (self.work.family)(&sweep.points.point(index))?;
         let (q, v) = end.split_at(layout.dof);
-        let go_on = || !self.work.watch.is_cancelled();
+        let go_on = || !self.work.monitor.is_cancelled();
         let exponents = lyapunov.run_while(&model, &State::new(0.0, q, v), model.period(), &go_on)?;
         if !go_on() {
             return Ok(None);
@@ -112,7 +108,7 @@ where
         Ok(Some(vec![exponents.per_period()[0], exponents.standard_error()[0]]))
     }
 
-    /// The point after this one in its line.
+    /// The next point of the line; `None` at the end of the line or without a warm start.
     fn neighbour(&self, index: usize) -> Option<usize> {
         let length = self.work.length;
         match self.work.sweep.carry {
@@ -123,12 +119,7 @@ where
     }
 }
 
-impl<M, F, G> Source<M> for Block<'_, '_, F, G>
-where
-    M: Periodic,
-    F: Fn(&Point<'_>) -> Result<M, PointError>,
-    G: Fn(&Point<'_>, &M) -> Result<State, PointError>,
-{
+impl<M: Periodic> Source<M> for Block<'_, '_, M> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
         let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
         let mut next = after.and_then(|(index, _)| self.neighbour(index));
@@ -154,7 +145,7 @@ where
                 Ok(job) => return Some(job),
                 Err(error) => {
                     self.put(index, Err(error));
-                    // The line goes on from the last state there is.
+                    // The next point of the line starts from the last state that is available.
                     next = self.neighbour(index);
                 }
             }
@@ -170,7 +161,7 @@ where
                 let exponent = match self.exponent(index, end) {
                     Ok(None) => return,
                     Ok(Some(exponent)) => exponent,
-                    // The other figures stand.
+                    // The other results of the row remain valid.
                     Err(error) => {
                         without = Some(error);
                         vec![f64::NAN; layout.exponents]
@@ -189,12 +180,12 @@ where
             rows.exponent_errors.extend(without.map(|error| (index, error)));
             row.ok()
         };
-        // What is called from here on may take its time, and threads.
+        // The functions of the monitor may be slow: they must not block other threads.
         drop(rows);
-        if let (Some(show), Some(rows), Some(data)) = (work.watch.rows, &work.bare, &made) {
+        if let (Some(show), Some(rows), Some(data)) = (work.monitor.rows, &work.bare, &made) {
             show(&Row { rows, index, data });
         }
-        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
+        work.monitor.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
     fn rigid(&self, index: usize) -> Vec<Vec<f64>> {
@@ -203,7 +194,7 @@ where
     }
 
     fn is_cancelled(&self) -> bool {
-        self.work.watch.is_cancelled()
+        self.work.monitor.is_cancelled()
     }
 
     fn alone(&mut self, points: usize) {

@@ -1,4 +1,4 @@
-//! A sweep and how it is run.
+//! The schedule of a sweep: chunks, blocks of runs and their order.
 
 pub(crate) mod block;
-pub(crate) mod run;
+pub(crate) mod runner;

@@ -170,7 +170,7 @@ impl Points {
     /// # Panics
     /// If `index` is not below the number of points.
     pub fn point(&self, index: usize) -> Point<'_> {
-        assert!(index < self.len(), "point {index} of {}", self.len());
+        assert!(index < self.len(), "point {index} does not exist: there are {}", self.len());
         let values = match &self.kind {
             Kind::List(values) => values[index * self.names.len()..][..self.names.len()].to_vec(),
             Kind::Grid(axes) => {

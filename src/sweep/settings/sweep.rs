@@ -6,8 +6,8 @@ use crate::sweep::settings::points::Points;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
-/// The state from a neighbouring speed is nearly settled. In this example a warm start without settling
-/// measures the same as a start of its own with one settling period:
+/// The state from a neighbouring speed is nearly settled. In this example a warm start without settling gives
+/// the same peak-to-peak value, within 0.1 %, as a start of its own with one settling period:
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
@@ -77,8 +77,8 @@ impl Sweep {
     }
 
     /// Tolerance within which a motion must repeat to count as periodic, in the same unit as in
-    /// [`until_repeats`](Sweep::until_repeats) `[1]`. Default: 1e-6. Period multiples up
-    /// to 16 are recognised.
+    /// [`until_repeats`](Sweep::until_repeats) `[1]`. Default: 1e-6. Period multiples up to 16 are
+    /// recognised.
     pub fn periodic_within(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
     }

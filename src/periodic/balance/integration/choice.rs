@@ -12,7 +12,7 @@ use crate::periodic::balance::integration::kinks::Kinks;
 use crate::periodic::balance::integration::panels::Panels;
 use crate::periodic::balance::integration::sampled::Sampled;
 use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::quadrature::gauss::any_edges;
+use crate::periodic::balance::quadrature::panels::any_edges;
 use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, samples_following};
 use crate::periodic::balance::series::couplings::Couplings;

@@ -10,11 +10,12 @@
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
+use crate::numeric::spread::weyl;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::at_rest::{Look, Part, Series, is_linear_on_pieces, value_at};
-use crate::periodic::balance::series::couplings::{Couplings, Slope, even};
+use crate::periodic::balance::series::couplings::{Couplings, Slope};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
@@ -146,7 +147,7 @@ impl Closed {
             std::iter::once(&self.base).chain(flanks)
         };
         (0..LOOKS).all(|k| {
-            let share = even(k, 0);
+            let share = weyl(k, 0);
             let seen = look.between(piece, share);
             let agree = |seen: &[Vec<f64>], series: &dyn Fn(&Part) -> &[Series]| {
                 seen.iter().enumerate().all(|(i, seen)| {

@@ -5,11 +5,11 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::accelerate;
+use crate::numeric::norms::largest;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::{Jump, Spectra};
 use crate::periodic::balance::switching::instants::{Event, Switching};
 use crate::periodic::balance::switching::stencil::Stencil;
-use crate::roots::norms::largest;
 use std::f64::consts::TAU;
 
 /// Scratch for evaluations on the pieces before and after a switch.

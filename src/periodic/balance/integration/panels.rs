@@ -6,7 +6,7 @@ use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::quadrature::gauss::{drive_edges, quadrature};
+use crate::periodic::balance::quadrature::panels::{drive_edges, quadrature};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;

@@ -4,7 +4,8 @@ use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::periodic::balance::series::couplings::{Couplings, even};
+use crate::numeric::spread::weyl;
+use crate::periodic::balance::series::couplings::Couplings;
 use crate::periodic::balance::series::transform::{Transform, unpack};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -144,7 +145,7 @@ pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
     let mut u = vec![0.0; model.drives()];
     let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
     for look in 0..8 {
-        let random = |direction: usize| even(look, direction);
+        let random = |direction: usize| weyl(look, direction);
         model.drive(model.period() * random(0), Side::After, &mut u);
         let pieces: Vec<Piece> = (0..contacts)
             .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])

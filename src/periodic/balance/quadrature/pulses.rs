@@ -2,9 +2,10 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
+use crate::numeric::gauss::ten;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::quadrature::gauss::{drive_edges, nodes, panels};
+use crate::periodic::balance::quadrature::panels::{drive_edges, panels};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::couplings::holds_pieces;
 use crate::periodic::balance::series::harmonics::Harmonics;
@@ -55,7 +56,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
         let signals = self.drives.signals();
-        let (basis, nodes) = (lagrange(), nodes());
+        let (basis, nodes) = (lagrange(), ten());
         // The polynomial of every signal on every panel, as the coefficients of x^m.
         let (mut foreseen, mut largest) =
             (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
@@ -141,7 +142,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         let signals = self.drives.signals();
         let (mut sums, mut now) = ([vec![0.0; signals], vec![0.0; signals]], vec![0.0; signals]);
         let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-        for (node, weight) in nodes() {
+        for (node, weight) in ten() {
             self.drives.read(middle + half * node, None, &mut now);
             for (s, x) in now.iter().enumerate() {
                 sums[0][s] += weight * half * x;
@@ -154,7 +155,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
 
 /// Coefficients of x^m in the Lagrange polynomial that is 1 at node i.
 fn lagrange() -> [[f64; 10]; 10] {
-    let nodes = nodes().map(|(node, _)| node);
+    let nodes = ten().map(|(node, _)| node);
     std::array::from_fn(|i| {
         let mut p = [0.0; 10];
         p[0] = 1.0;

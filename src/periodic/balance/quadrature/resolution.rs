@@ -5,11 +5,11 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::accelerate;
+use crate::numeric::spread::weyl;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::at_rest::{Series, series, value_at};
-use crate::periodic::balance::quadrature::gauss::quadrature;
-use crate::periodic::balance::series::couplings::even;
+use crate::periodic::balance::quadrature::panels::quadrature;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for};
@@ -63,7 +63,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     /// At a state of the size of coordinates and velocities.
     pub(crate) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
         let part = |half: usize| {
-            size[half].iter().enumerate().map(|(j, s)| s * (2.0 * even(0, 1 + 2 * j + half) - 1.0)).collect()
+            size[half].iter().enumerate().map(|(j, s)| s * (2.0 * weyl(0, 1 + 2 * j + half) - 1.0)).collect()
         };
         DriveSampler {
             model,
@@ -147,7 +147,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         }
         // Orders that the samples fold onto lower ones show between the samples.
         for look in 0..LOOKS {
-            let share = even(look, 0);
+            let share = weyl(look, 0);
             self.read(period * share, None, &mut now);
             let size = |spectrum: &Series| spectrum.iter().map(|c| c.norm()).sum::<f64>();
             if now

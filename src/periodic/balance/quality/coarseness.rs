@@ -2,16 +2,16 @@
 
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
+use crate::numeric::norms::largest;
+use crate::numeric::spread::weyl;
 use crate::periodic::balance::equations::residual::BalanceEquations;
 use crate::periodic::balance::error::BalanceError;
 use crate::periodic::balance::integration::interface::Check;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::orbit::AT_REST;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
-use crate::periodic::balance::series::couplings::even;
 use crate::periodic::balance::series::transform::unpack;
 use crate::roots::factors::Factors;
-use crate::roots::norms::largest;
 use crate::roots::residual::Residual;
 use num_complex::Complex64;
 
@@ -90,7 +90,7 @@ fn between_samples<M: Periodic + ?Sized>(
         z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
     let largest = against(&largest, &equations.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
-    let shares: [f64; LOOKS] = std::array::from_fn(|look| even(look, 1));
+    let shares: [f64; LOOKS] = std::array::from_fn(|look| weyl(look, 1));
     let times = shares.map(|share| span * share);
     let [sin, cos] = turned(shares);
     let mut motion = [vec![[0.0; LOOKS]; n], vec![[0.0; LOOKS]; n]];

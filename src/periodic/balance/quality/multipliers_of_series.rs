@@ -7,11 +7,12 @@ use crate::model::equations::Periodic;
 use crate::model::rigid::rigid_modes;
 use crate::model::rigid_stops::first_stop;
 use crate::model::slopes::Slopes;
+use crate::numeric::gauss::SIX_ON_UNIT;
 use crate::ode::budget::{Budget, Exhausted, Meter};
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
-use crate::periodic::balance::quadrature::gauss::{MOST_EDGES, drive_edges};
+use crate::periodic::balance::quadrature::panels::{MOST_EDGES, drive_edges};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
@@ -110,25 +111,20 @@ impl FourierOrbit {
 /// Number of stages of the collocation.
 const STAGES: usize = 6;
 
-/// Nodes c_i of the Gauss rule with six points on [0, 1].   Source: Abramowitz & Stegun, Table 25.4.
-const NODES: [f64; STAGES] = [
-    0.033_765_242_898_423_99,
-    0.169_395_306_766_867_73,
-    0.380_690_406_958_401_56,
-    0.619_309_593_041_598_5,
-    0.830_604_693_233_132_2,
-    0.966_234_757_101_576,
-];
+/// Nodes c_i on [0, 1].
+const NODES: [f64; STAGES] = column(0);
 
-/// Weights b_i of the same rule.
-const WEIGHTS: [f64; STAGES] = [
-    0.085_662_246_189_585_18,
-    0.180_380_786_524_069_3,
-    0.233_956_967_286_345_52,
-    0.233_956_967_286_345_52,
-    0.180_380_786_524_069_3,
-    0.085_662_246_189_585_18,
-];
+/// Weights b_i.
+const WEIGHTS: [f64; STAGES] = column(1);
+
+const fn column(k: usize) -> [f64; STAGES] {
+    let (mut values, mut i) = ([0.0; STAGES], 0);
+    while i < STAGES {
+        values[i] = SIX_ON_UNIT[i][k];
+        i += 1;
+    }
+    values
+}
 
 /// a_ij = ∫_0^{c_i} L_j(x) dx, with L_j the j-th Lagrange polynomial of the nodes.
 const A: [[f64; STAGES]; STAGES] = {

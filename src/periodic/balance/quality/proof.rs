@@ -5,6 +5,7 @@ use crate::error::ParameterError;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
+use crate::numeric::spread::weyl;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::equations::residual::BalanceEquations;
 use crate::periodic::balance::error::BalanceError;
@@ -14,7 +15,6 @@ use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quality::coarseness;
 use crate::periodic::balance::quality::coarseness::{COARSE, correction};
-use crate::periodic::balance::series::couplings::even;
 use crate::periodic::balance::settings::Balance;
 use crate::periodic::shooting::orbit::ShootingOrbit;
 use nalgebra::DMatrix;
@@ -244,7 +244,7 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     let looks = m.min(if n == 1 { 128 } else { 64 });
     for look in 0..looks {
         // Evenly spread, but not in phase with any drive.
-        let s = if looks == m { look } else { (even(look, 0) * m as f64) as usize };
+        let s = if looks == m { look } else { (weyl(look, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
         for flank in &flanks {
             equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);

@@ -1,5 +1,6 @@
 //! Sixteen samples around a cell: local polynomials, and quadrature weights for a kink inside the cell.
 
+use crate::numeric::bracket::Bracket;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
@@ -100,24 +101,21 @@ impl Polynomial {
 
     /// Root between a and b by Newton's method, with bisection where a step leaves the bracket. If the values
     /// at a and b have the same sign, the end with the smaller absolute value.
-    pub(crate) fn root(&self, mut a: f64, mut b: f64) -> f64 {
-        let (mut fa, fb) = (self.at(a).0, self.at(b).0);
+    pub(crate) fn root(&self, a: f64, b: f64) -> f64 {
+        let (fa, fb) = (self.at(a).0, self.at(b).0);
         if fa * fb > 0.0 {
             return if fa.abs() < fb.abs() { a } else { b };
         }
+        let mut bracket = Bracket { lo: a, hi: b };
         let mut y = a + (b - a) * if fa == fb { 0.5 } else { fa / (fa - fb) };
         for _ in 0..60 {
             let (f, d) = self.at(y);
             if f == 0.0 {
                 return y;
             }
-            if f * fa < 0.0 {
-                b = y;
-            } else {
-                (a, fa) = (y, f);
-            }
-            let newton = y - f / d;
-            let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+            let beyond = f * fa < 0.0;
+            bracket.narrow(y, !beyond);
+            let next = bracket.newton_or_middle(y, f, d);
             if (next - y).abs() <= 1e-16 {
                 return next;
             }

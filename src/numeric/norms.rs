@@ -40,9 +40,9 @@ mod tests {
     fn a_number_that_is_none_is_the_largest_wherever_it_stands() {
         for at in 0..3 {
             let mut x = [1.0, -2.0, 0.5];
-            assert_eq!(crate::roots::norms::largest(&x), 2.0);
+            assert_eq!(crate::numeric::norms::largest(&x), 2.0);
             x[at] = f64::NAN;
-            assert!(crate::roots::norms::largest(&x).is_nan());
+            assert!(crate::numeric::norms::largest(&x).is_nan());
         }
     }
 }

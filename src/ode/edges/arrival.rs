@@ -1,0 +1,102 @@
+//! Ends a step on an edge of a gap.
+
+use crate::model::equations::Model;
+use crate::numeric::bracket::Bracket;
+use crate::ode::edges::exit::Exit;
+use crate::ode::edges::locate::Locator;
+use crate::ode::step::Crossing;
+use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::vector::Vector;
+
+/// Maximum number of corrections of a step that ends on an edge. If it does not suffice, the run fails with
+/// [`IntegrateError::EdgeStall`].
+const RESTEPS: usize = 40;
+
+/// Repeats the step. This function is not inlined, because repetitions are rare and the stages are large.
+#[inline(never)]
+fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    e.attempt::<T, true>();
+}
+
+/// Repeats the step so that it ends on the edge at θ of the step. `false`: the end does not converge.
+///
+/// On fixed pieces the trajectory is smooth past the edge: one repetition suffices if the acceleration is
+/// known to be continuous there. Otherwise the end t1 of the step is corrected until the distance d from the
+/// edge is within the slack: t1 ← t1 - d/d', Newton's method within a bracket. Without fixed pieces this is
+/// necessary because the kink at the edge makes the dense output inaccurate.
+pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    locator: &Locator,
+    theta: f64,
+    exit: Exit,
+) -> bool {
+    let t1 = e.t + theta * e.h();
+    let far = e.t1;
+    if t1 <= e.t {
+        return false;
+    }
+    e.aim(t1);
+    attempt_again::<T, M, V>(e);
+    e.evaluations += T::EVALUATIONS;
+    e.contacts_at_end();
+    if e.frozen && locator.jumps[exit.contact] == Some(false) {
+        return true;
+    }
+    // The bracket starts as the full step. `None`: the distance there is not computed.
+    let mut bracket = Bracket { lo: e.t, hi: far };
+    let (mut at_lo, mut at_hi) = (None, None);
+    for _ in 0..RESTEPS {
+        let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
+        // The distance cannot be smaller than the effect of rounding of the time and of the step.
+        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs().max(e.h())) {
+            return true;
+        }
+        bracket.narrow(e.t1, value > 0.0);
+        if value > 0.0 {
+            at_lo = Some(value)
+        } else {
+            at_hi = Some(value)
+        }
+        let Bracket { lo, hi } = bracket;
+        let t1 = match (bracket.newton(e.t1, value, rate), at_lo, at_hi) {
+            (Some(newton), ..) => newton,
+            (None, Some(a), Some(b)) => lo + (hi - lo) * a / (a - b),
+            _ => bracket.middle(),
+        };
+        // Two neighbouring floating-point times remain: the one with the smaller distance is final.
+        let last = t1 <= lo || t1 >= hi;
+        let closest = match (at_lo, at_hi) {
+            (Some(a), Some(b)) if a > -b => hi,
+            (Some(_), _) => lo,
+            _ => hi,
+        };
+        if last && closest == e.t1 {
+            return true;
+        }
+        e.aim(if last { closest } else { t1 });
+        attempt_again::<T, M, V>(e);
+        e.evaluations += T::EVALUATIONS;
+        e.contacts_at_end();
+        if last {
+            return true;
+        }
+    }
+    false
+}
+
+/// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of
+/// their largest component. An edge with a jump is located more closely.
+pub(crate) fn note_jumps<M: Model + ?Sized, V: Vector>(
+    e: &mut Engine<'_, M, V>,
+    locator: &mut Locator,
+    crossings: &[Crossing],
+) {
+    e.look.slice_mut().copy_from_slice(e.k[0].slice());
+    e.derivative_at_start();
+    let before = e.look.slice();
+    let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    for crossing in crossings.iter().filter(|c| !c.rebounds) {
+        locator.jumps[crossing.contact] = Some(change > 1e-7 * size);
+    }
+}

@@ -1,0 +1,255 @@
+//! The runner of a sweep: whole, in chunks, or resumed.
+
+use crate::error::ParameterError;
+use crate::model::equations::{Periodic, State};
+use crate::ode::probe::Probe;
+use crate::sweep::engines::interface::SweepEngine;
+use crate::sweep::engines::track::Plan;
+use crate::sweep::error::{PointError, SweepError};
+use crate::sweep::monitor::Monitor;
+use crate::sweep::rows::hash::Hash;
+use crate::sweep::rows::layout::Layout;
+use crate::sweep::rows::merge::RowsError;
+use crate::sweep::rows::table::Rows;
+use crate::sweep::schedule::block::Work;
+use crate::sweep::settings::points::Point;
+use crate::sweep::settings::sweep::Sweep;
+use std::fmt::Display;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicUsize;
+
+/// The model of a point.
+pub(crate) type Family<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + Sync + 'a;
+
+/// The start state of the model of a point.
+pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
+
+/// A sweep with its engine, its family of models and their start states: runs the points, all or in chunks.
+///
+/// ```
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Points, Rows};
+/// use gear_dynamics::{NfgPair, NfgParams, Sweep};
+/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 8)?));
+/// let sweep = sweep.settle(1).measure(1).channels(&["q1"]);
+/// let engine = LaneRk4::<4>::new(63 * 16);
+/// let runner = sweep.runner(
+///     &engine,
+///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///     |_, pair| pair.static_start(),
+/// );
+/// let halves = vec![runner.chunk(0, 2)?, runner.chunk(1, 2)?]; // for example on two computers
+/// assert_eq!(Rows::merge(halves)?, runner.run()?); // the same rows, to the bit
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Runner<'a, M, E> {
+    sweep: &'a Sweep,
+    engine: &'a E,
+    family: Box<Family<'a, M>>,
+    start: Box<Start<'a, M>>,
+    monitor: Monitor<'a>,
+}
+
+impl Sweep {
+    /// Runs all points. `family` maps a point to its model; `start` maps a point and its model to the start
+    /// state at time 0. [`runner`](Sweep::runner) runs chunks, resumes, reports progress and cancels.
+    ///
+    /// # Errors
+    /// [`SweepError`] for an error of the sweep as a whole. The error of a single point is stored in
+    /// [`Rows::errors`].
+    pub fn run<M, E, X, Y>(
+        &self,
+        engine: &E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
+    ) -> Result<Rows, SweepError>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        self.runner(engine, family, start).run()
+    }
+
+    /// The runner of this sweep. `family` maps a point to its model; `start` maps a point and its model to the
+    /// start state at time 0.
+    pub fn runner<'a, M, E, X, Y>(
+        &'a self,
+        engine: &'a E,
+        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync + 'a,
+        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync + 'a,
+    ) -> Runner<'a, M, E>
+    where
+        M: Periodic,
+        E: SweepEngine<M>,
+        X: Display,
+        Y: Display,
+    {
+        let model = |e: &dyn Display| PointError::Model(e.to_string());
+        Runner {
+            sweep: self,
+            engine,
+            family: Box::new(move |point| family(point).map_err(|e| model(&e))),
+            start: Box::new(move |point, of| start(point, of).map_err(|e| model(&e))),
+            monitor: Monitor::new(),
+        }
+    }
+}
+
+impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
+    /// Reports progress and rows to a monitor, which may cancel the runs.
+    pub fn monitor(self, monitor: &Monitor<'a>) -> Self {
+        Runner { monitor: *monitor, ..self }
+    }
+
+    /// Runs all points.
+    ///
+    /// # Errors
+    /// [`SweepError`] for an error of the sweep as a whole. The error of a single point is stored in
+    /// [`Rows::errors`].
+    pub fn run(&self) -> Result<Rows, SweepError> {
+        self.chunk(0, 1)
+    }
+
+    /// Runs chunk `chunk` (counted from 0) of `chunks`: a part of the points, with the same rows as in the
+    /// whole sweep. [`Rows::merge`] merges all chunks.
+    ///
+    /// # Errors
+    /// As [`run`](Runner::run); [`SweepError::Chunk`].
+    pub fn chunk(&self, chunk: usize, chunks: usize) -> Result<Rows, SweepError> {
+        if chunk >= chunks {
+            return Err(SweepError::Chunk { chunk, chunks });
+        }
+        let sweep = self.sweep;
+        let length = sweep.line();
+        let lines = sweep.points.len() / length;
+        let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize * length;
+        let range = share(chunk)..share(chunk + 1);
+        sweep.check()?;
+        Rows::check_room(range.len(), Some(Layout::HEAD))?;
+        let mut rows = Rows::new(sweep, &Layout::default(), range);
+        self.complete(&mut rows)?;
+        Ok(rows)
+    }
+
+    /// Completes cancelled rows: runs the points that have neither row nor error, and the missing checks.
+    /// `rows` may be those of a sweep, of a chunk or of merged chunks. Existing rows are kept, but with a
+    /// warm start an incomplete line is run again as a whole.
+    ///
+    /// # Errors
+    /// As [`run`](Runner::run); [`SweepError::Parts`] for rows of another sweep. [`RowsError::rows`] contains
+    /// the rows.
+    pub fn resume(&self, mut rows: Rows) -> Result<Rows, RowsError> {
+        match self.complete(&mut rows) {
+            Ok(()) => Ok(rows),
+            Err(error) => Err(RowsError { error, rows: vec![rows] }),
+        }
+    }
+
+    /// Completes rows. If it returns an error, the rows are unchanged, except that errors of points before
+    /// the first model may have been stored.
+    fn complete(&self, rows: &mut Rows) -> Result<(), SweepError> {
+        let (sweep, engine) = (self.sweep, self.engine);
+        sweep.check()?;
+        if rows.sweep != Hash::of(sweep) {
+            return Err(SweepError::Parts { row: rows.range.start });
+        }
+        let finer = if sweep.check_every > 0 { engine.finer() } else { None };
+        let total = sweep.line()
+            * (sweep.missing(rows).len() + if finer.is_some() { sweep.unchecked(rows).len() } else { 0 });
+        let Some(model) = self.first_model(rows, total) else { return Ok(()) };
+        let probe = Probe::new(&model);
+        let channels = sweep.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        if model.dof() == 0 {
+            return Err(
+                ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into()
+            );
+        }
+        engine.accepts(&model, &channels)?;
+        if let Some(finer) = &finer {
+            finer.accepts(&model, &channels)?;
+        }
+        let layout = Layout {
+            dof: model.dof(),
+            channels: channels.len(),
+            contacts: if sweep.rattle { model.contacts() } else { 0 },
+            strobes: sweep.strobes.min(sweep.measure),
+            exponents: sweep.exponents(),
+        };
+        let plan = Plan {
+            settle: sweep.settle,
+            measure: sweep.measure,
+            repeat: sweep.repeat,
+            tolerance: sweep.tolerance,
+            layout,
+        };
+        if !rows.shape(&plan.layout)? {
+            return Err(SweepError::Parts { row: rows.range.start });
+        }
+        let (lines, checks) =
+            (sweep.missing(rows), if finer.is_some() { sweep.unchecked(rows) } else { Vec::new() });
+        let work = Work {
+            sweep,
+            plan: &plan,
+            channels: &channels,
+            shape: [model.dof(), model.contacts()],
+            length: sweep.line(),
+            family: &*self.family,
+            start: &*self.start,
+            monitor: &self.monitor,
+            bare: self.monitor.rows.map(|_| Rows::new(sweep, &plan.layout, 0..0)),
+            done: AtomicUsize::new(total - sweep.line() * (lines.len() + checks.len())),
+            total,
+            rows: Mutex::new(rows),
+        };
+        work.all(engine, &lines, false);
+        if let Some(finer) = &finer {
+            work.all(finer, &checks, true);
+        }
+        Ok(())
+    }
+
+    /// The first model of the whole sweep, also for a chunk: it determines the layout of the rows. Stores the
+    /// errors of those points of `rows` that precede it. `None` if no point has a model, or if cancelled.
+    fn first_model(&self, rows: &mut Rows, total: usize) -> Option<M> {
+        let sweep = self.sweep;
+        let (length, missing) = (sweep.line(), sweep.missing(rows));
+        let mut done = 0;
+        for index in 0..sweep.points.len() {
+            if self.monitor.is_cancelled() {
+                return None;
+            }
+            match (self.family)(&sweep.points.point(index)) {
+                Ok(model) => return Some(model),
+                Err(error) if rows.range.contains(&index) => rows.put(index, &Err(error)),
+                Err(_) => {}
+            }
+            if (index + 1).is_multiple_of(length) && missing.binary_search(&(index / length)).is_ok() {
+                done += length;
+                self.monitor.show(done, total);
+            }
+        }
+        None
+    }
+}
+
+impl Sweep {
+    /// The lines of some rows in which at least one point is `open`.
+    fn lines(&self, rows: &Rows, open: impl Fn(usize) -> bool) -> Vec<usize> {
+        let length = self.line();
+        let lines = rows.range.start / length..rows.range.end / length;
+        lines.filter(|line| (line * length..(line + 1) * length).any(&open)).collect()
+    }
+
+    /// The lines that must be run.
+    fn missing(&self, rows: &Rows) -> Vec<usize> {
+        self.lines(rows, |index| rows.is_open(index))
+    }
+
+    /// The lines that must be checked. They are counted from the first line of the sweep, so that chunks
+    /// check the same lines as the whole sweep.
+    fn unchecked(&self, rows: &Rows) -> Vec<usize> {
+        let open = |index: usize| !(rows.checks.contains_key(&index) || rows.errors.contains_key(&index));
+        self.lines(rows, |index| (index / self.line()).is_multiple_of(self.check_every) && open(index))
+    }
+}
