@@ -11,7 +11,7 @@
 //! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
 //! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
 
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Rows, SweepError};
+use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Rows, SweepError};
 use gear_dynamics::{NfgPair, NfgParams, ParameterError, State, Sweep};
 use mpi::Threading;
 use mpi::point_to_point::{Destination, Source};
