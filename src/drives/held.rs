@@ -73,9 +73,9 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 
 /// A held process: x(t) = x_k for k h <= t < (k + 1) h, with random or given values x_k and the hold time h.
 ///
-/// A solution with numbers drawn at every evaluation of the acceleration does not converge to a random
-/// process as the step size decreases. A solution with held values converges, and the hold time h is a
-/// physical parameter.   Source: docs/theory.md, "Random damping".
+/// With numbers drawn at every evaluation of the acceleration the result depends on the step size. With held
+/// values it converges as the step size decreases, and the hold time h is a physical parameter.   Source:
+/// docs/theory.md, "Random damping".
 ///
 /// ```
 /// use gear_dynamics::{drives::HeldProcess, excitation::Side};

@@ -82,7 +82,7 @@ impl PhaseLaw {
                 None => knots.push([0.0, speed, 0.0]),
                 Some(&[before, last, phase]) => {
                     let after =
-                        check::scale(format!("times[{i}] - times[{}] of the phase law", i - 1), t - before)?;
+                        check::scale(format!("interval before times[{i}] of the phase law"), t - before)?;
                     knots.push([t, speed, phase + 0.5 * after * (last + speed)]);
                 }
             }

@@ -60,7 +60,7 @@ impl<'u, S: Scalar> Drives<'u, S> {
     #[inline(always)]
     pub fn new(waves: usize, all: &'u [S]) -> Self {
         let (waves, rest) = all.split_at(waves);
-        debug_assert!(rest.len() >= 2, "{} drives after the waves: at least φ' and φ'' are needed", rest.len());
+        debug_assert!(rest.len() >= 2, "{} drives after the waves: 2 (φ' and φ'') are needed", rest.len());
         Drives { waves, rest }
     }
     /// The first N waves: `let [stiffness, error] = u.waves();`. Waves that the shape does not have are NaN.
@@ -163,7 +163,8 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     }
 /// }
 ///
-/// let shape = SpurPair { stiffness: Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?), law: Backlash::new(1.0)? };
+/// let stiffness = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?);
+/// let shape = SpurPair { stiffness, law: Backlash::new(1.0)? };
 /// let pair = Machine::with_constants(
 ///     shape,
 ///     &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)],

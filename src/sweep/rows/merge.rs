@@ -7,8 +7,8 @@ use thiserror::Error;
 impl Rows {
     /// Merges all chunks of one sweep, in any order. The result equals the rows of the whole sweep bit by
     /// bit. Points that a cancelled chunk did not reach stay without row or error:
-    /// [`is_complete`](Rows::is_complete) returns `false`, and [`Runner::resume`](crate::sweep::Runner::resume) runs
-    /// them.
+    /// [`is_complete`](Rows::is_complete) returns `false`, and
+    /// [`Runner::resume`](crate::sweep::Runner::resume) runs them.
     ///
     /// # Errors
     /// [`SweepError::Parts`] if a chunk is missing, present twice or of another sweep; [`RowsError::rows`]
@@ -53,8 +53,8 @@ impl Rows {
     }
 }
 
-/// Error of [`Rows::merge`] and [`Runner::resume`](crate::sweep::Runner::resume), with the rows that were given. The
-/// operator `?` converts it to a [`SweepError`].
+/// Error of [`Rows::merge`] and [`Runner::resume`](crate::sweep::Runner::resume), with the rows that were
+/// given. The operator `?` converts it to a [`SweepError`].
 ///
 /// ```
 /// use gear_dynamics::sweep::{Rows, SweepError};

@@ -38,7 +38,7 @@ pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointErro
 ///     |_, pair| pair.static_start(),
 /// );
 /// let halves = vec![runner.chunk(0, 2)?, runner.chunk(1, 2)?]; // for example on two computers
-/// assert_eq!(Rows::merge(halves)?, runner.run()?); // the same rows, to the bit
+/// assert_eq!(Rows::merge(halves)?, runner.run()?); // the same rows, bit by bit
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Runner<'a, M, E> {
@@ -71,8 +71,8 @@ impl Sweep {
         self.runner(engine, family, start).run()
     }
 
-    /// The runner of this sweep. `family` maps a point to its model; `start` maps a point and its model to the
-    /// start state at time 0.
+    /// The runner of this sweep. `family` maps a point to its model; `start` maps a point and its model to
+    /// the start state at time 0.
     pub fn runner<'a, M, E, X, Y>(
         &'a self,
         engine: &'a E,
