@@ -221,6 +221,14 @@ pub(crate) mod check {
     /// Largest magnitude of a physical quantity.
     const LARGEST: f64 = 1e50;
 
+    /// The index of a channel among `names`.
+    pub(crate) fn channel_index<N: AsRef<str>>(names: &[N], name: &str) -> Result<usize, E> {
+        names.iter().position(|known| known.as_ref() == name).ok_or_else(|| {
+            let known: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+            E::NoSuchChannel { name: name.into(), known: known.join(", ") }
+        })
+    }
+
     /// A finite number.
     pub(crate) fn finite(name: impl Into<String>, value: f64) -> Checked {
         if value.is_finite() { Ok(value) } else { Err(E::NotFinite { name: name.into(), value }) }

@@ -17,7 +17,8 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RattleState {
-    /// The teeth never separate: one flank carries throughout or, without backlash, the flanks alternate.
+    /// The teeth never separate: one flank is in contact throughout or, without backlash, the flanks
+    /// alternate.
     None,
     /// The teeth separate at times and touch on one flank only.
     Unilateral,
@@ -28,7 +29,8 @@ pub enum RattleState {
 }
 
 impl RattleState {
-    /// The number rsv of Liu 2021: 0 none, 1 unilateral, 2 bilateral. Floating, which the paper does not have, is 3.
+    /// The number rsv of Liu 2021: 0 none, 1 unilateral, 2 bilateral. Floating, which the paper does not
+    /// have, is 3.
     pub fn rsv(self) -> u8 {
         match self {
             RattleState::None => 0,
@@ -156,7 +158,8 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         };
         let contact = &mut self.contacts[i];
         contact.time[piece as usize] += time;
-        // A change from flank to flank is an impact if the gap has a width: it was passed between two samples.
+        // A change from flank to flank is an impact if the gap has a width: it was passed between two
+        // samples.
         if last.is_some_and(|last| last != piece && (last == Piece::Gap || !closed)) {
             match piece {
                 Piece::Lower => contact.impacts[0] += 1,
@@ -167,8 +170,8 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         self.last[i] = Some(piece);
     }
 
-    /// Whether the gap of contact `i` has no width at the start of a step. While the contact stands in the gap,
-    /// the gap must have no width at the end of the step either.
+    /// Whether the gap of contact `i` has no width at the start of a step. While the contact stands in the
+    /// gap, the gap must have no width at the end of the step either.
     fn is_closed(&mut self, i: usize, piece: Piece, step: &Step<'_>) -> bool {
         let start = self.probe.read_contacts(step.t0(), Side::After, step.q0(), step.v0())[i];
         if start.upper > start.lower {

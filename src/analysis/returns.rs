@@ -72,8 +72,8 @@ impl Ranges {
         let n = a.len() / 2;
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
         Ranges::relative(&self.rigid, &mut self.y);
-        // Couplings and the removal of rigid motion spread rounding between coordinates, and between velocities.
-        // Rounding therefore follows the largest coordinate and the largest velocity.
+        // Couplings and the removal of rigid motion spread rounding between coordinates, and between
+        // velocities. Rounding therefore follows the largest coordinate and the largest velocity.
         let largest = |of: &[f64], now: &[f64]| of.iter().chain(now).fold(0.0, |m: f64, x| m.max(x.abs()));
         let (of_q, of_v) = (largest(&self.largest[..n], &a[..n]), largest(&self.largest[n..], &a[n..]));
         self.y.iter().enumerate().fold(0.0, |worst: f64, (i, apart)| {
@@ -88,7 +88,8 @@ impl Ranges {
 }
 
 /// Largest ratio of the distance after p periods to the distance after a proper divisor of p, for an orbit of
-/// p periods. A motion that spirals into a shorter orbit may also return closer after a multiple of its period.
+/// p periods. A motion that spirals into a shorter orbit may also return closer after a multiple of its
+/// period.
 const CLOSER: f64 = 1e-3;
 
 /// Whether d_p <= `CLOSER` d_k for every proper divisor k of p: the orbit is p periods long and no shorter.

@@ -10,7 +10,8 @@ use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};
 use std::ops::ControlFlow;
 
-/// The Poincaré section of the forcing: `count` states, one period of the drives apart, the first after one period.
+/// Strobed states of a run: `count` states at the times start + k T, k = 1 .. `count`, with the period T of
+/// the drives.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, analysis::strobe};
@@ -22,7 +23,8 @@ use std::ops::ControlFlow;
 /// ```
 ///
 /// # Errors
-/// [`Failed`], with the part that succeeded; more states than 2²⁶ numbers hold are refused before the run.
+/// [`Failed`], which contains the states before the failure. A count with count (2 dof + 1) > 2²⁶ or a period
+/// outside 1e-50 .. 1e50 fails before the run.
 pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
     integrator: &I,
     model: &M,
@@ -34,7 +36,7 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
         let error = IntegrateError::Setting {
             name: "count",
             value: count as f64,
-            allowed: "at most 2^26 numbers, a state and a time each",
+            allowed: "small enough for count (2 dof + 1) numbers to be at most 2^26",
         };
         return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
     }
@@ -50,24 +52,42 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
     integrator.sample(model, start, &times)
 }
 
-/// In which direction a section is crossed.
+/// The direction in which a channel crosses the level of a [`Section`].
 ///
 /// ```
-/// assert_ne!(gear_dynamics::analysis::Direction::Rising, gear_dynamics::analysis::Direction::Falling);
+/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, Model, State};
+/// struct Spring;
+/// impl Model for Spring {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
+/// }
+/// let count = |direction| -> Result<usize, Box<dyn std::error::Error>> {
+///     let mut section = Section::new(&Spring, "q1", 0.0, direction)?;
+///     Dop853::new().run(&Spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
+///     Ok(section.states().len())
+/// };
+/// // cos t is zero at π/2, 3π/2 and 5π/2 in 0 .. 10.
+/// assert_eq!(count(Direction::Rising)?, 1);
+/// assert_eq!(count(Direction::Falling)?, 2);
+/// assert_eq!(count(Direction::Both)?, 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// From below the level.
+    /// From below the level to above it.
     Rising,
-    /// From above.
+    /// From above the level to below it.
     Falling,
-    /// Either.
+    /// Both directions.
     Both,
 }
 
-/// Observes a run and keeps the states at which a channel crosses a level, located on the dense output. A channel that jumps over the level
-/// at the end of a step, where a drive jumps or a tooth edge is met, crosses it there; so does one that jumps between two runs of which the
-/// second goes on where the first ended.
+/// Observer that keeps the states at which a channel crosses a level. Crossings are located on the dense
+/// output.
+///
+/// A channel may jump over the level at the end of a step, where a drive jumps or a contact reaches an edge.
+/// The state at this instant is kept as well. The same holds between two runs if the second starts at the end
+/// time of the first.
 ///
 /// ```
 /// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, Model, State};
@@ -89,15 +109,15 @@ pub struct Section<'m, M: ?Sized> {
     direction: Direction,
     states: Vec<State>,
     y: Vec<f64>,
-    /// End of the last step, and the height over the level there.
+    /// End time of the last step, and channel less level there.
     last: Option<(f64, f64)>,
 }
 
 impl<'m, M: Model + ?Sized> Section<'m, M> {
-    /// Where `channel` crosses `level`.
+    /// Observes where `channel` (see [`Probe`]) crosses `level`, which has the unit of the channel.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`], and a level beyond ±1e50.
+    /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have; a level beyond ±1e50.
     pub fn new(
         model: &'m M,
         channel: &str,
@@ -118,16 +138,17 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
         })
     }
 
-    /// The states found.
+    /// The states at the crossings, in order of time.
     pub fn states(&self) -> &[State] {
         &self.states
     }
 
+    /// Channel less level at `t` of a step.
     fn height(&mut self, step: &mut Step<'_>, t: f64) -> f64 {
         self.probe.read_step(step, t, &mut self.y)[self.channel] - self.level
     }
 
-    /// Whether the way from one height to the next crosses the level as asked.
+    /// Whether a change between two heights crosses the level in the chosen direction.
     fn wanted(&self, from: f64, to: f64) -> bool {
         let (rising, falling) = (from < 0.0 && to >= 0.0, from > 0.0 && to <= 0.0);
         match self.direction {
@@ -137,7 +158,7 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
         }
     }
 
-    /// Keeps the state last looked at.
+    /// Keeps the state of the last evaluation.
     fn keep(&mut self, t: f64) {
         let (q, v) = self.y.split_at(self.y.len() / 2);
         self.states.push(State::new(t, q, v));
@@ -154,7 +175,7 @@ impl<M: Model + ?Sized> Observer for Section<'_, M> {
         {
             self.keep(t0);
         }
-        // Looked at between seven points of the step, so that a level crossed up and down inside it is seen.
+        // The step is sampled at seven points, so that two crossings inside it are found.
         let inside = FIVE.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
         for to in inside.into_iter().chain([t1]) {
             let b = self.height(step, to);

@@ -1,4 +1,4 @@
-//! Running a model until it repeats.
+//! Settling: integration until the state repeats.
 
 use crate::analysis::returns::{Ranges, is_own_multiple};
 use crate::model::equations::{Periodic, State};
@@ -9,9 +9,12 @@ use crate::ode::integrator::Integrator;
 use crate::ode::step::{Observer, Step};
 use thiserror::Error;
 
-/// Integrates period by period until the state repeats after p of them, p as small as possible.
+/// Integrates period by period until the state repeats, and finds the smallest period multiple p of the
+/// orbit.
 ///
-/// A model that turns freely repeats in its relative motion: rigid motion counts neither in a return nor in a range.
+/// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
+/// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
+/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
@@ -35,32 +38,35 @@ impl Default for Settle {
 }
 
 impl Settle {
-    /// To 1e-9 of the range of motion, within 200 periods, orbits up to 8 periods long, within the default [`Budget`].
+    /// Settling with the defaults: tolerance 1e-9, at most 200 periods, orbits of at most 8 periods, default
+    /// [`Budget`].
     pub fn new() -> Self {
         Settle { tolerance: 1e-9, max_periods: 200, max_multiple: 8, budget: Budget::new() }
     }
-    /// How closely a state must repeat, as a share of the range of each coordinate and velocity; positive.
+    /// Largest difference of a repeated state, as a share of the range of each coordinate and velocity, above
+    /// 0 and below 1. Default: 1e-9.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Settle { tolerance, ..self }
     }
-    /// After how many periods to give up.
+    /// Maximum number of periods. Default: 200.
     pub fn max_periods(self, max_periods: usize) -> Self {
         Settle { max_periods, ..self }
     }
-    /// The longest orbit looked for, in periods.
+    /// Maximum period multiple of the orbit, 1 to 65536. Default: 8.
     pub fn max_multiple(self, max_multiple: usize) -> Self {
         Settle { max_multiple, ..self }
     }
-    /// The most steps and time of a run, all periods together.
+    /// Limit on steps and time of one call of [`run`](Settle::run), for all periods together.
     pub fn budget(self, budget: Budget) -> Self {
         Settle { budget, ..self }
     }
 
-    /// Runs from `start`.
+    /// Integrates from `start` until the state repeats.
     ///
     /// # Errors
-    /// [`Unsettled::Aperiodic`] with the state reached, when nothing repeats in time: chaos, quasi-periodicity, or slow decay;
-    /// [`Unsettled::Failed`] when a run does, or when the budget is spent.
+    /// [`Unsettled::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
+    /// quasi-periodicity or slow decay). [`Unsettled::Failed`] if the integration fails, the budget is spent,
+    /// a setting is outside its range, or the period of the model is outside 1e-50 .. 1e50.
     pub fn run<I: Integrator, M: Periodic + ?Sized>(
         &self,
         integrator: &I,
@@ -84,16 +90,16 @@ impl Settle {
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
         let mut last = start.clone();
-        // One coordinate alone has no relative motion.
+        // With one coordinate a rigid motion would leave no relative motion.
         let mut ranges =
             Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
-        // How many periods in a row each multiple has repeated.
+        // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
         let mut repeated = vec![0; self.max_multiple];
         let mut changes = vec![f64::INFINITY; self.max_multiple];
         let mut closest = f64::INFINITY;
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
-            // Earlier ranges fade by half each period, so that transients are forgotten.
+            // Halving the ranges each period removes the influence of transients.
             ranges.fade();
             let mut watch = |step: &mut Step<'_>| {
                 ranges.see(step.y1());
@@ -135,68 +141,81 @@ impl Settle {
     }
 }
 
-/// The longest orbit that can be looked for, in periods.
+/// Largest allowed value of `max_multiple`.
 const LONGEST: usize = 1 << 16;
 
-/// A settled orbit.
+/// The steady state that [`Settle`] found.
 ///
 /// ```
-/// let state = gear_dynamics::State::at_rest(1);
-/// let steady = gear_dynamics::analysis::Steady { state, period_multiple: 2, periods: 30, change: 1e-10 };
-/// assert_eq!(steady.period_multiple, 2);
+/// use gear_dynamics::{Dop853, Model, Periodic, Settle, State};
+/// struct Forced; // q'' + q' + q = cos t, with the steady state q = sin t
+/// impl Model for Forced {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = u[0].cos() - v[0] - q[0]; }
+/// }
+/// impl Periodic for Forced {
+///     fn period(&self) -> f64 { std::f64::consts::TAU }
+/// }
+/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &Forced, &State::at_rest(1))?;
+/// assert_eq!(steady.period_multiple, 1);
+/// assert!(steady.state.q[0].abs() < 1e-5 && (steady.state.v[0] - 1.0).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Steady {
-    /// A state on the orbit, a whole number of periods after the start.
+    /// A state on the orbit, a whole number of periods of the drives after the start.
     pub state: State,
-    /// Periods of the drives in one period of the orbit.
+    /// Period multiple: number of periods of the drives in one period of the orbit.
     pub period_multiple: usize,
-    /// Periods it took.
+    /// Number of periods of the drives that were integrated.
     pub periods: usize,
-    /// How far the last repetition was off, as a share of the range of motion; 0 if by rounding only, below the tolerance that was asked for.
+    /// Difference of the last repetition, as a share of the ranges. It is 0 if the difference exceeds the
+    /// tolerance by rounding only.
     pub change: f64,
 }
 
-/// Why no settled orbit is returned.
+/// The error of [`Settle::run`]: no steady state was found.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::Unsettled};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &pair.static_start()?).unwrap_err();
+/// let start = pair.static_start()?;
+/// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &start).unwrap_err();
 /// assert!(matches!(unsettled, Unsettled::Aperiodic { periods: 1, .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsettled {
-    /// Nothing repeated.
+    /// The state did not repeat within the maximum number of periods.
     #[error(
-        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is {closest:.1e} of the range of motion, \
-         more than the tolerance asks; the tolerance of the solver bounds it from below"
+        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
+         {closest:.1e} of the range of motion; it must be at most the tolerance, and the tolerance must \
+         exceed the error of the solver"
     )]
     Aperiodic {
-        /// The last state, from which statistics can be taken.
+        /// The last state. Statistics of the motion can start from it.
         state: State,
-        /// Periods run.
+        /// Number of periods of the drives that were integrated.
         periods: usize,
-        /// The closest return of the last period.
+        /// Smallest difference of the last period over all period multiples, as a share of the ranges.
         closest: f64,
-        /// The longest orbit looked for.
+        /// Maximum period multiple.
         multiple: usize,
     },
-    /// The integration ended early.
+    /// The integration failed, or a setting was outside its range.
     #[error("after {periods} periods: {error}")]
     Failed {
-        /// Why.
+        /// Error of the integration.
         error: IntegrateError,
-        /// The last state of the section.
+        /// State at the end of the last complete period.
         state: State,
-        /// Whole periods before it.
+        /// Number of complete periods.
         periods: usize,
     },
 }
 
 impl Unsettled {
-    /// The last state reached.
+    /// The last state at the end of a period.
     pub fn state(&self) -> &State {
         match self {
             Unsettled::Aperiodic { state, .. } | Unsettled::Failed { state, .. } => state,

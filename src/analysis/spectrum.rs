@@ -5,7 +5,8 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// A window, by its usual name; all are periodic (for spectra), not symmetric (for filters).   Source: Harris, Proc. IEEE 66 (1978) 51.
+/// A window by its usual name. All windows are in the periodic form, for spectra, not in the symmetric form
+/// for filters. Default: rectangular.   Source: Harris, Proc. IEEE 66 (1978) 51.
 ///
 /// ```
 /// let hann = gear_dynamics::analysis::Window::Hann.coefficients(4)?;
@@ -14,21 +15,21 @@ use std::f64::consts::TAU;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
-    /// None: exact when the samples fill whole periods.
+    /// Rectangular: no weighting. The amplitudes are exact if the samples fill whole periods.
     #[default]
     Rectangular,
-    /// Hann.
+    /// Hann window.
     Hann,
-    /// Hamming.
+    /// Hamming window.
     Hamming,
-    /// Blackman.
+    /// Blackman window.
     Blackman,
-    /// Flat top: amplitudes right to 0.1 % between the lines.
+    /// Flat-top window. The amplitude of a sine between two lines is accurate to 0.1 %.
     FlatTop,
 }
 
 impl Window {
-    /// w_i = Σ_k (-1)^k a_k cos(2π k i/n).
+    /// The n weights w_i = Σ_k (-1)^k a_k cos(2π k i/n), i = 0 .. n - 1.
     ///
     /// # Errors
     /// More than 2²⁶ coefficients.
@@ -52,7 +53,10 @@ impl Window {
     }
 }
 
-/// A one-sided amplitude spectrum: a sine of amplitude 1 reads 1 at its line, whatever the window; a constant reads itself at 0.
+/// A one-sided amplitude spectrum. A sine of amplitude A on a line reads A with every window; a constant
+/// reads its absolute value at frequency 0.
+///
+/// A_k = s |Σ_m w_m x_m exp(-2πi k m/n)|/Σ_m w_m, with s = 1 at k = 0 and k = n/2 and s = 2 otherwise.
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
@@ -71,13 +75,15 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Of uniform samples `spacing` apart `[s]`; lines at k/(n spacing) up to half the sampling rate.
-    /// A channel that jumps (a mesh force under a rectangular stiffness) aliases: sample finely, and take its mean from
-    /// [`Statistics`](crate::Statistics).
+    /// The spectrum of n uniform samples at the distance `spacing` `[s]`. The lines are at k/(n spacing) with
+    /// k = 0 .. n/2.
+    ///
+    /// The spectrum of a channel that jumps, for example a mesh force with rectangular stiffness, contains
+    /// aliases. For such a channel sample finely and take the mean from [`Statistics`](crate::Statistics).
     ///
     /// # Errors
-    /// Fewer than 2 samples or more than 2²⁶; one that is not finite; a spacing outside 1e-50 .. 1e50; samples so large that an amplitude
-    /// overflows.
+    /// Fewer than 2 or more than 2²⁶ samples; a sample that is NaN or infinite; a spacing outside 1e-50 ..
+    /// 1e50; an amplitude that overflows.
     pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {
@@ -107,7 +113,7 @@ impl Spectrum {
     pub fn frequencies(&self) -> &[f64] {
         &self.frequencies
     }
-    /// Amplitudes, in the unit of the samples.
+    /// Amplitudes A, in the unit of the samples.
     pub fn amplitudes(&self) -> &[f64] {
         &self.amplitudes
     }
@@ -115,7 +121,7 @@ impl Spectrum {
     pub fn phases(&self) -> &[f64] {
         &self.phases
     }
-    /// The frequencies as orders of a base frequency `[Hz]`: of the shaft, of the mesh.
+    /// The frequencies as orders of a base frequency `[Hz]`, for example that of a shaft or of a mesh.
     ///
     /// # Errors
     /// A base frequency outside 1e-50 .. 1e50.

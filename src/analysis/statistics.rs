@@ -7,7 +7,7 @@ use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
-/// What a channel did over a window of time.
+/// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.
 ///
 /// ```
 /// let summary = gear_dynamics::analysis::Summary::of(&[1.0, 3.0])?;
@@ -16,23 +16,25 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
-    /// 1/T ∫ f dt.
+    /// Mean (1/T) ∫ f dt.
     pub mean: f64,
-    /// √(1/T ∫ f² dt).
+    /// Root mean square √((1/T) ∫ f² dt).
     pub rms: f64,
-    /// Least value.
+    /// Minimum.
     pub min: f64,
-    /// Largest value.
+    /// Maximum.
     pub max: f64,
-    /// √(1/T ∫ (f - mean)² dt), by moments about a value that the channel has had: it does not cancel where the mean is large.
+    /// Standard deviation √((1/T) ∫ (f - mean)² dt). [`Statistics`] computes it from moments about the first
+    /// value of the channel, which avoids cancellation if the mean is large.
     pub deviation: f64,
 }
 
 impl Summary {
-    /// Of equally spaced samples.
+    /// The figures of equally spaced samples.
     ///
     /// # Errors
-    /// No samples; one that is not finite; [`ParameterError::Overflow`] for samples whose sum or mean square is beyond the largest number.
+    /// [`ParameterError::Empty`] without samples; [`ParameterError::NotFinite`] for a sample that is NaN or
+    /// infinite; [`ParameterError::Overflow`] if the sum or the mean square overflows.
     pub fn of(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.is_empty() {
             return Err(ParameterError::Empty { name: "samples".into(), least: 1 });
@@ -53,18 +55,20 @@ impl Summary {
         })
     }
 
-    /// max - min: the ppv of Liu 2021.
+    /// Peak-to-peak value max - min, the ppv of Liu 2021.
     pub fn peak_to_peak(&self) -> f64 {
         self.max - self.min
     }
-    /// RMS about the mean.
+    /// Standard deviation: the root mean square about the mean.
     pub fn standard_deviation(&self) -> f64 {
         self.deviation
     }
 }
 
-/// Observes a run and keeps mean, RMS and extremes of chosen channels, from the dense output: integrals by Gauss points in every step,
-/// extremes located inside the step. Nothing is stored but the figures.
+/// Observer that computes the [`Summary`] of chosen channels from the dense output.
+///
+/// Integrals use Gauss quadrature with five points in every step, and extremes are located inside the steps.
+/// No samples are stored.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, Model, State, Statistics};
@@ -74,7 +78,8 @@ impl Summary {
 ///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
 /// }
 /// let mut statistics = Statistics::new(&Spring, &["q1"])?;
-/// Dop853::new().rtol(1e-11).run(&Spring, &State::new(0.0, &[1.0], &[0.0]), std::f64::consts::TAU, &mut statistics)?;
+/// let start = State::new(0.0, &[1.0], &[0.0]);
+/// Dop853::new().rtol(1e-11).run(&Spring, &start, std::f64::consts::TAU, &mut statistics)?;
 /// let q = statistics.summary("q1")?;
 /// assert!((q.max - 1.0).abs() < 1e-9 && (q.min + 1.0).abs() < 1e-9);
 /// assert!((q.rms - 0.5f64.sqrt()).abs() < 1e-9);
@@ -86,20 +91,26 @@ pub struct Statistics<'m, M: ?Sized> {
     chosen: Vec<usize>,
     running: Vec<Running>,
     duration: f64,
-    /// State, and the channels at the points of one step.
+    /// Coordinates, then velocities, of the last evaluation.
     y: Vec<f64>,
+    /// The chosen channels at the points of one step.
     points: Vec<[f64; POINTS]>,
 }
 
+/// Figures of one channel so far.
 #[derive(Clone, Copy)]
 struct Running {
+    /// ∫ f dt.
     sum: f64,
+    /// ∫ f² dt.
     square: f64,
     min: f64,
     max: f64,
-    /// The first value, and the integrals of what the channel is off it and of the square of that.
+    /// First value f0; NaN before the first step.
     origin: f64,
+    /// ∫ (f - f0) dt.
     off: f64,
+    /// ∫ (f - f0)² dt.
     off_square: f64,
 }
 
@@ -115,17 +126,17 @@ impl Running {
     };
 }
 
-/// Start, Gauss points, end.
+/// Number of points in a step: start, five Gauss points, end.
 const POINTS: usize = 7;
 
-/// Rounds of parabolic refinement of an extremum.
+/// Maximum number of parabolic refinements of an extremum.
 const ROUNDS: usize = 12;
 
 impl<'m, M: Model + ?Sized> Statistics<'m, M> {
-    /// Of these channels (see [`Probe`]).
+    /// Statistics of the channels of these names (see [`Probe`]).
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`].
+    /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have.
     pub fn new(model: &'m M, channels: &[&str]) -> Result<Self, ParameterError> {
         let probe = Probe::new(model);
         let chosen = channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
@@ -140,15 +151,14 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         })
     }
 
-    /// The figures of a channel so far.
+    /// The figures of a chosen channel over all steps so far.
     ///
     /// # Errors
-    /// [`ParameterError::NoSuchChannel`] for one that was not asked for; [`ParameterError::Empty`] before the first step;
-    /// [`ParameterError::Overflow`] for values whose squares overflow, [`ParameterError::NotFinite`] for a channel that was not a number.
+    /// [`ParameterError::NoSuchChannel`] for a channel that was not chosen; [`ParameterError::Empty`] before
+    /// the first step; [`ParameterError::Overflow`] if the squares of the values overflow;
+    /// [`ParameterError::NotFinite`] if a value was NaN.
     pub fn summary(&self, channel: &str) -> Result<Summary, ParameterError> {
-        let Some(i) = self.names.iter().position(|name| name == channel) else {
-            return Err(ParameterError::NoSuchChannel { name: channel.into(), known: self.names.join(", ") });
-        };
+        let i = check::channel_index(&self.names, channel)?;
         if self.duration <= 0.0 {
             return Err(ParameterError::Empty { name: "the observed run".into(), least: 1 });
         }
@@ -169,12 +179,15 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         })
     }
 
-    /// All channels at `t` of the step, the ends seen from inside.
+    /// All channels at `t` of a step; at the ends of the step, the limits from inside it.
     fn look(&mut self, step: &mut Step<'_>, t: f64) -> &[f64] {
         self.probe.read_step(step, t, &mut self.y)
     }
 
-    /// The extremum (sign 1: maximum) of channel `c` inside a bracket whose middle is best.
+    /// Refines an extremum of channel `c` by parabolas through three points.
+    ///
+    /// `sign`: 1 for a maximum, -1 for a minimum; `x`: three increasing times in the step; `f`: `sign` times
+    /// the channel at these times. Returns the largest value of `sign` times the channel.
     fn refine(&mut self, step: &mut Step<'_>, c: usize, sign: f64, mut x: [f64; 3], mut f: [f64; 3]) -> f64 {
         let mut best = f[1];
         for _ in 0..ROUNDS {
@@ -188,7 +201,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
             let index = self.chosen[c];
             let value = sign * self.look(step, t)[index];
             let gained = value - best;
-            // Keep the three points around the best.
+            // The new bracket consists of the largest value and its neighbours.
             (x, f) = match (t > x[1], value > f[1]) {
                 (true, true) => ([x[1], t, x[2]], [f[1], value, f[2]]),
                 (true, false) => ([x[0], x[1], t], [f[0], f[1], value]),
@@ -203,6 +216,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         best
     }
 
+    /// Updates the extremes of channel `c` from the points of a step.
     fn extremes(&mut self, step: &mut Step<'_>, times: &[f64; POINTS], c: usize) {
         for sign in [1.0, -1.0] {
             let f = self.points[c].map(|value| sign * value);
@@ -211,7 +225,8 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
             for i in 1..POINTS - 1 {
                 let (x, g) = ([times[i - 1], times[i], times[i + 1]], [f[i - 1], f[i], f[i + 1]]);
                 let (top, at) = (peak(x, g), vertex(x, g));
-                // A hump between the points, or just inside an end of the step.
+                // The maximum lies near an inner point, or between an end of the step and the point next to
+                // it.
                 let hump = g[1] >= g[0] && g[1] >= g[2];
                 let at_end =
                     (i == 1 && at > x[0] && at < x[1]) || (i == POINTS - 2 && at > x[1] && at < x[2]);
@@ -224,13 +239,13 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     }
 }
 
-/// Where the parabola through three points has its extremum.
+/// The place of the extremum of the parabola through three points.
 fn vertex(x: [f64; 3], f: [f64; 3]) -> f64 {
     let (a, b) = ((x[1] - x[0]) * (f[1] - f[2]), (x[1] - x[2]) * (f[1] - f[0]));
     x[1] - 0.5 * ((x[1] - x[0]) * a - (x[1] - x[2]) * b) / (a - b)
 }
 
-/// The value of that parabola at its extremum, for a hump; negative infinity for a bowl.
+/// The maximum of the parabola through three points; negative infinity if it has none.
 fn peak(x: [f64; 3], f: [f64; 3]) -> f64 {
     let s01 = (f[1] - f[0]) / (x[1] - x[0]);
     let s12 = (f[2] - f[1]) / (x[2] - x[1]);

@@ -1,4 +1,4 @@
-//! Orders over a run with changing speed.
+//! Amplitudes by order of the shaft, for runs with varying speed.
 
 use crate::analysis::spectrum::{Spectrum, Window};
 use crate::drives::phase::VaryingSpeed;
@@ -11,8 +11,10 @@ use crate::ode::trajectory::Failed;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Amplitudes by order of the phase, window after window of a run with changing speed: sampled at equal steps of the phase, so that an
-/// order stays sharp while its frequency moves.
+/// Amplitudes by order of the phase φ, window after window of a run with varying speed.
+///
+/// The channel is sampled at equal steps of the phase. An order then remains one line while its frequency
+/// varies.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{PhaseLaw, VaryingSpeed}, analysis::Waterfall};
@@ -30,7 +32,7 @@ pub struct Waterfall {
     samples: usize,
 }
 
-/// Why there is no waterfall.
+/// The error of [`Waterfall::run`].
 ///
 /// ```
 /// use gear_dynamics::{ParameterError, analysis::WaterfallError};
@@ -40,34 +42,36 @@ pub struct Waterfall {
 #[derive(Clone, Debug, Error)]
 #[non_exhaustive]
 pub enum WaterfallError {
-    /// A channel or a number that cannot be used.
+    /// A channel that the model does not have, or a value outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The run ended early; it holds the part that there is.
+    /// The integration failed. The error contains the states before the failure.
     #[error(transparent)]
     Failed(#[from] Box<Failed>),
 }
 
-/// One window.
+/// The amplitudes of one window.
 ///
 /// ```
-/// let line = gear_dynamics::analysis::WaterfallLine { t: 0.0, speed: 10.0, orders: vec![0.0, 0.5, 1.0], amplitudes: vec![0.0, 1.0, 4.0] };
-/// assert_eq!(line.order(0.9), 4.0);
+/// use gear_dynamics::analysis::WaterfallLine;
+/// let (orders, amplitudes) = (vec![0.0, 0.5, 1.0], vec![0.0, 1.0, 4.0]);
+/// let line = WaterfallLine { t: 0.0, speed: 10.0, orders, amplitudes };
+/// assert_eq!(line.order(0.9), 4.0); // the nearest order is 1
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaterfallLine {
-    /// Its middle.
+    /// Middle of the window, in the model's time unit.
     pub t: f64,
-    /// Mean speed of the phase in it.
+    /// Mean speed of the phase in the window, in rad per unit of time.
     pub speed: f64,
-    /// Orders of the phase.
+    /// Orders of the phase `[1]`, increasing from 0.
     pub orders: Vec<f64>,
-    /// Their amplitudes, in the unit of the channel.
+    /// Amplitudes of the orders, in the unit of the channel.
     pub amplitudes: Vec<f64>,
 }
 
 impl WaterfallLine {
-    /// The amplitude of the order nearest to this one.
+    /// The amplitude of the order nearest to a given order; NaN if there are no orders.
     pub fn order(&self, order: f64) -> f64 {
         let near = |i: &usize, j: &usize| {
             (self.orders[*i] - order).abs().total_cmp(&(self.orders[*j] - order).abs())
@@ -79,10 +83,11 @@ impl WaterfallLine {
 }
 
 impl Waterfall {
-    /// Windows of `turns` whole turns of the phase, seen at `samples` points of each turn: orders up to half of `samples`.
+    /// Windows of `turns` turns of the phase with `samples` samples a turn. The orders are 0, 1/`turns`, ...,
+    /// `samples`/2.
     ///
     /// # Errors
-    /// No turns; fewer than four samples; more than 2²⁶ samples in a window.
+    /// No turns; fewer than four samples a turn; more than 2²⁶ samples in a window.
     pub fn new(turns: usize, samples: usize) -> Result<Self, ParameterError> {
         for (name, value, least) in [("turns", turns, 1), ("samples per turn", samples, 4)] {
             if value < least {
@@ -93,10 +98,13 @@ impl Waterfall {
         Ok(Waterfall { turns, samples })
     }
 
-    /// Runs from `start`, at time 0, to `end`; windows that are not complete are left out.
+    /// Integrates from `start`, at time 0, to `end`, and returns a line for each complete window. A Hann
+    /// window weights the samples.
     ///
     /// # Errors
-    /// [`WaterfallError`]; a run of more than 2²⁶ numbers is refused before it begins.
+    /// [`WaterfallError::Parameter`] for an `end` that is not positive, a channel that the model does not
+    /// have, or a run of more than 2²⁶ numbers, a state and a time for each sample.
+    /// [`WaterfallError::Failed`] if the integration fails.
     pub fn run<I: Integrator, G: Shape>(
         &self,
         solver: &I,
@@ -108,7 +116,7 @@ impl Waterfall {
         check::positive("end of the run", end)?;
         let (law, step) = (model.law(), TAU / self.samples as f64);
         let window = self.turns * self.samples;
-        // A name that the model does not have costs no run.
+        // An unknown channel is reported before the run.
         Probe::new(model).index(channel)?;
         let count = (law.phase(end) / step).floor() as usize / window * window;
         check::count(

@@ -91,7 +91,7 @@ impl fmt::Display for Inconsistency {
                 )
             }
             Inconsistency::BadPeriod { period } => {
-                write!(f, "period: {period} is not positive and finite")
+                write!(f, "period: it is {period}; it must be positive and finite")
             }
             Inconsistency::Period { what, index, t, first, second } => {
                 write!(f, "period: {what} {index} is {first} at t = {t}, but {second} one period later")

@@ -36,8 +36,8 @@ pub struct Restitution {
 }
 
 impl Restitution {
-    /// Coefficient of restitution e `[1]` in [0, 1]. An impact with e = 1 conserves the energy; e = 0 gives
-    /// the largest loss.
+    /// Coefficient of restitution e `[1]` in [0, 1]. On a stop at rest an impact with e = 1 conserves the
+    /// energy; e = 0 gives the largest loss.
     ///
     /// # Errors
     /// [`ParameterError::OutOfRange`] for a coefficient outside [0, 1]; [`ParameterError::NotFinite`] for a

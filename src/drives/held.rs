@@ -165,8 +165,7 @@ impl HeldProcess {
         self.held(stream, if before { k - 1 } else { k })
     }
 
-    /// The k with k h <= t < (k + 1) h, in which k h is the rounded product; 0 for t < 0, 2^52 beyond that
-    /// index.
+    /// The k with k h <= t < (k + 1) h, in which k h is the rounded product. 0 for t < 0; at most 2^52.
     fn index(&self, t: f64) -> u64 {
         let guess = (t / self.hold).max(0.0);
         if guess >= LAST {

@@ -1,4 +1,4 @@
-//! Models with other drives: held random processes, functions of time, a varying speed.
+//! Models with changed drives: held processes, functions of time, varying speed.
 
 pub(crate) mod driven;
 pub(crate) mod held;

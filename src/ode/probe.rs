@@ -1,7 +1,7 @@
 //! Named output channels of a model.
 
 use crate::contact::tooth::Contact;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Model};
 use crate::ode::step::Step;
@@ -75,10 +75,8 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`], which lists the channels of the model.
     pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
-        self.channels.iter().position(|c| c.name == name).ok_or_else(|| ParameterError::NoSuchChannel {
-            name: name.into(),
-            known: self.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", "),
-        })
+        let names: Vec<&str> = self.channels.iter().map(|channel| channel.name.as_str()).collect();
+        check::channel_index(&names, name)
     }
 
     /// Evaluates all channels at `t`. `side`: the drives before or after a jump at `t`.

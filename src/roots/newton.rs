@@ -118,7 +118,7 @@ impl Newton {
                     next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
                     kept.solve(&mut next);
                     let contraction = largest(&next) / size;
-                    if contraction <= 1.0 - 0.25 * damping {
+                    if is_monotone(contraction, damping) {
                         break Some(contraction);
                     }
                     let bent = next
@@ -183,6 +183,14 @@ fn is_met<R: Residual + ?Sized>(
     jacobian.each(|row, column, slope| foreseen[row] += (slope * step[column]).abs());
     r.iter().zip(&foreseen).all(|(r, foreseen)| r.abs() <= FAST * foreseen)
         || is_root(equations, x, r, bound, jacobian)
+}
+
+/// The natural monotonicity test of a step with damping λ: |J⁻¹ r(x + λ s)| ≤ (1 - λ/4) |s|, with the correction s
+/// and the Jacobian J at x. `contraction` is the ratio of the two lengths.
+///
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sect. 3.3.
+pub(crate) fn is_monotone(contraction: f64, damping: f64) -> bool {
+    contraction <= 1.0 - 0.25 * damping
 }
 
 /// Where a Jacobian jumps, as that of a sampled dead zone does, the test of natural monotonicity passes no share of a correction, or only tiny

@@ -10,9 +10,10 @@ pub(crate) mod rows;
 pub(crate) mod schedule;
 pub(crate) mod settings;
 
-pub use crate::sweep::engines::fixed_step::{LaneRk4, TableRk4};
 pub use crate::sweep::engines::interface::SweepEngine;
+pub use crate::sweep::engines::lane_rk4::LaneRk4;
 pub use crate::sweep::engines::located::Located;
+pub use crate::sweep::engines::table_rk4::TableRk4;
 pub use crate::sweep::ensembles::bands::Bands;
 pub use crate::sweep::ensembles::members::{Ensemble, EnsembleError};
 pub use crate::sweep::ensembles::moments::Distribution;

@@ -82,7 +82,7 @@ pub trait Nonlinearity: PartialEq {
     /// `#[inline(always)]`, because it runs in lanes.
     fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S;
 
-    /// Returns the law on one piece, continued smoothly past its edges. Default:
+    /// Returns the force on one piece of the law, continued smoothly past its edges. Default:
     /// [`force`](Nonlinearity::force), for a law of a single piece.
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
@@ -121,7 +121,7 @@ pub trait Nonlinearity: PartialEq {
             ..mesh
         }
     }
-    /// Returns the law with every switching function on a given piece, continued smoothly past the edges.
+    /// Returns the force with every switching function on a given piece, continued smoothly past the edges.
     /// Default: [`force_on`](Nonlinearity::force_on) with the first piece.
     #[inline(always)]
     fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {

@@ -114,8 +114,8 @@ impl<N: Nonlinearity> Ring<N> {
         Ok(ring)
     }
 
-    /// A ring by the equations of Yao 2020 as printed, for even or odd n. With odd n, for example n = 3 in
-    /// Yao 2020, they describe a ring with one mesh that does not reverse the rotation.
+    /// A ring of even or odd n by the equations of [`Ring`]. With odd n, for example n = 3 in Yao 2020, they
+    /// describe a ring with one mesh that does not reverse the rotation.
     ///
     /// # Errors
     /// Fewer than 3 or more than 4095 gears; lists of meshes or dampings of another length than the gears; a
@@ -158,8 +158,8 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn mesh_frequency(&self) -> f64 {
         self.speed()
     }
-    /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion, r_M = 1, r_i = r_Li
-    /// = R_1/R_i.
+    /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion. r_M = 1,
+    /// r_i = r_Li = R_1/R_i.
     pub fn rigid_motion(&self) -> &[f64] {
         &self.shape().rigid
     }

@@ -9,6 +9,7 @@ use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, Plan};
 use crate::periodic::shooting::orbit::ShootingOrbit;
 use crate::periodic::shooting::segments::{Round, Segments};
+use crate::roots::newton::is_monotone;
 
 /// φ(x_i; t_i, t_{i+1}) = x_{i+1}, i = 0 .. N-1, with x_N = x_0: periodic orbits by multiple shooting.
 ///
@@ -222,14 +223,13 @@ impl Shooting {
             if size <= self.tolerance || (stalled && size <= NOISE) {
                 return self.finish(model, &segments, here, first, corrections, meter);
             }
-            // Natural monotonicity test with damping λ: |simplified correction| ≤ (1 - λ/4) |correction|.
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);
                 match segments.round(states, Some(&slack), self.flow_tolerance, meter) {
                     Ok(trial) => {
                         let simplified = segments.norm(&system.solve(&trial.defects).0);
-                        if simplified <= (1.0 - 0.25 * damping) * size || simplified <= self.tolerance {
+                        if is_monotone(simplified / size, damping) || simplified <= self.tolerance {
                             break Some(trial);
                         }
                     }

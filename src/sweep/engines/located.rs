@@ -10,7 +10,8 @@ use crate::ode::step::Step;
 use crate::sweep::engines::interface::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::{Next, Plan, Track};
 use crate::sweep::error::{PointError, SweepError};
-use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
+use crate::sweep::lanes::flanks::ContactMeter;
+use crate::sweep::lanes::meter::ChannelMeter;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 

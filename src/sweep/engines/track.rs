@@ -1,7 +1,8 @@
 //! One run of a sweep, period by period: settling, measuring and its row.
 
 use crate::analysis::returns::{Ranges, is_own_multiple};
-use crate::sweep::lanes::meter::{ChannelMeter, ContactMeter};
+use crate::sweep::lanes::flanks::ContactMeter;
+use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
 
 /// The settings of a sweep that every run needs.

@@ -1,6 +1,6 @@
 //! The results of an ensemble.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::sweep::ensembles::moments::Distribution;
 use crate::sweep::error::PointError;
 
@@ -101,7 +101,7 @@ impl Bands {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`]; [`ParameterError::Length`] if there is no time `i`.
     pub fn at(&self, channel: &str, i: usize) -> Result<&Distribution, ParameterError> {
-        let channel = index(&self.names, channel)?;
+        let channel = check::channel_index(&self.names, channel)?;
         let at =
             i.checked_mul(self.names.len()).and_then(|first| self.values.get(first.checked_add(channel)?));
         at.ok_or_else(|| ParameterError::Length {
@@ -130,7 +130,7 @@ impl Bands {
     /// [`ParameterError::NoSuchChannel`] for a channel that was not requested by
     /// [`peaks`](crate::sweep::Ensemble::peaks).
     pub fn peak(&self, channel: &str) -> Result<&Distribution, ParameterError> {
-        Ok(&self.peaks[index(&self.peak_names, channel)?])
+        Ok(&self.peaks[check::channel_index(&self.peak_names, channel)?])
     }
     /// The distribution of the number of impacts of contact `i` in a run; `None` without
     /// [`rattle`](crate::sweep::Ensemble::rattle) or without such a contact.
@@ -143,12 +143,7 @@ impl Bands {
     /// # Errors
     /// As [`peak`](Bands::peak).
     pub fn convergence(&self, channel: &str) -> Result<Vec<(u64, f64, f64)>, ParameterError> {
-        let i = index(&self.peak_names, channel)?;
+        let i = check::channel_index(&self.peak_names, channel)?;
         Ok(self.convergence.iter().map(|(members, peaks)| (*members, peaks[i][0], peaks[i][1])).collect())
     }
-}
-
-fn index(names: &[String], name: &str) -> Result<usize, ParameterError> {
-    let place = names.iter().position(|known| known == name);
-    place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
 }

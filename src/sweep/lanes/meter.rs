@@ -6,6 +6,7 @@
 
 use crate::analysis::statistics::Summary;
 use crate::contact::tooth::Contact;
+use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
 
@@ -34,39 +35,6 @@ pub(crate) struct ChannelMeter<S> {
     /// 1 before the first sample, then 0.
     fresh: S,
 }
-
-/// Contact times, impacts and penetrations of one contact, sampled at the start of every step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactMeter {
-    /// Samples on the lower and on the upper flank: their number, or the time if edges are located.
-    pub(crate) samples: [f64; 2],
-    /// Number of impacts on each flank. If the gap has a width, the first sample on a flank after a sample
-    /// off it is an impact.
-    pub(crate) impacts: [f64; 2],
-    /// Maximum penetration of each flank, in the unit of the deflection; negative without contact.
-    pub(crate) deepest: [f64; 2],
-    /// Minimum over the samples of the larger of both penetrations; negative if the contact was in the gap.
-    pub(crate) loosest: f64,
-}
-
-/// Running values of a [`ContactMeter`]. Samples and entries of a flank are counted in one number: the first
-/// sample on the flank after a sample off it also adds an entry.
-#[derive(Clone, Copy, Debug)]
-struct Flanks<S> {
-    /// Number of samples + [`ENTRY`] × number of entries, for each flank.
-    visits: [S; 2],
-    /// Addend of the next sample on the flank: 1, or 1 + [`ENTRY`] after a sample off it.
-    next: [S; 2],
-    deepest: [S; 2],
-    loosest: S,
-    /// Minimum of the sum of both penetrations at the ends of blocks, at most 0. The sum is the negative
-    /// width of the gap.
-    overlap: S,
-}
-
-/// Weight of an entry. It exceeds the number of samples between two readings, so that the 53 bits of an `f64`
-/// hold both counts exactly.
-const ENTRY: f64 = (1 << 26) as f64;
 
 /// The values of one meter in one lane, with the index of the channel or contact.
 pub(crate) enum Reading {
@@ -303,49 +271,6 @@ impl ChannelMeter<f64> {
     pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
         let off = self.off / weight;
         [self.origin + off, (self.off_square - off * self.off).max(0.0)]
-    }
-}
-
-impl ContactMeter {
-    /// Given contact times and impacts, without penetrations.
-    pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
-        ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
-    }
-}
-
-impl<S: Number> Flanks<S> {
-    #[inline(always)]
-    fn sample(&mut self, below: S, above: S) {
-        self.deepest[0] = self.deepest[0].max(below);
-        self.deepest[1] = self.deepest[1].max(above);
-        self.loosest = self.loosest.min(below.max(above));
-        self.visit::<0>(below);
-        self.visit::<1>(above);
-    }
-
-    #[inline(always)]
-    fn see_width(&mut self, below: S, above: S) {
-        self.overlap = self.overlap.min(below + above);
-    }
-
-    #[inline(always)]
-    fn visit<const FLANK: usize>(&mut self, depth: S) {
-        let (zero, visits) = (S::from(0.0), self.visits[FLANK]);
-        self.visits[FLANK] = S::if_above(depth, zero, visits + self.next[FLANK], visits);
-        self.next[FLANK] = S::if_above(depth, zero, S::from(1.0), S::from(1.0 + ENTRY));
-    }
-
-    fn lane(&self, lane: usize) -> ContactMeter {
-        let visits = self.visits.map(|x| x.lane(lane));
-        let entries = visits.map(|x| (x / ENTRY).floor());
-        // Without backlash a change of flank is not an impact.
-        let open = self.overlap.lane(lane) < 0.0;
-        ContactMeter {
-            samples: [visits[0] - ENTRY * entries[0], visits[1] - ENTRY * entries[1]],
-            impacts: if open { entries } else { [0.0; 2] },
-            deepest: self.deepest.map(|x| x.lane(lane)),
-            loosest: self.loosest.lane(lane),
-        }
     }
 }
 

@@ -137,8 +137,7 @@ impl Bifurcation {
 fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
     let names: Vec<String> =
         ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
-    let place = names.iter().position(|known| known == name);
-    place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: names.join(", ") })
+    check::channel_index(&names, name)
 }
 
 /// The values of a diagram at one value of the parameter, on one branch.

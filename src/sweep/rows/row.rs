@@ -2,7 +2,7 @@
 
 use crate::analysis::rattle::{ContactStatistics, RattleState};
 use crate::analysis::statistics::Summary;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::sweep::error::PointError;
 use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::points::Point;
@@ -50,9 +50,7 @@ impl Row<'_> {
     /// [`ParameterError::NoSuchChannel`] for a channel that [`channels`](crate::Sweep::channels) did not
     /// request.
     pub fn channel(&self, name: &str) -> Result<Summary, ParameterError> {
-        let known = || self.rows.names.join(", ");
-        let place = self.rows.names.iter().position(|n| n == name);
-        let i = place.ok_or_else(|| ParameterError::NoSuchChannel { name: name.into(), known: known() })?;
+        let i = check::channel_index(&self.rows.names, name)?;
         let at = self.rows.layout.channel(i);
         let [mean, rms, min, max, deviation] = std::array::from_fn(|k| self.data[at + k]);
         Ok(Summary { mean, rms, min, max, deviation })
@@ -207,8 +205,7 @@ impl Row<'_> {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`].
     pub fn extremes(&self, name: &str) -> Result<Vec<[f64; 2]>, ParameterError> {
-        self.channel(name)?;
-        let i = self.rows.names.iter().position(|n| n == name).unwrap_or(0);
+        let i = check::channel_index(&self.rows.names, name)?;
         let layout = &self.rows.layout;
         Ok((0..layout.strobes)
             .map(|k| [self.data[layout.strobe(k) + 2 * i], self.data[layout.strobe(k) + 2 * i + 1]])

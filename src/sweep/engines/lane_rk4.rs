@@ -1,0 +1,153 @@
+//! The engine that runs machines side by side: RK4 in vector lanes over a shared table of waves.
+
+use crate::model::machine::Machine;
+use crate::model::shape::Shape;
+use crate::sweep::engines::batch::{Batch, Run, refuse};
+use crate::sweep::engines::interface::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::track::Plan;
+use crate::sweep::error::{PointError, SweepError};
+use crate::sweep::lanes::drive_table::Table;
+use crate::sweep::lanes::instructions::InstructionSet;
+use crate::sweep::lanes::kernel::Shared;
+use crate::sweep::lanes::number::Lanes;
+use std::collections::VecDeque;
+
+/// Engine for every [`Machine`]: RK4 with a fixed number of steps per period, W runs side by side in the
+/// lanes of the vector registers.
+///
+/// The drives come from a table that is computed once for all runs that share lanes. Two runs share lanes if
+/// and only if their [shapes](Shape) are equal. A run whose shape no other run has runs alone.
+///
+/// Steps cross the edges of contacts without locating them, as in the papers (Liu 2021, Yao 2020). 64 steps
+/// in the shortest period of a drive keep this error small; [`check_every`](crate::Sweep::check_every)
+/// measures it. Drive edges must fall on whole steps, else the point fails with [`TableError::EdgeOffGrid`].
+/// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
+/// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32 is
+/// faster for one or two degrees of freedom and for small rings, W = 8 for a ring of 16.
+///
+/// ```
+/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
+/// use gear_dynamics::{NfgPair, NfgParams, Sweep};
+/// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
+///     let speeds = Points::along(Axis::linear("speed", 100.0, 130.0, 6)?);
+///     let rows = Sweep::over(speeds).settle(0).measure(1).channels(&["q1"]).run(
+///         engine,
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )?;
+///     Ok(rows.fingerprint())
+/// }
+/// let eight = LaneRk4::<8>::new(63 * 16);
+/// let four = LaneRk4::<4>::new(63 * 16).instructions(InstructionSet::Baseline);
+/// assert_eq!(eight.steps(), 1008);
+/// assert_eq!(fingerprint(&eight)?, fingerprint(&four)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// A model that is not a [`Machine`] does not compile:
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, Model, ParameterError, State, Sweep};
+/// struct Rest;
+/// impl Model for Rest {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
+/// }
+/// let points = Points::along(Axis::list("x", &[1.0])?);
+/// let start = |_: &_, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
+/// Sweep::over(points).run(&LaneRk4::<16>::new(64), |_| Ok::<_, ParameterError>(Rest), start)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneRk4<const W: usize> {
+    steps: usize,
+    set: InstructionSet,
+}
+
+impl<const W: usize> LaneRk4<W> {
+    /// An engine with this number of steps per period of the model. Default: [`InstructionSet::Best`].
+    pub fn new(steps: usize) -> Self {
+        LaneRk4 { steps, set: InstructionSet::Best }
+    }
+    /// The instruction set. Default: [`InstructionSet::Best`].
+    pub fn instructions(self, set: InstructionSet) -> Self {
+        LaneRk4 { set, ..self }
+    }
+    /// Steps per period of the model.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+}
+
+impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
+    fn accepts(&self, model: &Machine<G>, channels: &[usize]) -> Result<(), SweepError> {
+        Table::check_size(self.steps, model.size().waves)?;
+        kinds(model, channels).map(|_| ())
+    }
+    fn finer(&self) -> Option<Self> {
+        Some(LaneRk4 { steps: self.steps.saturating_mul(4), ..*self })
+    }
+    fn batch(&self) -> usize {
+        W
+    }
+
+    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<Machine<G>>) {
+        let mut waiting = VecDeque::new();
+        while !source.is_cancelled() {
+            let Some(leader) = waiting.pop_front().or_else(|| source.next(None)) else {
+                return;
+            };
+            let Ok(kinds) = kinds(&leader.model, channels) else { return };
+            let (table, run) = match lead(&leader, self.steps, source) {
+                Ok(Some(lead)) => lead,
+                Ok(None) => return,
+                Err(error) => {
+                    waiting.extend(refuse(source, leader.index, error));
+                    continue;
+                }
+            };
+            // Up to W runs that share lanes with the first one.
+            let (mut runs, mut pending) = (vec![run], Vec::new());
+            let mut drawn = std::mem::take(&mut waiting);
+            let shares = |job: &Job<Machine<G>>| leader.model.shares_lanes_with(&job.model);
+            while runs.len() < W
+                && let Some(job) = drawn.pop_front().or_else(|| source.next(None))
+            {
+                if !shares(&job) {
+                    pending.push(job);
+                    continue;
+                }
+                match Run::of(&job) {
+                    Ok(run) => runs.push(run),
+                    Err(error) => drawn.extend(refuse(source, job.index, error)),
+                }
+            }
+            waiting.extend(pending.into_iter().chain(drawn));
+            let mut batch = Batch {
+                plan,
+                table: &table,
+                kinds: &kinds,
+                set: self.set,
+                shares: &shares,
+                waiting: &mut waiting,
+                source,
+            };
+            if runs.len() == 1 {
+                batch.run::<f64, _>(&Shared(leader.model.shape()), &runs);
+            } else {
+                batch.run::<Lanes<W>, _>(&Shared(leader.model.shape()), &runs);
+            }
+        }
+    }
+}
+
+/// The table of a job and the job's run over it; `None` if cancelled.
+fn lead<G: Shape>(
+    job: &Job<Machine<G>>,
+    steps: usize,
+    source: &dyn Source<Machine<G>>,
+) -> Result<Option<(Table, Run)>, PointError> {
+    let run = Run::of(job)?;
+    let table = Table::of_waves(&job.model, steps, || !source.is_cancelled())?;
+    Ok(table.map(|table| (table, run)))
+}

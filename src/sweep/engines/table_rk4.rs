@@ -1,0 +1,96 @@
+//! The engine with a fixed step for any periodic model: RK4 over a table of drives, one run at a time.
+
+use crate::model::equations::Periodic;
+use crate::sweep::engines::batch::{Batch, Run, refuse, refuse_stops};
+use crate::sweep::engines::interface::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::track::Plan;
+use crate::sweep::error::SweepError;
+use crate::sweep::lanes::drive_table::Table;
+use crate::sweep::lanes::instructions::InstructionSet;
+use crate::sweep::lanes::kernel::Plain;
+use std::collections::VecDeque;
+
+/// Engine for any periodic model: RK4 with a fixed number of steps per period, one run at a time over a table
+/// of all drives of the model. Edges are treated as by [`LaneRk4`].
+///
+/// ```
+/// use gear_dynamics::sweep::{Axis, Points, TableRk4};
+/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
+/// struct Swing(f64); // q'' + 3 q' + 2 q = f cos 2t
+/// impl Model for Swing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = self.0 * (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
+///     }
+/// }
+/// impl Periodic for Swing {
+///     fn period(&self) -> f64 { std::f64::consts::PI }
+/// }
+/// let amplitudes = Points::along(Axis::list("f", &[1.0, 4.0])?);
+/// let rows = Sweep::over(amplitudes).settle(20).measure(1).channels(&["q1"]).run(
+///     &TableRk4::new(64),
+///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
+///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
+/// )?;
+/// // Closed form: q = f (3 sin 2t - cos 2t)/20, RMS = f √5/20.
+/// assert!((rows.get(1)?.channel("q1")?.rms - 5f64.sqrt() / 5.0).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableRk4 {
+    steps: usize,
+}
+
+impl TableRk4 {
+    /// An engine with this number of steps per period of the model.
+    pub fn new(steps: usize) -> Self {
+        TableRk4 { steps }
+    }
+    /// Steps per period of the model.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+}
+
+impl<M: Periodic> SweepEngine<M> for TableRk4 {
+    fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError> {
+        Table::check_size(self.steps, model.drives())?;
+        kinds(model, channels).map(|_| ())
+    }
+    fn finer(&self) -> Option<Self> {
+        Some(TableRk4 { steps: self.steps.saturating_mul(4) })
+    }
+
+    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<M>) {
+        let mut waiting = VecDeque::new();
+        while !source.is_cancelled() {
+            let Some(Job { index, model, start }) = waiting.pop_front().or_else(|| source.next(None)) else {
+                return;
+            };
+            let Ok(kinds) = kinds(&model, channels) else { return };
+            if let Err(error) = refuse_stops(&model) {
+                waiting.extend(refuse(source, index, error));
+                continue;
+            }
+            match Table::of_drives(&model, self.steps, || !source.is_cancelled()) {
+                Err(error) => waiting.extend(refuse(source, index, error.into())),
+                Ok(None) => return,
+                Ok(Some(table)) => {
+                    let never = |_: &Job<M>| false;
+                    let set = InstructionSet::Baseline;
+                    let run = Run { index, start, period: model.period(), constants: Vec::new() };
+                    let mut batch = Batch {
+                        plan,
+                        table: &table,
+                        kinds: &kinds,
+                        set,
+                        shares: &never,
+                        waiting: &mut waiting,
+                        source,
+                    };
+                    batch.run_plain(&Plain(&model), &run);
+                }
+            }
+        }
+    }
+}
