@@ -114,7 +114,7 @@ fn duffing(c: &mut Criterion) {
 /// Rings of n gears, H = 20: residual, Jacobian and factors through one Newton step. Near linear in n.
 fn rings(c: &mut Criterion) {
     for gears in [8, 16, 64] {
-        let params = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) }.params().expect("valid");
+        let params = RingSet { error: 1e-5, ..RingSet::set_a(gears, 3000.0) }.params().expect("valid");
         let (ring, moving) =
             (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
         // Along a run, once every gear has been reached: held on one flank, half of the meshes would pull.

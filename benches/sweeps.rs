@@ -19,8 +19,8 @@ fn ensemble(count: usize) -> Sweep {
 }
 
 fn ensemble_over(count: usize, periods: usize) -> Sweep {
-    let points = Points::along(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
-    Sweep::over(points).settle(0).measure(periods).channels(&["q1"]).rattle()
+    let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    Sweep::new(points).settle(0).measure(periods).channels(&["q1"]).rattle()
 }
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
@@ -69,7 +69,7 @@ fn report<const W: usize>(set: InstructionSet) {
 fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEngine<Ring>) -> Rows {
     let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
     let sample = ring(gears, 2.0);
-    Sweep::over(Points::along(torques))
+    Sweep::new(Points::on_axis(torques))
         .settle(0)
         .measure(periods)
         .channels(&["deflection 1"])
@@ -96,7 +96,7 @@ fn report_speeds() {
     let omega = sample.mesh_frequency();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
     let sweep =
-        Sweep::over(Points::along(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
+        Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
     let lanes =

@@ -67,12 +67,12 @@ fn main() -> Outcome<()> {
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts =
             Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
-        let rows = Sweep::over(starts).settle(100).measure(20).strobe(16).run(
+        let rows = Sweep::new(starts).settle(100).measure(20).strobe(16).run(
             &LaneRk4::<16>::new(256),
             |_| pair.with("speed", omega),
             |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
         )?;
-        let attractors = Attractors::of(&rows, 1e-4)?;
+        let attractors = Attractors::find(&rows, 1e-4)?;
         println!("Ω = {omega}: {} motions", attractors.list().len());
         for (i, one) in attractors.list().iter().enumerate() {
             let share = one.rows as f64 / (SIDE * SIDE) as f64;
@@ -107,7 +107,7 @@ fn main() -> Outcome<()> {
         Axis::linear("q", -4.0, 4.0, COARSE)?,
         Axis::linear("v", -4.0, 4.0, COARSE)?,
     ];
-    let rows = Sweep::over(Points::grid(axes)?).settle(100).measure(20).rattle().run(
+    let rows = Sweep::new(Points::grid(axes)?).settle(100).measure(20).rattle().run(
         &LaneRk4::<16>::new(256),
         |p| pair.with("amplitude", p["amplitude"]),
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),

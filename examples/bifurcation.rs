@@ -23,7 +23,7 @@ fn main() -> Outcome<()> {
     let speeds = Axis::list("omega_1", &speeds())?;
     // For a picture, not for digits: exponents over 40 turns, their flow held to 1e-7.
     let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
-    let sweep = Sweep::over(Points::along(speeds)).settle(30).measure(40).lyapunov(exponents);
+    let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
     let diagram = Bifurcation::strobed(sweep, "q1").run(
         &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
         |p| {

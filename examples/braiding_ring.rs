@@ -25,7 +25,7 @@ fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
     (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
 }
 
-/// Angles of 1e-3 rad carry deflections of 1e-5 m: tolerances by component.
+/// Angles of 1e-3 rad warm_start deflections of 1e-5 m: tolerances by component.
 fn solver<M: Model>(model: &M) -> Dop853 {
     let n = model.dof();
     Dop853::new().rtol(1e-8).atol_each(&[vec![1e-11; n], vec![1e-7; n]].concat())
@@ -140,9 +140,9 @@ impl Disturbance {
 fn main() -> Outcome<()> {
     let folder = gallery("braiding_ring")?;
     type Set = (&'static str, fn(f64) -> RingSet);
-    let sets: [Set; 2] = [("A", |rpm| RingSet::a(3, rpm)), ("E", |rpm| RingSet::e(3, rpm))];
+    let sets: [Set; 2] = [("A", |rpm| RingSet::set_a(3, rpm)), ("E", |rpm| RingSet::set_e(3, rpm))];
 
-    let a = ring(&RingSet::a(3, 1000.0))?;
+    let a = ring(&RingSet::set_a(3, 1000.0))?;
     println!(
         "Set A, 1000 r/min: torque imbalance {} N m accelerates the ring by {:.1} rad/s²",
         a.torque_imbalance(),
@@ -162,7 +162,7 @@ fn main() -> Outcome<()> {
     let runs: Vec<_> = widths
         .par_iter()
         .map(|&half_backlash| {
-            let set = RingSet { half_backlash, ..RingSet::a(3, 1000.0) };
+            let set = RingSet { half_backlash, ..RingSet::set_a(3, 1000.0) };
             let run = ring(&set)
                 .and_then(|ring| history(&ring, &["deflection 1"], 10.0, 1e-4))
                 .map_err(|e| e.to_string());
@@ -174,7 +174,8 @@ fn main() -> Outcome<()> {
     let mut panels = Vec::new();
     for (b, run) in widths.iter().zip(runs) {
         let (times, values) = run?;
-        let (early, late) = (Summary::of(&values[0][..10_000])?, Summary::of(&values[0][90_000..])?);
+        let (early, late) =
+            (Summary::from_samples(&values[0][..10_000])?, Summary::from_samples(&values[0][90_000..])?);
         println!(
             "{b:12.3e} {:14.4} {:14.3} {:18.4}",
             1e6 * late.mean,
@@ -195,7 +196,7 @@ fn main() -> Outcome<()> {
     for (name, set) in sets {
         let (_, values) = history(&ring(&set(1000.0))?, &["deflection 1"], 4.0, 2.5e-5)?;
         let samples = &values[0][..160_000];
-        let spectrum = Spectrum::of(samples, 2.5e-5, Window::Hann)?;
+        let spectrum = Spectrum::new(samples, 2.5e-5, Window::Hann)?;
         let lines: Vec<(f64, f64)> = spectrum
             .frequencies()
             .iter()
@@ -316,7 +317,7 @@ fn main() -> Outcome<()> {
         "{:>4} {:28} {:>13} {:>13} {:>13} {:>16} {:>15}",
         "set", "disturbance", "|W|, t < 7 s", "|W|, t > 7 s", "p-p, t > 7 s", "|K d|, t < 7 s", "t > 7 s [N]"
     );
-    let c_g = RingSet::e(3, 1000.0).mesh_damping;
+    let c_g = RingSet::set_e(3, 1000.0).mesh_damping;
     let mut disturbances: Vec<Disturbance> =
         [0.0, 0.5, 1.0, 10.0, 100.0, c_g, 2.0 * c_g].map(Disturbance::Constant).into();
     disturbances.extend([1.0, c_g, 2.0 * c_g].map(Disturbance::Damping));
@@ -359,7 +360,7 @@ fn main() -> Outcome<()> {
         );
     }
 
-    let bare = ring(&RingSet::e(3, 1000.0))?;
+    let bare = ring(&RingSet::set_e(3, 1000.0))?;
     let hold = bare.period(); // one mesh period
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020);
     let slots = damping_slots(&bare)?;
@@ -372,7 +373,7 @@ fn main() -> Outcome<()> {
             envelope(&times, &values[0], 800),
         )
     };
-    let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::e(3, 1000.0) })?;
+    let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::set_e(3, 1000.0) })?;
     let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
     let panels = [
         Panel::new("held values of C_D (first mesh)", "hold number", "value [1]").with(

@@ -74,7 +74,7 @@ fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
     let q = turn.channel(pair, "q1")?;
     let history = times.iter().zip(&q).map(|(t, q)| ((t - t0) / pair.period(), *q)).collect();
     let phase = turn.phase_portrait(0);
-    let spectrum = Spectrum::of(&q[..SAMPLES], pair.period() / SAMPLES as f64, Window::Rectangular)?;
+    let spectrum = Spectrum::new(&q[..SAMPLES], pair.period() / SAMPLES as f64, Window::Rectangular)?;
     let orders = spectrum.orders(1.0 / pair.period())?;
     let lines = orders.iter().zip(spectrum.amplitudes()).skip(1).take(260).map(|(o, a)| (*o, *a)).collect();
     Ok([
@@ -100,7 +100,7 @@ fn two_degrees_of_freedom() -> Outcome<()> {
             let x2 = two_solver.sample(&two, &two.static_start()?, &times)?.channel(&two, "deflection")?;
             // The drive flank of the one is the lower, that of the other the upper.
             let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs()));
-            let share = worst / Summary::of(&x1[20_000..])?.peak_to_peak();
+            let share = worst / Summary::from_samples(&x1[20_000..])?.peak_to_peak();
             println!("{speed} rad/s, I1 = {inertia:4} kg m²: {share:.1e}");
         }
     }

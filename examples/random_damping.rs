@@ -25,7 +25,7 @@ fn process(set: &RingSet, member: u64) -> Result<HeldProcess, Box<dyn std::error
 
 fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
-    let set = RingSet { motor_torque: 6.0, ..RingSet::a(3, 3000.0) };
+    let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
     let slots =
         (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;

@@ -44,7 +44,7 @@ fn main() -> Outcome<()> {
         Axis::linear("load", 2.0, 50.0, SIDE)?,
     ])?;
     // Fixed steps across tooth edges leave a jitter of some per mille on weakly stable motions: their figures are firm all the same.
-    let sweep = Sweep::over(points)
+    let sweep = Sweep::new(points)
         .periodic_within(5e-3)
         .settle(SETTLE)
         .measure(MEASURE)

@@ -33,7 +33,7 @@ pub struct Dual<const N: usize = 1> {
 }
 
 /// √2.2e-308, the root of the smallest normal number.
-const LEAST_ROOT: f64 = 1.491_668_146_240_041_3e-154;
+const MIN_ROOT: f64 = 1.491_668_146_240_041_3e-154;
 
 impl Dual {
     /// A variable with this value: slope 1.
@@ -121,7 +121,7 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
-        let below = if value == 0.0 { LEAST_ROOT } else { value };
+        let below = if value == 0.0 { MIN_ROOT } else { value };
         Dual { value, slope: self.slope.map(|x| 0.5 * x / below) }
     }
     #[inline(always)]
@@ -142,7 +142,7 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn powf(self, p: f64) -> Self {
-        let below = if self.value == 0.0 && p < 1.0 { LEAST_ROOT } else { self.value };
+        let below = if self.value == 0.0 && p < 1.0 { MIN_ROOT } else { self.value };
         self.chain(libm::pow(self.value, p), if p == 0.0 { 0.0 } else { p * libm::pow(below, p - 1.0) })
     }
     #[inline(always)]
@@ -152,7 +152,7 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        let below = if self.value == 0.0 { LEAST_ROOT } else { self.value };
+        let below = if self.value == 0.0 { MIN_ROOT } else { self.value };
         self.chain(libm::log(self.value), 1.0 / below)
     }
     #[inline(always)]

@@ -52,12 +52,12 @@ pub enum ParameterError {
         allowed: &'static str,
     },
     /// A list is empty.
-    #[error("{name} is empty: at least {least} entries are needed")]
+    #[error("{name} is empty: at least {min} entries are needed")]
     Empty {
         /// Name of the list.
         name: String,
         /// Minimum length.
-        least: usize,
+        min: usize,
     },
     /// A list has the wrong length.
     #[error("{name} has {found} entries: {expected} are needed")]
@@ -76,24 +76,24 @@ pub enum ParameterError {
         name: String,
     },
     /// A count (of teeth, gears, samples) is below its minimum.
-    #[error("{name} is {value}: at least {least} are needed")]
+    #[error("{name} is {value}: at least {min} are needed")]
     TooFew {
         /// Name of the count.
         name: String,
         /// The count given.
         value: usize,
         /// Minimum count.
-        least: usize,
+        min: usize,
     },
     /// A count exceeds its maximum, which limits memory and time.
-    #[error("{name} is {value}: at most {most} are allowed")]
+    #[error("{name} is {value}: at most {max} are allowed")]
     TooMany {
         /// Name of the count.
         name: String,
         /// The count given; `usize::MAX` if it exceeds the range of `usize`.
         value: usize,
         /// Maximum count.
-        most: usize,
+        max: usize,
     },
     /// A computed quantity exceeds the largest `f64`.
     #[error("{name} overflows: the largest of the values it is computed from is {value}")]
@@ -318,9 +318,9 @@ pub(crate) mod check {
     }
 
     /// The product of `factors`, a count of numbers or of repetitions; an error if it exceeds `most`.
-    pub(crate) fn count(name: impl Into<String>, factors: &[usize], most: usize) -> Result<usize, E> {
+    pub(crate) fn count(name: impl Into<String>, factors: &[usize], max: usize) -> Result<usize, E> {
         let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
-        if value <= most { Ok(value) } else { Err(E::TooMany { name: name.into(), value, most }) }
+        if value <= max { Ok(value) } else { Err(E::TooMany { name: name.into(), value, max }) }
     }
 
     /// A quantity `figure` that is computed from `values`; an error if it is not finite.

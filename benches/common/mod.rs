@@ -186,7 +186,7 @@ pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamic
         error: 1e-5,
         motor_torque: torque * gears as f64,
         load_torque: torque,
-        ..RingSet::a(gears, 1000.0)
+        ..RingSet::set_a(gears, 1000.0)
     };
     set.params().expect("the parameters are in range")
 }

@@ -92,7 +92,7 @@ pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     /// Hardly less than the true extremes: 500 in each period of the highest order.
     const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.rattle_state();
-    let elastic = Summary::of(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
+    let elastic = Summary::from_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
     // Of the published equations linearised along the series: the paper gives none.
     let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
     Ok(Point { state, ppv: orbit.peak_to_peak(0), elastic, stable })

@@ -88,7 +88,7 @@ pub enum Slip {
     /// The acceleration is NaN from a time on.
     NotANumber(f64),
     /// A drive edge that does not lie ahead.
-    EdgeBehind,
+    DriveEdgeBehind,
     /// Drive edges closer than any step.
     EdgesWithoutEnd(f64),
     /// The lower edge lies above the upper one.
@@ -127,7 +127,7 @@ impl User {
             let t = case.number(1.0);
             case.pick(&[
                 Slip::NotANumber(t),
-                Slip::EdgeBehind,
+                Slip::DriveEdgeBehind,
                 Slip::EdgesWithoutEnd(1e-14 * t.abs()),
                 Slip::NegativeGap,
                 Slip::Deflection,
@@ -178,7 +178,7 @@ impl Model for User {
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         match self.slip {
-            Slip::EdgeBehind => Some(t),
+            Slip::DriveEdgeBehind => Some(t),
             Slip::EdgesWithoutEnd(spacing) => Some(t + spacing),
             _ => None,
         }
@@ -270,8 +270,11 @@ pub fn reading(case: &mut Case) -> NfgReading {
 pub fn ring_set(case: &mut Case) -> RingSet {
     let gears = if case.hostile() { case.count(4) } else { case.pick(&[3, 4, 4, 6]) };
     // The set itself is of moderate size; its number of gears is put in afterwards.
-    let base =
-        if gears <= 16 { RingSet::a(gears, 3000.0) } else { RingSet { gears, ..RingSet::a(4, 3000.0) } };
+    let base = if gears <= 16 {
+        RingSet::set_a(gears, 3000.0)
+    } else {
+        RingSet { gears, ..RingSet::set_a(4, 3000.0) }
+    };
     let mut shaft = |k: f64, c: f64| Shaft { stiffness: case.number(k), damping: case.number(c) };
     let (motor_shaft, output_shaft) = (shaft(973.0, 0.0257), shaft(24_913.0, 0.117));
     let phases = (0..base.phases.len()).map(|i| case.number(1.0 + i as f64)).collect();

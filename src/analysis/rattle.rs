@@ -29,8 +29,8 @@ pub enum RattleState {
 }
 
 impl RattleState {
-    /// The number rsv of Liu 2021: 0 none, 1 unilateral, 2 bilateral. Floating, which the paper does not
-    /// have, is 3.
+    /// The number rsv of Liu 2021: 0 none, 1 unilateral, 2 bilateral. Floating is 3; Liu 2021 does not have
+    /// this state.
     pub fn rsv(self) -> u8 {
         match self {
             RattleState::None => 0,

@@ -61,7 +61,7 @@ impl Window {
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
 /// let sine: Vec<f64> = (0..64).map(|i| (i as f64 * std::f64::consts::TAU * 5.0 / 64.0).sin()).collect();
-/// let spectrum = Spectrum::of(&sine, 1.0 / 64.0, Window::Hann)?;
+/// let spectrum = Spectrum::new(&sine, 1.0 / 64.0, Window::Hann)?;
 /// assert!((spectrum.amplitudes()[5] - 1.0).abs() < 1e-14);
 /// assert_eq!(spectrum.frequencies()[5], 5.0);
 /// assert_eq!(spectrum.orders(2.5)?[5], 2.0);
@@ -84,10 +84,10 @@ impl Spectrum {
     /// # Errors
     /// Fewer than 2 or more than 2²⁶ samples; a sample that is NaN or infinite; a spacing outside 1e-50 ..
     /// 1e50; an amplitude that overflows.
-    pub fn of(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
+    pub fn new(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
         if n < 2 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: n, least: 2 });
+            return Err(ParameterError::TooFew { name: "samples".into(), value: n, min: 2 });
         }
         check::all_finite("samples", samples)?;
         check::scale("spacing", spacing)?;

@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 /// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.
 ///
 /// ```
-/// let summary = gear_dynamics::analysis::Summary::of(&[1.0, 3.0])?;
+/// let summary = gear_dynamics::analysis::Summary::from_samples(&[1.0, 3.0])?;
 /// assert_eq!((summary.mean, summary.peak_to_peak()), (2.0, 2.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -35,9 +35,9 @@ impl Summary {
     /// # Errors
     /// [`ParameterError::Empty`] without samples; [`ParameterError::NotFinite`] for a sample that is NaN or
     /// infinite; [`ParameterError::Overflow`] if the sum or the mean square overflows.
-    pub fn of(samples: &[f64]) -> Result<Self, ParameterError> {
+    pub fn from_samples(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.is_empty() {
-            return Err(ParameterError::Empty { name: "samples".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "samples".into(), min: 1 });
         }
         check::all_finite("samples", samples)?;
         let n = samples.len() as f64;
@@ -160,7 +160,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     pub fn summary(&self, channel: &str) -> Result<Summary, ParameterError> {
         let i = check::channel_index(&self.names, channel)?;
         if self.duration <= 0.0 {
-            return Err(ParameterError::Empty { name: "the observed run".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "the observed run".into(), min: 1 });
         }
         let r = self.running[i];
         let off = r.off / self.duration;

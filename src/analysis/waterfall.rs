@@ -36,7 +36,7 @@ pub struct Waterfall {
 ///
 /// ```
 /// use gear_dynamics::{ParameterError, analysis::WaterfallError};
-/// let error = WaterfallError::from(ParameterError::TooFew { name: "turns".into(), value: 0, least: 1 });
+/// let error = WaterfallError::from(ParameterError::TooFew { name: "turns".into(), value: 0, min: 1 });
 /// assert_eq!(error.to_string(), "turns is 0: at least 1 are needed");
 /// ```
 #[derive(Clone, Debug, Error)]
@@ -91,7 +91,7 @@ impl Waterfall {
     pub fn new(turns: usize, samples: usize) -> Result<Self, ParameterError> {
         for (name, value, least) in [("turns", turns, 1), ("samples per turn", samples, 4)] {
             if value < least {
-                return Err(ParameterError::TooFew { name: name.into(), value, least });
+                return Err(ParameterError::TooFew { name: name.into(), value, min: least });
             }
         }
         check::count("samples in a window", &[turns, samples], check::NUMBERS)?;
@@ -131,7 +131,7 @@ impl Waterfall {
             .chunks_exact(window)
             .zip(values.chunks_exact(window))
             .map(|(times, values)| {
-                let spectrum = Spectrum::of(values, 1.0 / self.samples as f64, Window::Hann)?;
+                let spectrum = Spectrum::new(values, 1.0 / self.samples as f64, Window::Hann)?;
                 let (first, last) = (times[0], times[window - 1]);
                 let speed = (window - 1) as f64 * step / (last - first);
                 let orders = spectrum.orders(1.0)?;

@@ -255,7 +255,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
             let mut pieces = self.pieces_at(&q, v);
             let flank = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
             pieces[contact] = if pieces[contact] == Piece::Gap { flank } else { Piece::Gap };
-            self.held(&pieces, &q, v).is_some_and(|held| held == self.accel(&q, v))
+            self.accel_on_pieces(&pieces, &q, v).is_some_and(|a| a == self.accel(&q, v))
         })
     }
 

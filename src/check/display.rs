@@ -16,10 +16,10 @@ impl fmt::Display for Inconsistency {
                      differences of accel give {differences}"
                 )
             }
-            Inconsistency::Pieces { component, held, free } => write!(
+            Inconsistency::Pieces { component, on_pieces, accel } => write!(
                 f,
                 "accel_on_pieces: on the pieces on which the contacts stand, component {component} is \
-                 {held}, but accel gives {free}; both must agree"
+                 {on_pieces}, but accel gives {accel}; both must agree"
             ),
             Inconsistency::PiecesIgnored { contact, edge } => write!(
                 f,
@@ -51,7 +51,7 @@ impl fmt::Display for Inconsistency {
                  {approach} relative to it and leaves it with {leaves}; the speed after the impact must lie \
                  between 0 and the speed before it"
             ),
-            Inconsistency::UntoldKink { component, q } => write!(
+            Inconsistency::UndeclaredKink { component, q } => write!(
                 f,
                 "accel: component {component} has a kink or a jump at q = {q:?}, where no contact has an \
                  edge; declare the edge by contacts() and contact(), so that solvers can locate it"
@@ -72,7 +72,7 @@ impl fmt::Display for Inconsistency {
             Inconsistency::NegativeGap { contact, lower, upper } => {
                 write!(f, "contact {contact}: its lower edge {lower} lies above its upper edge {upper}")
             }
-            Inconsistency::EdgeBehind { t, edge } => {
+            Inconsistency::DriveEdgeBehind { t, edge } => {
                 write!(f, "next_edge: at t = {t} it returns {edge}; the edge must be later than t")
             }
             Inconsistency::UnannouncedJump { drive, t } => {

@@ -33,7 +33,7 @@ pub(crate) fn check<M: Model + ?Sized>(
             break;
         };
         if edge <= t || edge.is_nan() {
-            findings.push(Inconsistency::EdgeBehind { t, edge });
+            findings.push(Inconsistency::DriveEdgeBehind { t, edge });
             return;
         }
         t = edge;

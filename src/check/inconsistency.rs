@@ -49,9 +49,9 @@ pub enum Inconsistency {
         /// Index of the acceleration.
         component: usize,
         /// Value of `accel_on_pieces`.
-        held: f64,
+        on_pieces: f64,
         /// Value of `accel`.
-        free: f64,
+        accel: f64,
     },
     /// The rate of a contact is not the time derivative of its deflection along the motion.
     ContactRate {
@@ -99,7 +99,7 @@ pub enum Inconsistency {
         leaves: f64,
     },
     /// The acceleration has a kink or a jump where no contact has an edge.
-    UntoldKink {
+    UndeclaredKink {
         /// Index of the acceleration.
         component: usize,
         /// Coordinates at the kink.
@@ -134,7 +134,7 @@ pub enum Inconsistency {
         upper: f64,
     },
     /// `next_edge` returns an instant that is not later than its argument.
-    EdgeBehind {
+    DriveEdgeBehind {
         /// Argument of `next_edge`.
         t: f64,
         /// Result of `next_edge`.

@@ -56,7 +56,7 @@ impl Bend {
 impl<M: Model + ?Sized> Point<'_, M> {
     /// Reports the first kink along the line through zero and the typical coordinates. If there is none, it
     /// searches along each coordinate, over several reaches.
-    pub(crate) fn untold_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
+    pub(crate) fn undeclared_kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let (q, n) = (self.state.q.clone(), self.model.dof());
         let ray = |s: f64| -> Vec<f64> { q.iter().map(|q| s * q).collect() };
         if q.iter().any(|q| *q != 0.0)
@@ -100,7 +100,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
                     continue;
                 }
                 if let Some(s) = self.narrow(line, component, lo, hi) {
-                    return Some(Inconsistency::UntoldKink { component, q: line(s) });
+                    return Some(Inconsistency::UndeclaredKink { component, q: line(s) });
                 }
             }
         }

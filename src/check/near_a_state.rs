@@ -38,7 +38,7 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
         at.rates(period, &mut findings);
         at.kinks(&mut findings);
         if !findings.iter().any(|f| matches!(f, Inconsistency::Kink { .. })) {
-            at.untold_kinks(&mut findings);
+            at.undeclared_kinks(&mut findings);
         }
         crate::check::drives::check(model, typical, period, &mut findings);
     }

@@ -49,7 +49,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
     }
 
     /// The acceleration on given pieces; `None` if the model does not offer it.
-    pub(crate) fn held(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn accel_on_pieces(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
         let mut a = vec![0.0; self.model.dof()];
         self.model.accel_on_pieces(pieces, &self.u, q, v, &mut a).then_some(a)
     }
@@ -185,13 +185,15 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         }
         let mut reported = vec![false; self.model.dof()];
         for q in places {
-            let Some(held) = self.held(&self.pieces_at(&q, &v), &q, &v) else { return };
+            let Some(fixed) = self.accel_on_pieces(&self.pieces_at(&q, &v), &q, &v) else { return };
             let free = self.accel(&q, &v);
-            for component in 0..held.len() {
-                let (held, free) = (held[component], free[component]);
-                if !reported[component] && differ(held, free, ROUNDING / FINE * self.terms[component], FINE) {
+            for component in 0..fixed.len() {
+                let (on_pieces, accel) = (fixed[component], free[component]);
+                if !reported[component]
+                    && differ(on_pieces, accel, ROUNDING / FINE * self.terms[component], FINE)
+                {
                     reported[component] = true;
-                    findings.push(Inconsistency::Pieces { component, held, free });
+                    findings.push(Inconsistency::Pieces { component, on_pieces, accel });
                 }
             }
         }

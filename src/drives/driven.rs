@@ -15,7 +15,7 @@ type OfTime = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
 ///
 /// ```
 /// use gear_dynamics::{drives::Driven, Model, Ring, models::ring::RingSet, excitation::Side};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let torque = ring.slot("motor torque")?;
 /// // The torque increases by 5 N m/s for 2 s and is constant afterwards.
 /// let run_up = Driven::new(ring).add(torque, |t| if t < 2.0 { 5.0 * t } else { 10.0 }, &[2.0])?;
@@ -30,7 +30,7 @@ pub type Driven<M> = Wrapped<M, TimeDrives>;
 ///
 /// ```
 /// use gear_dynamics::{drives::Driven, models::ring::RingSet, excitation::Side, Model, Ring};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let torque = ring.slot("motor torque")?;
 /// let ramp = Driven::new(ring).add(torque, |t| 5.0 * t, &[])?;
 /// let both = ramp.add(torque, |t| if t < 2.0 { 0.0 } else { 10.0 }, &[2.0])?;

@@ -130,7 +130,7 @@ impl HeldProcess {
     pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
         let hold = check::scale("hold time", hold)?;
         if values.is_empty() {
-            return Err(ParameterError::Empty { name: "held values".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "held values".into(), min: 1 });
         }
         check::quantities("held values", values)?;
         Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
@@ -220,7 +220,7 @@ struct Fill {
 /// ```
 /// use gear_dynamics::{drives::{Held, HeldProcess}, Model, Ring, models::ring::RingSet};
 /// use rand_distr::Uniform;
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// // C_gΔ of Yao 2020: uniform on (0, 1) times 500 N s/m, one stream per mesh, hold time 0.1 ms.
 /// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
 /// let slots =
@@ -235,7 +235,7 @@ pub type Held<M> = Wrapped<M, HeldDrives>;
 ///
 /// ```
 /// use gear_dynamics::{drives::{Held, HeldProcess}, models::ring::RingSet, Ring};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let slots = [ring.slot("mesh damping 1")?, ring.slot("mesh damping 2")?];
 /// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
 /// let noisy = Held::new(ring).shared(&slots, 500.0, process)?;

@@ -65,7 +65,7 @@ impl PhaseLaw {
     pub fn table(times: &[f64], speeds: &[f64]) -> Result<Self, ParameterError> {
         check::length("speeds of the phase law", speeds.len(), times.len())?;
         if times.is_empty() {
-            return Err(ParameterError::Empty { name: "times of the phase law".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "times of the phase law".into(), min: 1 });
         }
         check::quantities("times of the phase law", times)?;
         let mut knots: Vec<[f64; 3]> = Vec::with_capacity(times.len());

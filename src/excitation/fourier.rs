@@ -61,7 +61,7 @@ impl Fourier {
     pub fn fit(samples: &[f64], order: usize) -> Result<Self, ParameterError> {
         let least = order.saturating_mul(2).saturating_add(1);
         if samples.len() < least {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least });
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), min: least });
         }
         check::quantities("samples", samples)?;
         check::count("order", &[order], check::ORDERS)?;

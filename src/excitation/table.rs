@@ -29,7 +29,7 @@ impl Table {
     /// Fewer than 3 samples; one beyond ±1e50.
     pub fn new(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.len() < 3 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), least: 3 });
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), min: 3 });
         }
         check::quantities("samples", samples)?;
         let moments = periodic_moments(samples);

@@ -50,7 +50,7 @@ const APART: f64 = 4.0 * ASIDE;
 const FARTHEST: f64 = 1e12;
 
 /// Maximum number of edges in a turn of the shaft.
-const MOST_EDGES: usize = 1 << 20;
+const MAX_EDGES: usize = 1 << 20;
 
 impl Wave {
     /// The wave f(φ): order 1, phase 0.
@@ -87,11 +87,11 @@ impl Wave {
     /// An order of 0; a product of the orders above 1 000 000; more than 2²⁰ edges in a turn.
     pub fn per_turn(self, order: u32) -> Result<Self, ParameterError> {
         if order == 0 {
-            return Err(ParameterError::TooFew { name: "order of a wave".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "order of a wave".into(), value: 0, min: 1 });
         }
         let orders = [self.order as usize, order as usize];
         let order = check::count("order of a wave", &orders, check::TEETH)? as u32;
-        check::count("edges of a wave in a turn", &[order as usize, self.edges.len()], MOST_EDGES)?;
+        check::count("edges of a wave in a turn", &[order as usize, self.edges.len()], MAX_EDGES)?;
         Ok(Wave { order, ..self })
     }
 
@@ -100,7 +100,7 @@ impl Wave {
     ///
     /// # Errors
     /// A phase beyond ±1e50.
-    pub fn ahead(self, phase: f64) -> Result<Self, ParameterError> {
+    pub fn with_phase(self, phase: f64) -> Result<Self, ParameterError> {
         let ahead = (self.ahead + check::quantity("phase of a wave", phase)?).rem_euclid(TAU) % TAU;
         Ok(Wave { ahead, ..self })
     }

@@ -138,7 +138,7 @@ impl<G: Shape> Machine<G> {
             });
         }
         let Some(&speed) = prepared.first() else {
-            return Err(ParameterError::Empty { name: "constants of a shape".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "constants of a shape".into(), min: 1 });
         };
         check::scale("speed of the angle", speed)?;
         check::all_finite("prepared constants", &prepared)?;
@@ -151,7 +151,7 @@ impl<G: Shape> Machine<G> {
             0 => Err(ParameterError::TooFew {
                 name: "repeats of the waves in a turn".into(),
                 value: 0,
-                least: 1,
+                min: 1,
             }),
             repeats => Ok(repeats),
         }

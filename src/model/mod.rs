@@ -1,10 +1,11 @@
 //! Models: traits of the equations of motion, shapes and machines.
 
+pub(crate) mod couplings;
 pub(crate) mod equations;
 pub(crate) mod jacobian;
 pub(crate) mod machine;
+pub(crate) mod offers;
 pub(crate) mod rigid;
-pub(crate) mod rigid_stops;
 pub(crate) mod shape;
 pub(crate) mod shape_checks;
 pub(crate) mod slopes;

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
-use crate::model::rigid_stops::rigid_edges;
+use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use nalgebra::DMatrix;
 
@@ -96,7 +96,7 @@ fn golden(i: usize) -> f64 {
 /// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other
 /// contacts are 0.
 fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
-    let (n, rigid) = (q.len(), rigid_edges(model));
+    let (n, rigid) = (q.len(), Offers::of(model).rigid_edges());
     let mut contacts = vec![Contact::default(); rigid.len()];
     let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {
         if !contacts.is_empty() {
@@ -172,7 +172,9 @@ mod tests {
     #[test]
     fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {
         for frame in [Frame::Rigid, Frame::Inertial] {
-            for set in [RingSet::a(3, 1000.0), RingSet { mesh_damping: 0.0, ..RingSet::a(16, 5000.0) }] {
+            for set in
+                [RingSet::set_a(3, 1000.0), RingSet { mesh_damping: 0.0, ..RingSet::set_a(16, 5000.0) }]
+            {
                 let mut params = set.params()?;
                 params.gears[1].base_radius *= 1.5;
                 let ring = Ring::as_printed(&params)?.in_frame(frame);

@@ -45,7 +45,7 @@ impl<G: Shape> Machine<G> {
             return Err(ParameterError::TooFew {
                 name: "degrees of freedom of the shape".into(),
                 value: 0,
-                least: 1,
+                min: 1,
             });
         }
         let turn = TAU / f64::from(self.repeats()?);

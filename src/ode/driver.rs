@@ -1,9 +1,8 @@
 //! The main loop of all solvers: make a step, locate edges in it, call the observer, prepare the next step.
 
 use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::model::rigid_stops::first_stop;
+use crate::model::offers::Offers;
 use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Found, Locator};
@@ -31,7 +30,7 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
     if !limits.locate
-        && let Some(contact) = first_stop(model)
+        && let Some(contact) = Offers::of(model).first_stop()
     {
         return Err(IntegrateError::StopNotLocated { contact });
     }
@@ -77,7 +76,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         }
         run.e.aim(aim);
         run.e.attempt::<T, LOCATE>();
-        if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.meet_edges::<T>()? == Verdict::Repeat) {
+        if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.locate_edges::<T>()? == Verdict::Repeat) {
             run.stats.rejected += 1;
             continue;
         }
@@ -150,7 +149,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             locator.classify(&mut e, true);
             check_gaps(&e, e.t)?;
             locator.check_stops(e.t)?;
-            e.frozen = can_freeze(&e);
+            e.on_fixed_pieces = Offers::of(model).fixed_pieces();
         }
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
@@ -218,7 +217,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     /// must be repeated, because it is too long to resolve the gaps, or because a contact leaves its piece at
     /// the start of the step.
     #[inline(always)]
-    fn meet_edges<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
+    fn locate_edges<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         self.crossings.clear();
         let e = &mut self.e;
         let made = e.h();
@@ -328,14 +327,6 @@ fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Res
         }
     }
     Ok(())
-}
-
-/// Whether the model can be evaluated on fixed pieces.
-fn can_freeze<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> bool {
-    let (q, v) = e.y.slice().split_at(e.model.dof());
-    let (mut u, mut a) = (vec![0.0; e.model.drives()], vec![0.0; q.len()]);
-    e.model.drive(e.t, Side::After, &mut u);
-    e.model.accel_on_pieces(&e.pieces, &u, q, v, &mut a)
 }
 
 /// The error for a step without a finite result. It names the first acceleration that is not finite, in the

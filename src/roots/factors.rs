@@ -78,7 +78,7 @@ mod tests {
     /// Along a run no gear loses its neighbours, and blocks need no pivots from outside.
     #[test]
     fn rings_are_eliminated_in_blocks() -> Result<(), Box<dyn std::error::Error>> {
-        let set = RingSet { error: 1e-5, ..RingSet::a(8, 3000.0) };
+        let set = RingSet { error: 1e-5, ..RingSet::set_a(8, 3000.0) };
         let (ring, moving) = (Ring::new(&set.params()?)?, Ring::new(&set.params()?)?.in_frame(Frame::Rigid));
         let end = Dop853::new().end(&moving, &State::at_rest(ring.dof()), 20.0 * ring.period())?;
         let balance = Balance::new(Harmonics::up_to(5));

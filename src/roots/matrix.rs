@@ -28,10 +28,10 @@ pub struct Matrix {
 }
 
 /// The largest dense matrix: 34 GB.
-const MOST_DENSE: usize = 1 << 16;
+const MAX_DENSE: usize = 1 << 16;
 
 /// Stored entries of a matrix in blocks at most: 2 GB.
-const MOST_ENTRIES: usize = 1 << 28;
+const MAX_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl Matrix {
     /// # Panics
     /// If it is larger than 65 536.
     pub fn dense(size: usize) -> Self {
-        assert!(size <= MOST_DENSE, "a dense matrix of size {size}: at most {MOST_DENSE} are stored");
+        assert!(size <= MAX_DENSE, "a dense matrix of size {size}: at most {MAX_DENSE} are stored");
         Matrix {
             starts: vec![0, size],
             parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }],
@@ -63,7 +63,7 @@ impl Matrix {
     /// A block outside the matrix, or twice; heights of more than 2²⁸ in sum, or more than 2²⁸ stored entries.
     pub fn blocks(heights: &[usize], pattern: &[(usize, usize)]) -> Result<Self, ParameterError> {
         let size = heights.iter().fold(0usize, |size, &height| size.saturating_add(height));
-        check::count("sum of the heights", &[size], MOST_ENTRIES)?;
+        check::count("sum of the heights", &[size], MAX_ENTRIES)?;
         let mut matrix = Matrix::of_heights(heights);
         let mut entries = 0usize;
         for (k, &(i, j)) in pattern.iter().enumerate() {
@@ -76,7 +76,7 @@ impl Matrix {
                 });
             }
             entries = entries.saturating_add(heights[i].saturating_mul(heights[j]));
-            check::count("stored entries", &[entries], MOST_ENTRIES)?;
+            check::count("stored entries", &[entries], MAX_ENTRIES)?;
             matrix.add_part(i, j, false);
         }
         Ok(matrix)

@@ -81,7 +81,7 @@ pub enum PointError {
     Start(ParameterError),
     /// A requested result is infinite or NaN although the motion is finite.
     #[error("results of the run: {0}")]
-    Figure(ParameterError),
+    Value(ParameterError),
     /// A period that is not positive and finite.
     #[error("the period of the model is {period}: it must be positive and finite")]
     Period {
@@ -121,5 +121,5 @@ pub enum PointError {
     },
     /// The text of an error that was read from bytes.
     #[error("{0}")]
-    Told(String),
+    Text(String),
 }

@@ -14,7 +14,7 @@ fn amplitudes_are_scaled() {
     for n in [64, 63, 1000] {
         for window in WINDOWS {
             let x: Vec<f64> = (0..n).map(|i| 0.7 + (TAU * 9.0 * i as f64 / n as f64 + 0.4).sin()).collect();
-            let s = Spectrum::of(&x, 0.01, window).unwrap();
+            let s = Spectrum::new(&x, 0.01, window).unwrap();
             assert!((s.amplitudes()[9] - 1.0).abs() < 1e-12, "{window:?}");
             assert!((s.amplitudes()[0] - 0.7).abs() < 1e-12, "{window:?}");
             assert!((s.phases()[9] - (0.4 - TAU / 4.0)).abs() < 1e-12, "{window:?}");
@@ -23,7 +23,7 @@ fn amplitudes_are_scaled() {
         }
     }
     let nyquist: Vec<f64> = (0..16).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
-    assert!((Spectrum::of(&nyquist, 1.0, Window::Rectangular).unwrap().amplitudes()[8] - 1.0).abs() < 1e-14);
+    assert!((Spectrum::new(&nyquist, 1.0, Window::Rectangular).unwrap().amplitudes()[8] - 1.0).abs() < 1e-14);
 }
 
 /// Between two lines the flat top still reads the amplitude; the others lose what their scalloping says.
@@ -31,7 +31,7 @@ fn amplitudes_are_scaled() {
 fn windows_between_lines() {
     let x: Vec<f64> = (0..512).map(|i| (TAU * 40.5 * f64::from(i) / 512.0).sin()).collect();
     let peak =
-        |window| Spectrum::of(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
+        |window| Spectrum::new(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
     assert!((peak(Window::FlatTop) - 1.0).abs() < 2e-3);
     assert!((peak(Window::Hann) - 0.8488).abs() < 1e-3); // Harris 1978, Table I: 1.42 dB
     assert!((peak(Window::Rectangular) - 2.0 / std::f64::consts::PI).abs() < 5e-3); // 3.92 dB
@@ -42,7 +42,7 @@ proptest! {
     #[test]
     fn against_the_naive_sum(x in prop::collection::vec(-10.0..10.0f64, 2..40)) {
         let n = x.len();
-        let s = Spectrum::of(&x, 1.0, Window::Rectangular).unwrap();
+        let s = Spectrum::new(&x, 1.0, Window::Rectangular).unwrap();
         for k in 0..=n / 2 {
             let (mut re, mut im) = (0.0, 0.0);
             for (i, x) in x.iter().enumerate() {
@@ -268,9 +268,9 @@ fn winding_into_an_orbit_is_no_subharmonic() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady = Settle::new().run(&solver, &Swing, &State::at_rest(1)).unwrap();
     assert_eq!(steady.period_multiple, 1);
-    let points = Points::along(Axis::list("settle", &[0.0]).unwrap());
+    let points = Points::on_axis(Axis::list("settle", &[0.0]).unwrap());
     for settle in [60, 90, 120, 150] {
-        let sweep = Sweep::over(points.clone()).settle(settle).measure(20).channels(&["q1"]);
+        let sweep = Sweep::new(points.clone()).settle(settle).measure(20).channels(&["q1"]);
         let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };
         let rows = sweep
             .run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start)

@@ -5,7 +5,7 @@ use gear_dynamics::ParameterError as P;
 use proptest::prelude::*;
 
 fn set() -> RingSet {
-    RingSet::a(4, 1000.0)
+    RingSet::set_a(4, 1000.0)
 }
 
 fn ring(change: impl FnOnce(&mut RingParams)) -> P {
@@ -124,7 +124,7 @@ fn nan_and_infinity_anywhere() {
         not_finite(Scaled::new(bad, Wave::new(Constant::new(1.0).unwrap())).unwrap_err(), "factor");
         not_finite(Cubic::new(1.0, bad).unwrap_err(), "cubic coefficient");
         not_finite(HeldProcess::from_values(1.0, &[0.0, bad]).unwrap_err(), "held values[1]");
-        not_finite(Spectrum::of(&[0.0, bad], 1.0, Window::Hann).unwrap_err(), "samples[1]");
+        not_finite(Spectrum::new(&[0.0, bad], 1.0, Window::Hann).unwrap_err(), "samples[1]");
     }
 }
 
@@ -132,18 +132,18 @@ fn nan_and_infinity_anywhere() {
 fn empty_and_mismatched_lists() {
     assert_eq!(
         HeldProcess::from_values(1.0, &[]).unwrap_err(),
-        P::Empty { name: "held values".into(), least: 1 }
+        P::Empty { name: "held values".into(), min: 1 }
     );
-    assert_eq!(Summary::of(&[]).unwrap_err(), P::Empty { name: "samples".into(), least: 1 });
+    assert_eq!(Summary::from_samples(&[]).unwrap_err(), P::Empty { name: "samples".into(), min: 1 });
     assert_eq!(ring(|p| drop(p.meshes.pop())), P::Length { name: "meshes".into(), expected: 4, found: 3 });
     assert_eq!(
         RingSet { phases: vec![0.0], ..set() }.params().unwrap_err(),
         P::Length { name: "phases".into(), expected: 4, found: 1 }
     );
-    assert_eq!(Table::new(&[1.0]).unwrap_err(), P::TooFew { name: "samples".into(), value: 1, least: 3 });
+    assert_eq!(Table::new(&[1.0]).unwrap_err(), P::TooFew { name: "samples".into(), value: 1, min: 3 });
     assert_eq!(
         Fourier::fit(&[1.0; 4], 2).unwrap_err(),
-        P::TooFew { name: "samples".into(), value: 4, least: 5 }
+        P::TooFew { name: "samples".into(), value: 4, min: 5 }
     );
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
@@ -169,18 +169,18 @@ fn ratios_and_teeth() {
     outside(pair(|p| p.ratio = 3.51), "face gear teeth", 3.51 * 18.0);
     outside(RectangularWave::from_contact_ratio(0.9, 1.0, 2.0).unwrap_err(), "contact ratio", 0.9);
     outside(RectangularWave::new(1.0, 2.0, 1.0).unwrap_err(), "duty", 1.0);
-    assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
+    assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, min: 1 });
     assert_eq!(
         RingSet { teeth: 0, ..set() }.params().unwrap_err(),
-        P::TooFew { name: "teeth".into(), value: 0, least: 1 }
+        P::TooFew { name: "teeth".into(), value: 0, min: 1 }
     );
     let two = ring(|p| (p.gears.truncate(2), p.meshes.truncate(2)).0);
-    assert_eq!(two, P::TooFew { name: "gears of a closed ring".into(), value: 2, least: 3 });
+    assert_eq!(two, P::TooFew { name: "gears of a closed ring".into(), value: 2, min: 3 });
 }
 
 #[test]
 fn an_odd_ring_is_refused_with_the_reason() {
-    let params = RingSet::a(3, 1000.0).params().unwrap();
+    let params = RingSet::set_a(3, 1000.0).params().unwrap();
     let error = Ring::new(&params).unwrap_err();
     assert_eq!(error, P::OddRing { gears: 3 });
     assert!(error.to_string().contains("locks") && error.to_string().contains("as_printed"));
@@ -406,7 +406,7 @@ fn mesh_stiffness_that_is_not_positive() {
 #[test]
 fn a_slot_of_a_mesh_that_does_not_exist() {
     let ring = Ring::new(&set().params().unwrap()).unwrap();
-    assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, most: 3 });
+    assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, max: 3 });
     assert!(
         matches!(ring.slot("mesh damping 5").unwrap_err(), P::NoSuchConstant { name, .. } if name == "mesh damping 5")
     );
@@ -415,7 +415,7 @@ fn a_slot_of_a_mesh_that_does_not_exist() {
 /// The relative coordinates of a state that does not close the ring.
 #[test]
 fn inconsistent_relative_state() {
-    let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
+    let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let view = ring.relative(2.65e-5, 1000.0).unwrap();
     let error = view.to_angles(0.0, &[0.0; 7], &[0.0; 7]).unwrap_err();
     assert!(matches!(&error, P::Inconsistent { name, .. } if name == "sum of the mesh rates"), "{error}");
@@ -457,7 +457,7 @@ proptest! {
             gears, rpm: x[0], motor_inertia: x[1], gear_inertia: x[2], load_inertia: x[3], base_radius: x[4],
             motor_shaft: Shaft { stiffness: x[5], damping: x[6] }, output_shaft: Shaft { stiffness: x[7].abs(), damping: x[8].abs() },
             mesh_stiffness: x[9], mesh_damping: x[10], half_backlash: x[11], error: x[12], motor_torque: x[13],
-            ..RingSet::a(gears, 1000.0)
+            ..RingSet::set_a(gears, 1000.0)
         };
         if let Ok(ring) = set.params().and_then(|params| Ring::as_printed(&params)) {
             let n = ring.dof();
@@ -471,8 +471,8 @@ proptest! {
     #[test]
     fn excitations_never_panic(x in prop::collection::vec(any(), 5), t in any()) {
         let mut all: Vec<Wave> = Vec::new();
-        all.extend(Fourier::new(x[0], &[[x[1], x[2]]]).and_then(|f| Wave::new(f).ahead(x[4])).ok());
-        all.extend(RectangularWave::new(x[0], x[1], x[2]).and_then(|f| Wave::new(f).ahead(x[4])?.per_turn(x[3] as u32)).ok());
+        all.extend(Fourier::new(x[0], &[[x[1], x[2]]]).and_then(|f| Wave::new(f).with_phase(x[4])).ok());
+        all.extend(RectangularWave::new(x[0], x[1], x[2]).and_then(|f| Wave::new(f).with_phase(x[4])?.per_turn(x[3] as u32)).ok());
         all.extend(Table::new(&x[..4]).ok().map(Wave::new));
         all.extend(InstantCentre::new(x[0]).ok().map(|c| Wave::new(c.rotation())));
         prop_assume!(t.is_finite() && t.abs() < 1e6);
@@ -518,7 +518,7 @@ proptest! {
         let _ = Fourier::from_amplitudes(x[0], &[[x[1], x[2]]]);
         let _ = Fourier::fit(&x, x[0].abs() as usize);
         let _ = Table::new(&x);
-        let _ = (Summary::of(&x), Spectrum::of(&x, x[0], Window::Blackman));
+        let _ = (Summary::from_samples(&x), Spectrum::new(&x, x[0], Window::Blackman));
     }
 
     /// Any setting of a solver gives an answer or a typed error, in bounded time.
@@ -535,7 +535,7 @@ proptest! {
 
     #[test]
     fn relative_views_never_panic(x in prop::collection::vec(any(), 16)) {
-        let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
+        let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
         if let Ok(view) = ring.relative(x[0], x[1]) {
             let (mut q, mut v) = (x[2..9].to_vec(), x[9..].to_vec());
             let _ = view.to_angles(0.0, &q, &v);

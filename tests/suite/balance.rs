@@ -447,7 +447,7 @@ fn ring_orbits_at_a_low_speed() {
 }
 
 fn check_ring_orbit(rpm: f64, periods: f64) {
-    let params = RingSet { error: 1e-5, ..RingSet::a(3, rpm) }.params().unwrap();
+    let params = RingSet { error: 1e-5, ..RingSet::set_a(3, rpm) }.params().unwrap();
     let (ring, moving) =
         (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid));
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
@@ -499,7 +499,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
 /// In blocks and dense, a ring has the same Jacobian as differences of its residual.
 #[test]
 fn ring_jacobian_against_differences() {
-    let set = RingSet { error: 1e-5, ..RingSet::a(4, 3000.0) };
+    let set = RingSet { error: 1e-5, ..RingSet::set_a(4, 3000.0) };
     let ring = Ring::new(&set.params().unwrap()).unwrap();
     let moving = Ring::new(&set.params().unwrap()).unwrap().in_frame(Frame::Rigid);
     let solver = Dop853::new();
@@ -672,7 +672,7 @@ fn floating_coordinate_is_named() {
     let guess =
         FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
     let error = Balance::new(Harmonics::up_to(3)).solve(&Loose, &guess).unwrap_err();
-    assert!(matches!(error, BalanceError::Floating { coordinate: 1, .. }), "{error}");
+    assert!(matches!(error, BalanceError::Undetermined { coordinate: 1, .. }), "{error}");
 }
 
 #[test]
@@ -693,12 +693,12 @@ fn integrals_that_are_not_offered_are_refused() {
             .unwrap();
     for integrals in [Integrals::Closed, Integrals::Kinks] {
         let error = Balance::new(Harmonics::up_to(3)).integrals(integrals).solve(&model, &guess).unwrap_err();
-        assert_eq!(error, BalanceError::NotOffered { integrals });
+        assert_eq!(error, BalanceError::NotAvailable { integrals });
     }
     let error = Balance::new(Harmonics::up_to(70))
         .solve_truncating_forces(&pair(120.0), &projected(&pair(120.0), &Harmonics::up_to(3)))
         .unwrap_err();
-    assert_eq!(error, BalanceError::NotOffered { integrals: Integrals::Exact });
+    assert_eq!(error, BalanceError::NotAvailable { integrals: Integrals::Exact });
     // No Jacobian of its own: differences, and a note.
     let orbit = Balance::new(Harmonics::up_to(5)).solve(&model, &guess).unwrap();
     assert_eq!(orbit.notes(), [BalanceNote::Differences]);
@@ -853,9 +853,10 @@ impl<M: Periodic> Periodic for Plain<M> {
 /// A ring in plain f64 turns freely too: differences find the motion, and the balance its mean acceleration.
 #[test]
 fn free_models_without_a_jacobian() {
-    let ring = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap();
+    let ring =
+        Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::set_a(3, 1000.0) }.params().unwrap()).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
-    let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap())
+    let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::set_a(3, 1000.0) }.params().unwrap())
         .unwrap()
         .in_frame(Frame::Rigid);
     let later = Dop853::new()
@@ -867,8 +868,9 @@ fn free_models_without_a_jacobian() {
         FourierOrbit::project(&Dop853::new().rtol(1e-9).atol(1e-15), &moving, &later, balance.harmonics())
             .unwrap();
     let exact = balance.solve(&ring, &guess).unwrap();
-    let plain =
-        Plain(Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::a(3, 1000.0) }.params().unwrap()).unwrap());
+    let plain = Plain(
+        Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::set_a(3, 1000.0) }.params().unwrap()).unwrap(),
+    );
     let orbit = balance.solve(&plain, &guess).unwrap();
     assert!(orbit.notes().contains(&BalanceNote::Differences));
     for (a, b) in orbit.mean_acceleration().iter().zip(exact.mean_acceleration()) {
@@ -916,7 +918,7 @@ fn barely_held_motions_need_a_jacobian() {
         FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
     let balance = Balance::new(Harmonics::up_to(3));
     let error = balance.solve(&Soft { jacobian: false }, &guess).unwrap_err();
-    assert!(matches!(error, BalanceError::BarelyHeld { share } if share < 1e-6), "{error}");
+    assert!(matches!(error, BalanceError::BarelySupported { share } if share < 1e-6), "{error}");
     let orbit = balance.solve(&Soft { jacobian: true }, &guess).unwrap();
     assert!((orbit.mean(1) - 0.25).abs() < 1e-6, "{}", orbit.mean(1)); // 1e-7 against 4e-7 q
 }
@@ -925,7 +927,7 @@ fn barely_held_motions_need_a_jacobian() {
 #[test]
 fn rings_have_linearly_many_blocks() {
     let stored = |gears: usize| {
-        let set = RingSet { error: 1e-5, ..RingSet::a(gears, 3000.0) };
+        let set = RingSet { error: 1e-5, ..RingSet::set_a(gears, 3000.0) };
         let ring = Ring::new(&set.params().unwrap()).unwrap();
         let balance = Balance::new(Harmonics::up_to(3));
         let rest =
@@ -1010,7 +1012,10 @@ fn a_load_without_mean_is_noted() {
         }
     }
     let noted = |orbit: &FourierOrbit| {
-        orbit.notes().iter().any(|note| matches!(note, BalanceNote::MeanForce { share } if *share > 0.1))
+        orbit
+            .notes()
+            .iter()
+            .any(|note| matches!(note, BalanceNote::MeanAcceleration { share } if *share > 0.1))
     };
     let balance = Balance::new(Harmonics::list(&[1, 2]).unwrap());
     let orbit = balance.solve(&Loaded, &balance.linearised_on(&Loaded, &[]).unwrap()).unwrap();
@@ -1019,7 +1024,7 @@ fn a_load_without_mean_is_noted() {
     assert!(!noted(&whole) && (whole.mean(0) - 0.3).abs() < 1e-9);
     let error = balance.solve_to(&Loaded, &orbit, 1e-3, 1).unwrap_err();
     assert!(
-        matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, least: 2, .. })),
+        matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, min: 2, .. })),
         "{error}"
     );
 }

@@ -306,7 +306,7 @@ impl Nonlinearity for Hertz {
 #[test]
 fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!([-1.0, 0.0, 4.0].map(|x| Hertz.slope(x)), [0.0, 0.0, 3.0]);
-    let set = RingSet::a(4, 12_000.0).params()?;
+    let set = RingSet::set_a(4, 12_000.0).params()?;
     let mesh = Mesh::new(Wave::constant(1e10)?, Wave::new(Fourier::new(0.0, &[[1e-6, 0.0]])?), Hertz);
     let meshes = vec![mesh; 4];
     let ring = Ring::new(&RingParams {

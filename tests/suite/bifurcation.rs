@@ -46,7 +46,7 @@ fn in_contact(_: &Point<'_>, _: &SpurPair) -> Result<State, ParameterError> {
 }
 
 fn over(omegas: &[f64]) -> Sweep {
-    Sweep::over(Points::along(Axis::list("omega", omegas).unwrap()))
+    Sweep::new(Points::on_axis(Axis::list("omega", omegas).unwrap()))
 }
 
 /// x at phase 0 of the motion that never leaves the flank, 1.25 + Re z with z = a/(1 - Ω² + 0.1 i Ω). It exists where |z| < 0.25.
@@ -95,13 +95,13 @@ fn a_fold_is_crossed_both_ways() {
         .unwrap();
         let start =
             |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
-        let rows = Sweep::over(starts)
+        let rows = Sweep::new(starts)
             .settle(200)
             .measure(16)
             .strobe(16)
             .run(&engine(), |_| pair(omega, 0.1), start)
             .unwrap();
-        let attractors = Attractors::of(&rows, 1e-4).unwrap();
+        let attractors = Attractors::find(&rows, 1e-4).unwrap();
         attractors.list().iter().map(|one| one.states[0][0]).collect::<Vec<_>>()
     };
     let middle = (first + last) / 2;
@@ -127,13 +127,13 @@ fn two_motions_side_by_side() {
     let start = |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
     // What straddled edges leave in a period falls with the square of the step: 1.4e-4 with 256 steps, 1e-5 with 1024.
     let engine = LaneRk4::<8>::new(2048);
-    let rows = Sweep::over(starts)
+    let rows = Sweep::new(starts)
         .settle(60)
         .measure(16)
         .strobe(16)
         .run(&engine, |_| pair(0.69, 0.25), start)
         .unwrap();
-    let attractors = Attractors::of(&rows, 1e-4).unwrap();
+    let attractors = Attractors::find(&rows, 1e-4).unwrap();
     println!("{:?}", attractors.list());
     assert_eq!(attractors.list().len(), 2);
     assert_eq!(attractors.list().iter().map(|one| one.rows).sum::<usize>(), 64);
@@ -150,10 +150,10 @@ fn two_motions_side_by_side() {
         );
     }
     assert!(matches!(
-        Attractors::of(&rows, f64::NAN),
+        Attractors::find(&rows, f64::NAN),
         Err(SweepError::Parameter(ParameterError::NotFinite { .. }))
     ));
-    assert!(Attractors::of(&rows, 0.0).is_err());
+    assert!(Attractors::find(&rows, 0.0).is_err());
 }
 
 /// What the sweep is told counts: how closely a motion has to return, and thus where a claim is made.
@@ -211,7 +211,7 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
     let wrong = Bifurcation::extremes(over(&[0.6, 0.7]), "q2").run(&engine(), gentle, start).unwrap_err();
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { .. })));
     let axes = vec![Axis::list("omega", &[0.6, 0.7]).unwrap(), Axis::list("load", &[1.0]).unwrap()];
-    let wrong = Bifurcation::strobed(Sweep::over(Points::grid(axes).unwrap()), "q1")
+    let wrong = Bifurcation::strobed(Sweep::new(Points::grid(axes).unwrap()), "q1")
         .run(&engine(), gentle, start)
         .unwrap_err();
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
@@ -231,7 +231,7 @@ fn a_diagram_is_watched_and_stopped() {
         rows.fetch_add(1, Relaxed);
     };
     let watch = Monitor::new().progress(&progress).rows(&row).cancel(&stop);
-    let whole = bifurcation.run_watched(&engine(), gentle, in_contact, &watch).unwrap();
+    let whole = bifurcation.run_monitored(&engine(), gentle, in_contact, &watch).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
         (40, 40, 20, 20)
@@ -239,7 +239,7 @@ fn a_diagram_is_watched_and_stopped() {
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
     let part = bifurcation
-        .run_watched(&engine(), gentle, in_contact, &Monitor::new().rows(&stopping).cancel(&stop))
+        .run_monitored(&engine(), gentle, in_contact, &Monitor::new().rows(&stopping).cancel(&stop))
         .unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));

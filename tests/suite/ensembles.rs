@@ -150,7 +150,8 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
 fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q1"]);
-    let run = |watch: &Monitor<'_>| one.install(|| ensemble.run_watched(&Rk4::new(0.25), member(0.5), watch));
+    let run =
+        |watch: &Monitor<'_>| one.install(|| ensemble.run_monitored(&Rk4::new(0.25), member(0.5), watch));
     let (shown, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
     assert_eq!(run(&Monitor::new().progress(&count)).unwrap().members(), 300);
@@ -207,7 +208,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
     let values: Vec<f64> = (0..20_000u64)
         .map(|k| RandomParameters::new(3).with("x", rand_distr::StandardNormal).sample(k)[0])
         .collect();
-    let all = Distribution::of(values.iter().copied());
+    let all = Distribution::from_samples(values.iter().copied());
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     for p in [0.001, 0.05, 0.5, 0.95, 0.999] {
@@ -229,7 +230,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
 
 /// A quantile is within a bin of the sorted values, and a bin is 1/256 of the range of all values, however they come.
 fn check_quantiles(values: &[f64]) {
-    let all = Distribution::of(values.iter().copied());
+    let all = Distribution::from_samples(values.iter().copied());
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let range = sorted[sorted.len() - 1] / 256.0 - sorted[0] / 256.0;
@@ -264,7 +265,7 @@ fn quantiles_hold_for_values_far_from_the_first_ones() {
     let mut turned = values.clone();
     turned[512..].reverse();
     let quantiles = |values: &[f64]| {
-        [0.05, 0.5, 0.95].map(|p| Distribution::of(values.iter().copied()).quantile(p).unwrap())
+        [0.05, 0.5, 0.95].map(|p| Distribution::from_samples(values.iter().copied()).quantile(p).unwrap())
     };
     assert_eq!(quantiles(&values), quantiles(&turned));
 }
@@ -276,13 +277,13 @@ fn values_that_are_not_finite_are_counted_apart() {
             [usize::from(i % 100 == 0) * (i / 100 % 4) as usize]
     });
     let finite: Vec<f64> = values.clone().filter(|x| x.is_finite()).collect();
-    let (all, good) = (Distribution::of(values), Distribution::of(finite));
+    let (all, good) = (Distribution::from_samples(values), Distribution::from_samples(finite));
     assert_eq!((all.count(), all.not_finite()), (1985, 15));
     assert_eq!(
         (all.mean(), all.variance(), all.quantile(0.5)),
         (good.mean(), good.variance(), good.quantile(0.5))
     );
-    let none = Distribution::of([f64::NAN]);
+    let none = Distribution::from_samples([f64::NAN]);
     assert!(none.mean().is_nan() && none.quantile(0.5).is_err());
 }
 

@@ -12,7 +12,7 @@ fn all() -> Vec<(&'static str, Wave)> {
     vec![
         ("fourier", wave.clone()),
         ("amplitudes", Wave::new(Fourier::from_amplitudes(1.0, &[[0.4, 0.7], [0.2, -1.0]]).unwrap())),
-        ("ahead", wave.clone().per_turn(3).unwrap().ahead(0.9).unwrap()),
+        ("ahead", wave.clone().per_turn(3).unwrap().with_phase(0.9).unwrap()),
         ("radius", Wave::new(centre.radius(0.08).unwrap())),
         ("ratio", Wave::new(centre.ratio(3.5).unwrap())),
         ("rotation", Wave::new(centre.rotation())),
@@ -86,7 +86,7 @@ fn waves_are_compared_by_their_functions() {
     for (name, f) in all() {
         assert_eq!(f, f.clone(), "{name}");
         assert_ne!(f, f.clone().per_turn(2).unwrap(), "{name}");
-        assert_ne!(f, f.clone().ahead(0.1).unwrap(), "{name}");
+        assert_ne!(f, f.clone().with_phase(0.1).unwrap(), "{name}");
         let again = all().into_iter().find(|(other, _)| *other == name).unwrap().1;
         assert_eq!(f == again, name != "function", "{name}");
         for (other, g) in all() {
@@ -127,8 +127,8 @@ fn rectangular_wave_and_its_series() {
         assert!((pair[0] - a.as_f64().unwrap()).abs() < 1e-15 && pair[1] == 0.0);
     }
     // The series comes close to the wave away from its edges, at any phase.
-    let shifted = Wave::new(rectangle).ahead(1.1).unwrap();
-    let long = Wave::new(rectangle.series(2001).unwrap()).ahead(1.1).unwrap();
+    let shifted = Wave::new(rectangle).with_phase(1.1).unwrap();
+    let long = Wave::new(rectangle.series(2001).unwrap()).with_phase(1.1).unwrap();
     for x in [-20.2, 0.3, 2.5, 48.4] {
         assert!((long.value(x, Side::After) - shifted.value(x, Side::After)).abs() < 1e-2, "{x}");
     }
@@ -153,7 +153,7 @@ fn rectangular_wave_and_its_series() {
 #[test]
 fn friction_reverses_at_the_pitch_point() {
     let pitch_point = 0.4;
-    let sign = Wave::new(RectangularWave::sign()).ahead(0.5 * PI - pitch_point).unwrap();
+    let sign = Wave::new(RectangularWave::sign()).with_phase(0.5 * PI - pitch_point).unwrap();
     assert!((sign.next_edge(0.0).unwrap() - pitch_point).abs() < 1e-15);
     let at = sign.next_edge(0.0).unwrap();
     assert_eq!((sign.value(at, Side::Before), sign.value(at, Side::After)), (1.0, -1.0));
@@ -205,7 +205,7 @@ fn contact_laws() {
             MixedLaw::Asymmetric(AsymmetricBacklash::new(-0.4, 0.9).unwrap().with_slopes(2.0, 0.5).unwrap()),
             0.0,
         ),
-        (MixedLaw::VaryingSpeed(VaryingBacklash::new(Wave::constant(0.3).unwrap())), 0.0),
+        (MixedLaw::Varying(VaryingBacklash::new(Wave::constant(0.3).unwrap())), 0.0),
         (MixedLaw::Smoothed(SmoothedBacklash::new(0.7, 1e-3).unwrap()), 1e-3),
     ];
     for (law, slack) in &laws {
@@ -238,7 +238,7 @@ fn contact_laws() {
 fn a_wave_far_out() {
     for order in [1, 7, 63] {
         let wave = Wave::new(RectangularWave::new(1.0, 2.0, 0.3).unwrap())
-            .ahead(0.7)
+            .with_phase(0.7)
             .unwrap()
             .per_turn(order)
             .unwrap();

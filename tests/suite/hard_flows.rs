@@ -298,13 +298,13 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
 fn absurd_counts_are_refused_or_cost_nothing() {
     let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
     let error = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap_err();
-    assert!(matches!(error, ParameterError::TooMany { most: 10_000, .. }));
+    assert!(matches!(error, ParameterError::TooMany { max: 10_000, .. }));
     assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
     for shooting in [Shooting::new().multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
         let error = shooting.run(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
-        assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { most: 1_000_000, .. })));
+        assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { max: 1_000_000, .. })));
     }
-    assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { most: 65_536, .. })));
+    assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { max: 65_536, .. })));
     let orbit = FourierOrbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]])
         .unwrap();
     assert_eq!(orbit.state(0.0).q, [0.75]);

@@ -43,7 +43,7 @@ fn ensemble_energies() {
         let energies: Vec<f64> = (0..count)
             .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
             .collect();
-        let s = Summary::of(&energies).unwrap();
+        let s = Summary::from_samples(&energies).unwrap();
         let error = s.standard_deviation() / (count as f64).sqrt();
         println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);
         assert!((s.mean - expected).abs() < 3.0 * error);
@@ -113,7 +113,7 @@ fn uniform_and_uncorrelated() {
 }
 
 fn ring() -> Ring {
-    Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap())
+    Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::set_a(4, 1000.0) }.params().unwrap())
         .unwrap()
         .in_frame(Frame::Rigid)
 }

@@ -35,10 +35,10 @@ fn rest(_: &Point<'_>, _: &Swing) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn points() -> Points {
-    Points::along(Axis::list("k", &[2.0, 3.0, 4.0]).unwrap())
+    Points::on_axis(Axis::list("k", &[2.0, 3.0, 4.0]).unwrap())
 }
 fn sweep() -> Sweep {
-    Sweep::over(points()).settle(3).measure(2).channels(&["q1"])
+    Sweep::new(points()).settle(3).measure(2).channels(&["q1"])
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     }
     let root = 2f64.sqrt();
     for mean in [0.0, 1e3, 1e9] {
-        let sweep = Sweep::over(Points::along(Axis::list("mean", &[mean, mean, mean]).unwrap()))
+        let sweep = Sweep::new(Points::on_axis(Axis::list("mean", &[mean, mean, mean]).unwrap()))
             .settle(1)
             .measure(3)
             .channels(&["q1"]);
@@ -136,7 +136,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     }
     let samples: Vec<f64> =
         (0..1000).map(|i| 1e9 + root * (f64::from(i) * std::f64::consts::TAU / 1000.0).sin()).collect();
-    assert!((Summary::of(&samples).unwrap().standard_deviation() - 1.0).abs() < 1e-7);
+    assert!((Summary::from_samples(&samples).unwrap().standard_deviation() - 1.0).abs() < 1e-7);
 }
 
 /// A ball between a stop and nothing: the law with an infinite edge does what one with an edge out of reach does.
@@ -180,7 +180,8 @@ fn a_stop_on_one_side_alone() {
     );
     // In a ring, by every way to run it.
     let ring = |lower: f64| {
-        let set = RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::a(4, 6000.0) };
+        let set =
+            RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::set_a(4, 6000.0) };
         let RingParams { motor, gears, meshes, mesh_damping, omega } = set.params()?;
         let law = MixedLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
         let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]])?);
@@ -211,7 +212,7 @@ fn a_stop_on_one_side_alone() {
         one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0)
     );
     let rows = |ring: &Ring<MixedLaw>, infinite| {
-        let sweep = Sweep::over(Points::along(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
+        let sweep = Sweep::new(Points::on_axis(Axis::list("none", &[0.0, 1.0, infinite]).unwrap()))
             .settle(1)
             .measure(2)
             .channels(&["q1", "deflection 1"])

@@ -22,9 +22,9 @@ const CHANGES: [(&str, Change); 12] = [
 
 fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
-        let points = Points::along(Axis::list("share", shares).unwrap());
+        let points = Points::on_axis(Axis::list("share", shares).unwrap());
         let sweep =
-            Sweep::over(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
+            Sweep::new(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
             let n = model.dof();
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))

@@ -26,7 +26,7 @@ const HUGE: [usize; 4] = [1 << 33, 1 << 53, usize::MAX - 1, usize::MAX];
 #[track_caller]
 fn too_many<T>(what: &str, result: Result<T, P>) {
     let error = result.err().unwrap_or_else(|| panic!("{what} is accepted"));
-    assert!(matches!(&error, P::TooMany { value, most, .. } if value > most), "{what}: {error}");
+    assert!(matches!(&error, P::TooMany { value, max, .. } if value > max), "{what}: {error}");
 }
 
 #[test]
@@ -36,15 +36,15 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("times", uniform_times(0.0, 1.0, count));
         too_many("spans of an ensemble", Ensemble::new(1, 1.0, count));
         too_many("members", Ensemble::new(count as u64, 1.0, 1));
-        too_many("histogram", Distribution::of([1.0, 2.0]).histogram(count));
+        too_many("histogram", Distribution::from_samples([1.0, 2.0]).histogram(count));
         let uncertain = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal);
         too_many("samples", uncertain.points(count));
         too_many("samples of a Sobol design", uncertain.sobol(count));
         too_many("window", Window::Hann.coefficients(count));
         too_many("waterfall", Waterfall::new(count, 4));
         too_many("waterfall", Waterfall::new(1, count));
-        too_many("ring", RingSet::a(count, 1000.0).params());
-        too_many("ring", RingSet::e(count, 1000.0).params());
+        too_many("ring", RingSet::set_a(count, 1000.0).params());
+        too_many("ring", RingSet::set_e(count, 1000.0).params());
         let wave = RectangularWave::new(1.0, 2.0, 0.5).unwrap();
         too_many("series of a wave", wave.series(count));
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
@@ -58,7 +58,8 @@ fn counts_without_bound_are_refused_by_name() {
             unsettled,
             Unsettled::Failed { error: IntegrateError::Setting { name: "max_multiple", .. }, .. }
         ));
-        let sweep = Sweep::over(Points::along(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
+        let sweep =
+            Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
         let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
@@ -74,13 +75,13 @@ fn counts_without_bound_are_refused_by_name() {
 #[test]
 fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
-    let sweep = Sweep::over(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
+    let sweep = Sweep::new(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
     let run = |chunks| {
         sweep
             .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)))
             .chunk(1, chunks)
     };
-    assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { most: 268_435_456, .. }))));
+    assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { max: 268_435_456, .. }))));
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
 }
 
@@ -134,7 +135,7 @@ fn a_time_that_the_bands_do_not_have_is_an_error() {
 fn an_ensemble_bounds_its_distributions() {
     let family = |_: u64| -> Result<(Swing, State), P> { panic!("it runs") };
     let bands = Ensemble::new(2, 1.0, 1 << 18).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family);
-    assert!(matches!(bands, Err(EnsembleError::Parameter(P::TooMany { most: 262_144, .. }))));
+    assert!(matches!(bands, Err(EnsembleError::Parameter(P::TooMany { max: 262_144, .. }))));
 }
 
 /// Whatever the pair accepts has a period and drives that are finite.
@@ -231,11 +232,11 @@ fn figures_that_overflow_are_errors() {
     let overflows = |what: &str, error: Option<P>| {
         assert!(matches!(error, Some(P::Overflow { .. })), "{what}: {error:?}")
     };
-    overflows("mean", Summary::of(&[f64::MAX, f64::MAX]).err());
-    overflows("mean square", Summary::of(&[1e200, -1e200]).err());
+    overflows("mean", Summary::from_samples(&[f64::MAX, f64::MAX]).err());
+    overflows("mean square", Summary::from_samples(&[1e200, -1e200]).err());
     overflows(
         "amplitude",
-        Spectrum::of(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err(),
+        Spectrum::new(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err(),
     );
     let beyond = |what: &str, error: Option<P>| {
         assert!(matches!(error, Some(P::OutOfRange { .. })), "{what}: {error:?}")
@@ -246,12 +247,12 @@ fn figures_that_overflow_are_errors() {
     beyond("table", Table::new(&[1e100, -1e100].repeat(10_000)).err());
     beyond("wave", RectangularWave::new(-f64::MAX, f64::MAX, 0.5).err());
     assert!(
-        Spectrum::of(&[1.0, 2.0], 5e-324, Window::Hann).is_err()
-            && Spectrum::of(&[1.0, 2.0], f64::MAX, Window::Hann).is_err()
+        Spectrum::new(&[1.0, 2.0], 5e-324, Window::Hann).is_err()
+            && Spectrum::new(&[1.0, 2.0], f64::MAX, Window::Hann).is_err()
     );
     // Values of any size have a mean with its standard error; their variance may be beyond all numbers.
     for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {
-        let all = Distribution::of(values);
+        let all = Distribution::from_samples(values);
         let exact = values.iter().map(|x| x / 4.0).sum::<f64>();
         assert!((all.mean() - exact).abs() <= 1e-12 * all.max().abs(), "{values:?}: {}", all.mean());
         let squares: f64 = values.iter().map(|x| (x / 1e200 - exact / 1e200).powi(2)).sum();
@@ -263,15 +264,15 @@ fn figures_that_overflow_are_errors() {
         );
         assert!(all.quantile(0.4).unwrap().is_finite());
     }
-    overflows("variance", Distribution::of([1e160, -1e160]).variance().err());
-    let small = Distribution::of([1.0, 2.0, 4.0]);
+    overflows("variance", Distribution::from_samples([1e160, -1e160]).variance().err());
+    let small = Distribution::from_samples([1.0, 2.0, 4.0]);
     assert!((small.variance().unwrap() - 7.0 / 3.0).abs() < 1e-15);
 }
 
 /// A stiffness with jumps beyond counting is refused where its mean is taken, and a ring has no more gears than its matrices have room for.
 #[test]
 fn a_ring_bounds_jumps_and_gears() {
-    let mut params = RingSet::a(4, 1000.0).params().unwrap();
+    let mut params = RingSet::set_a(4, 1000.0).params().unwrap();
     let wave = Wave::new(RectangularWave::new(1e8, 2e8, 0.5).unwrap());
     let mut with = |order: u32| {
         let stiffness = wave.clone().per_turn(order).unwrap();
@@ -280,15 +281,15 @@ fn a_ring_bounds_jumps_and_gears() {
     };
     assert!(with(10).is_ok());
     assert!(
-        matches!(with(100_000), Err(P::TooMany { name, most: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period")
+        matches!(with(100_000), Err(P::TooMany { name, max: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period")
     );
     assert!(
-        matches!(wave.clone().per_turn(1_000_001), Err(P::TooMany { name, most: 1_000_000, .. }) if name == "order of a wave")
+        matches!(wave.clone().per_turn(1_000_001), Err(P::TooMany { name, max: 1_000_000, .. }) if name == "order of a wave")
     );
     assert!(
         matches!(wave.per_turn(1_000_000), Err(P::TooMany { name, .. }) if name == "edges of a wave in a turn")
     );
-    assert!(matches!(RingSet::a(4096, 1000.0).params(), Err(P::TooMany { most: 4095, .. })));
+    assert!(matches!(RingSet::set_a(4096, 1000.0).params(), Err(P::TooMany { max: 4095, .. })));
 }
 
 /// x'' + c x' - x = cos t from rest grows without end: the growth of differences is exactly that of the equation, and rounding of the motion, which is
@@ -335,7 +336,7 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
-    let sweep = Sweep::over(Points::along(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
+    let sweep = Sweep::new(Points::on_axis(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
     let swept = sweep
         .run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0)))
         .unwrap_err();
@@ -364,11 +365,11 @@ fn times_of_phases_at_any_scale() {
 #[test]
 fn multipliers_with_an_error_that_is_no_number_are_none() {
     let matrix = nalgebra::DMatrix::identity(2, 2);
-    assert!(Multipliers::of(&matrix, f64::NAN).is_none());
-    assert!(Multipliers::of(&matrix, 0.0).is_some());
+    assert!(Multipliers::from_monodromy(&matrix, f64::NAN).is_none());
+    assert!(Multipliers::from_monodromy(&matrix, 0.0).is_some());
     // Entries whose squares overflow: eigenvalues 3 and -1 times 1e200.
     let large = nalgebra::DMatrix::from_row_slice(2, 2, &[1e200, 2e200, 2e200, 1e200]);
-    let values = Multipliers::of(&large, 0.0).unwrap();
+    let values = Multipliers::from_monodromy(&large, 0.0).unwrap();
     assert!(
         (values.values()[0].re / 3e200 - 1.0).abs() < 1e-14
             && (values.values()[1].re / 1e200 + 1.0).abs() < 1e-14

@@ -158,7 +158,7 @@ fn contacts_that_cross_together() {
 #[test]
 fn damping_that_acts_only_in_contact() {
     let mesh = |damping| {
-        let set = RingSet { half_backlash: 1e-5, motor_torque: 8.0, ..RingSet::a(4, 3000.0) };
+        let set = RingSet { half_backlash: 1e-5, motor_torque: 8.0, ..RingSet::set_a(4, 3000.0) };
         let mut params = set.params().unwrap();
         params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
         Ring::new(&params).unwrap().in_frame(Frame::Rigid)
@@ -219,8 +219,13 @@ fn a_stall_is_a_typed_error() {
 #[test]
 fn a_symmetric_ring_stays_at_rest() {
     for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {
-        let set =
-            RingSet { motor_torque: 0.0, load_torque: 0.0, half_backlash, error, ..RingSet::a(n, 2000.0) };
+        let set = RingSet {
+            motor_torque: 0.0,
+            load_torque: 0.0,
+            half_backlash,
+            error,
+            ..RingSet::set_a(n, 2000.0)
+        };
         let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
         let times = uniform_times(0.0, 0.01, 200).unwrap();
         let run =
@@ -297,7 +302,7 @@ fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
         error: 5e-6,
         motor_torque: 8.0,
         phases: vec![0.0, 1.0, 2.0, 3.0],
-        ..RingSet::a(4, 12_000.0)
+        ..RingSet::set_a(4, 12_000.0)
     };
     change(&mut set);
     let mut params = set.params().unwrap();

@@ -94,7 +94,7 @@ fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn along(count: usize) -> Sweep {
-    Sweep::over(Points::along(Axis::linear("w", 1.0, 3.0, count).unwrap()))
+    Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.0, count).unwrap()))
         .settle(2)
         .measure(2)
         .channels(&["q1"])
@@ -113,7 +113,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
     let grid =
         Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()])
             .unwrap();
-    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(WarmStart::Up);
+    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
         let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
         let checked: Vec<usize> =
@@ -143,16 +143,16 @@ fn chunks_check_the_points_that_the_whole_checks() {
 fn a_line_goes_on_after_a_point_that_fails() {
     fn run<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
         points: Points,
-        carry: WarmStart,
+        warm_start: WarmStart,
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
     ) -> Rows {
-        Sweep::over(points)
+        Sweep::new(points)
             .settle(2)
             .measure(2)
             .channels(&["q1"])
             .strobe(1)
-            .carry(carry)
+            .warm_start(warm_start)
             .run(engine, family, rest)
             .unwrap()
     }
@@ -160,11 +160,11 @@ fn a_line_goes_on_after_a_point_that_fails() {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
         bad: usize,
-        carry: WarmStart,
+        warm_start: WarmStart,
         anew: bool,
     ) {
         let all = along(9);
-        let rows = run(all.points().clone(), carry, engine, family);
+        let rows = run(all.points().clone(), warm_start, engine, family);
         assert!(rows.is_complete());
         assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [bad]);
         let (before, after): (Vec<usize>, Vec<usize>) = (0..9).filter(|i| *i != bad).partition(|i| *i < bad);
@@ -172,22 +172,22 @@ fn a_line_goes_on_after_a_point_that_fails() {
         for part in parts.into_iter().filter(|part| !part.is_empty()) {
             let points: Vec<Vec<f64>> =
                 part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
-            let alone = run(Points::list(&["w"], &points).unwrap(), carry, engine, swing);
+            let alone = run(Points::list(&["w"], &points).unwrap(), warm_start, engine, swing);
             for (row, index) in alone.iter().zip(part) {
                 assert_eq!(row.channel("q1"), rows.get(index).unwrap().channel("q1"), "{index}");
             }
         }
     }
-    for carry in [WarmStart::Up, WarmStart::Down] {
+    for warm_start in [WarmStart::Up, WarmStart::Down] {
         for bad in [0, 3, 8] {
             let off = |p: &Point<'_>| Swing::with_edge(if p.index() == bad { 0.501 } else { 0.5 }, p["w"]);
-            check(&LaneRk4::<4>::new(16), off, bad, carry, true);
-            check(&TableRk4::new(16), off, bad, carry, true);
+            check(&LaneRk4::<4>::new(16), off, bad, warm_start, true);
+            check(&TableRk4::new(16), off, bad, warm_start, true);
             let pulled = |p: &Point<'_>| {
                 Swing::made(0.5, None, if p.index() == bad { f64::NAN } else { 1.0 }, p["w"], 2.0)
             };
-            check(&LaneRk4::<4>::new(16), pulled, bad, carry, false);
-            check(&Located(Rk4::new(0.1)), pulled, bad, carry, false);
+            check(&LaneRk4::<4>::new(16), pulled, bad, warm_start, false);
+            check(&Located(Rk4::new(0.1)), pulled, bad, warm_start, false);
         }
     }
 }
@@ -263,8 +263,8 @@ fn periods_and_constants_that_are_none() {
 #[test]
 fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83: at w = 40 a step of 1/8 is too long, a quarter of it is not.
-    let points = Points::along(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
-    let sweep = Sweep::over(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
+    let points = Points::on_axis(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
+    let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
@@ -309,7 +309,10 @@ fn rows_are_equal_whatever_ran_alone() {
     assert_eq!(one, two);
     assert_eq!(one.to_bytes(), two.to_bytes());
     // A line is as many as its points.
-    assert_eq!(along(9).carry(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(), 9);
+    assert_eq!(
+        along(9).warm_start(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(),
+        9
+    );
 }
 
 /// More parts than points, in any order.
@@ -330,12 +333,12 @@ fn empty_parts_in_any_order() {
 #[test]
 fn rows_of_another_sweep_are_refused() {
     let sweep = along(8);
-    let wider = Sweep::over(Points::along(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
+    let wider = Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
         .settle(2)
         .measure(2)
         .channels(&["q1"])
         .strobe(1);
-    let renamed = Sweep::over(Points::along(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
+    let renamed = Sweep::new(Points::on_axis(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
         .settle(2)
         .measure(2)
         .channels(&["q1"])
@@ -349,7 +352,7 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.channels(&["v1"])),
         of(|s| s.strobe(2)),
         of(|s| s.rattle()),
-        of(|s| s.carry(WarmStart::Up)),
+        of(|s| s.warm_start(WarmStart::Up)),
         of(|s| s.check_every(2)),
         of(|s| s.periodic_within(1e-5)),
         of(|s| s.until_repeats(1e-5)),
@@ -462,7 +465,7 @@ fn progress_ends_at_the_end() {
     assert_eq!(asked.into_inner(), 100); // once each
     let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { swing(p) };
     assert_eq!(seen(&along(100), 0, 4, &late), (25, 25, vec![25]));
-    assert_eq!(seen(&along(10).carry(WarmStart::Up), 0, 1, &late), (10, 10, vec![10]));
+    assert_eq!(seen(&along(10).warm_start(WarmStart::Up), 0, 1, &late), (10, 10, vec![10]));
 }
 
 #[test]
@@ -594,8 +597,8 @@ fn jumps_without_number() {
     }
     let run = |steps: usize, every: f64| {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
-        let points = Points::along(Axis::list("w", &[1.0]).unwrap());
-        let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
+        let points = Points::on_axis(Axis::list("w", &[1.0]).unwrap());
+        let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1"]);
         sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
     };
     // More of them than a hundred thousand.
@@ -614,7 +617,7 @@ fn a_cancelled_run_is_resumed() {
         Axis::list("x", &[1.0, 2.0, 3.0]).unwrap(),
     ])
     .unwrap();
-    let lines = Sweep::over(grid).settle(1).measure(1).channels(&["q1"]).carry(WarmStart::Down);
+    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Down);
     let engine = LaneRk4::<4>::new(16);
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();

@@ -143,8 +143,8 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
 
 /// The chaotic window of reading A ends between 163 and 163.5 rad/s, by way of period two; from 164 every turn is the same.
 fn window(speeds: &[f64]) {
-    let points = Points::along(Axis::list("speed", speeds).unwrap());
-    let sweep = Sweep::over(points)
+    let points = Points::on_axis(Axis::list("speed", speeds).unwrap());
+    let sweep = Sweep::new(points)
         .settle(60)
         .measure(40)
         .lyapunov(Lyapunov::new().align(5).periods(40).tolerance(1e-7));
@@ -201,8 +201,8 @@ impl Periodic for Driven {
 fn the_largest_exponent_is_a_measure_of_sweeps() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));
     let start = |_: &Point<'_>, _: &Driven| Ok::<_, ParameterError>(State::at_rest(1));
-    let points = Points::along(Axis::list("damping", &[3.0, 4.0]).unwrap());
-    let sweep = Sweep::over(points).settle(4).measure(2).strobe(1).carry(WarmStart::Up);
+    let points = Points::on_axis(Axis::list("damping", &[3.0, 4.0]).unwrap());
+    let sweep = Sweep::new(points).settle(4).measure(2).strobe(1).warm_start(WarmStart::Up);
     let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
     let period = Driven(0.0).period();
     for rows in [
@@ -234,8 +234,8 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
-    let speeds = Points::along(Axis::list("speed", &[155.0, 180.0]).unwrap());
-    let sweep = Sweep::over(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
+    let speeds = Points::on_axis(Axis::list("speed", &[155.0, 180.0]).unwrap());
+    let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
     for row in rows.iter() {
         let end = row.strobes().next().unwrap();

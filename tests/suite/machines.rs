@@ -8,7 +8,7 @@ fn pair() -> NfgPair {
 }
 
 fn ring() -> Ring {
-    Ring::new(&RingSet { phases: vec![0.0, 0.4, 1.1, 2.0], ..RingSet::a(4, 2000.0) }.params().unwrap())
+    Ring::new(&RingSet { phases: vec![0.0, 0.4, 1.1, 2.0], ..RingSet::set_a(4, 2000.0) }.params().unwrap())
         .unwrap()
 }
 
@@ -152,15 +152,15 @@ fn rings_of_any_speed_share_lanes() {
             load_torque: 1.0,
             half_backlash: 1e-5,
             error: 5e-6,
-            ..RingSet::a(3, p["rpm"])
+            ..RingSet::set_a(3, p["rpm"])
         };
         Ring::as_printed(&set.params()?)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let sweep = |speeds: &[f64]| {
-        let points = Points::along(Axis::list("rpm", speeds).unwrap());
+        let points = Points::on_axis(Axis::list("rpm", speeds).unwrap());
         let sweep =
-            Sweep::over(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
+            Sweep::new(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
         sweep.run(&LaneRk4::<4>::new(200), family, start).unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
@@ -383,7 +383,7 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
         matches!(Machine::with_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load")
     );
     assert!(
-        matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, least: 1, .. }) if name == "order of a wave")
+        matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, min: 1, .. }) if name == "order of a wave")
     );
 }
 
@@ -438,7 +438,7 @@ fn lanes_refuse_rigid_stops() {
     let family = |p: &Point<'_>| Machine::with_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
     let start =
         |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
-    let sweep = Sweep::over(Points::along(Axis::list("weight", &[1.0]).unwrap()))
+    let sweep = Sweep::new(Points::on_axis(Axis::list("weight", &[1.0]).unwrap()))
         .settle(0)
         .measure(2)
         .channels(&["q1"]);
@@ -578,7 +578,7 @@ fn no_edge_is_lost_by_rounding() {
 /// The mean stiffness of a mesh does not depend on how often it repeats, and its period does.
 #[test]
 fn rings_on_shafts() {
-    let params = RingSet { error: 5e-6, ..RingSet::a(4, 2000.0) }.params().unwrap();
+    let params = RingSet { error: 5e-6, ..RingSet::set_a(4, 2000.0) }.params().unwrap();
     for teeth in [1, 64, 192, 256] {
         let mut on_shaft = params.clone();
         for mesh in &mut on_shaft.meshes {
@@ -662,7 +662,7 @@ fn laws_with_missing_edges_in_the_pair() {
 #[test]
 fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
     let wave = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4).unwrap()).per_turn(63).unwrap();
-    let mut params = RingSet { error: 5e-6, ..RingSet::a(4, 2000.0) }.params().unwrap();
+    let mut params = RingSet { error: 5e-6, ..RingSet::set_a(4, 2000.0) }.params().unwrap();
     for mesh in &mut params.meshes {
         *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
     }

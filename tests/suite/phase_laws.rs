@@ -19,7 +19,7 @@ fn constant_speed_is_the_bare_model() {
 /// A ring with a rectangular stiffness, speeding up: the phase of every edge is a phase at which the bare ring has one.
 #[test]
 fn edges_keep_their_phase() {
-    let set = RingSet::a(4, 1000.0);
+    let set = RingSet::set_a(4, 1000.0);
     let mut params = set.params().unwrap();
     let period = std::f64::consts::TAU / params.omega;
     let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4).unwrap());
@@ -134,7 +134,7 @@ fn bad_phase_laws() {
 /// A phase of millions of radians is rounded to more than a fixed distance from an edge: both sides of every jump are still told apart.
 #[test]
 fn jumping_drives_far_along_the_phase() {
-    let set = RingSet { motor_torque: 8.0, ..RingSet::a(4, 3_000.0) };
+    let set = RingSet { motor_torque: 8.0, ..RingSet::set_a(4, 3_000.0) };
     let mut params = set.params().unwrap();
     let wave = RectangularWave::new(1e8, 2e8, 0.5).unwrap();
     params.meshes = (0..4)

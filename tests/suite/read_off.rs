@@ -190,7 +190,7 @@ fn sections_see_jumps_at_tooth_edges() {
     }
 }
 
-/// Without backlash the teeth never part, however often the load reverses: the flanks carry in turn, nothing meets.
+/// Without backlash the teeth never part, however often the load reverses: the flanks warm_start in turn, nothing meets.
 #[test]
 fn zero_backlash_does_not_rattle() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
@@ -229,7 +229,7 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     let make = || {
         NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() })
     };
-    let sweep = Sweep::over(Points::along(Axis::list("one", &[1.0]).unwrap())).settle(1).measure(1).rattle();
+    let sweep = Sweep::new(Points::on_axis(Axis::list("one", &[1.0]).unwrap())).settle(1).measure(1).rattle();
     let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
     let all = [
         sweep.run(&LaneRk4::<4>::new(4032), family, start).unwrap(),

@@ -26,8 +26,8 @@ fn ring(p: &Value) -> Ring {
     let (kg, cg, b, e, phase) = (column("k_g"), column("c_g"), column("b"), column("e"), column("phase"));
     let mesh = |i: usize| {
         let pairs: Vec<[f64; 2]> = wave.iter().map(|[a, _]| [a * kg[i], 0.0]).collect();
-        let stiffness = Wave::new(Fourier::new(kg[i], &pairs).unwrap()).ahead(phase[i]).unwrap();
-        let error = Wave::new(Fourier::new(0.0, &[[0.0, e[i]]]).unwrap()).ahead(phase[i]).unwrap();
+        let stiffness = Wave::new(Fourier::new(kg[i], &pairs).unwrap()).with_phase(phase[i]).unwrap();
+        let error = Wave::new(Fourier::new(0.0, &[[0.0, e[i]]]).unwrap()).with_phase(phase[i]).unwrap();
         Mesh::new(stiffness, error, Backlash::new(b[i]).unwrap())
     };
     let params = RingParams {
@@ -102,9 +102,9 @@ fn the_presets_are_the_reference_parameters() {
     let data = read("ring.json");
     let cases = &data["trajectories"];
     for (name, set) in [
-        ("n3_b2.65e-5_e1um_1000rpm", RingSet::a(3, 1000.0)),
-        ("n3_e10um_5000rpm_rattle", RingSet { error: 1e-5, ..RingSet::a(3, 5000.0) }),
-        ("E_n3_b2.65e-5_e0.2um_1000rpm", RingSet::e(3, 1000.0)),
+        ("n3_b2.65e-5_e1um_1000rpm", RingSet::set_a(3, 1000.0)),
+        ("n3_e10um_5000rpm_rattle", RingSet { error: 1e-5, ..RingSet::set_a(3, 5000.0) }),
+        ("E_n3_b2.65e-5_e0.2um_1000rpm", RingSet::set_e(3, 1000.0)),
     ] {
         let preset = Ring::as_printed(&set.params().unwrap()).unwrap().in_frame(Frame::Rigid);
         let given = ring(&cases[name]["params"]);
@@ -130,7 +130,7 @@ fn the_presets_are_the_reference_parameters() {
 #[test]
 fn natural_frequencies() {
     for (n, linear) in read("ring.json")["linear"].as_object().unwrap() {
-        let set = RingSet::a(n.parse().unwrap(), 1000.0);
+        let set = RingSet::set_a(n.parse().unwrap(), 1000.0);
         let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
         let modes = ring.modes(&ring.mean_mesh_stiffness()).unwrap();
         let expected = list(&linear["freq_hz"]);

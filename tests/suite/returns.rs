@@ -4,7 +4,7 @@ use crate::api::*;
 use std::f64::consts::TAU;
 
 fn one_point() -> Sweep {
-    Sweep::over(Points::along(Axis::list("only", &[0.0]).unwrap()))
+    Sweep::new(Points::on_axis(Axis::list("only", &[0.0]).unwrap()))
 }
 
 /// Period, last return of the row of one model, by tables and by located edges.
@@ -124,7 +124,7 @@ fn what_drifts_apart_does_not_settle() {
 /// The face gear pair at speeds where small differences die out by a factor of 1e9 in a turn, as in examples/bifurcation.rs.
 #[test]
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
-    let sweep = Sweep::over(Points::along(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()))
+    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()))
         .settle(20)
         .measure(6);
     let rows = sweep
@@ -177,8 +177,8 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let steady = Settle::new().run(&Dop853::new(), &Balanced, &State::at_rest(4)).unwrap();
     assert_eq!(steady.period_multiple, 1);
     assert!(steady.state.q[3].abs() < 1e-13 && steady.state.q[0] > 1.4, "{:?}", steady.state);
-    let points = Points::along(Axis::list("x", &[0.0]).unwrap());
-    let sweep = Sweep::over(points).settle(80).measure(4);
+    let points = Points::on_axis(Axis::list("x", &[0.0]).unwrap());
+    let sweep = Sweep::new(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
     let rows =
         sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 /// n = 3, every parameter its own.
 fn params() -> RingParams {
-    let mut params = RingSet::a(3, 1000.0).params().unwrap();
+    let mut params = RingSet::set_a(3, 1000.0).params().unwrap();
     params.motor = Motor { inertia: 0.031, torque: 44.0, shaft: Shaft { stiffness: 970.0, damping: 0.026 } };
     let numbers = [
         (1.7e-3, 0.056, 5.1e-3, 2.0, 24e3, 0.11),
@@ -23,9 +23,9 @@ fn params() -> RingParams {
     }
     for (i, mesh) in params.meshes.iter_mut().enumerate() {
         let k = 1.9e8 + 1e7 * i as f64;
-        let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]]).unwrap()).ahead(i as f64).unwrap();
+        let stiffness = Wave::new(Fourier::new(k, &[[0.1 * k, 0.0]]).unwrap()).with_phase(i as f64).unwrap();
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6 + 1e-6 * i as f64]]).unwrap())
-            .ahead(0.5 * i as f64)
+            .with_phase(0.5 * i as f64)
             .unwrap();
         *mesh = Mesh::new(stiffness, error, Backlash::new(2e-5 + 1e-6 * i as f64).unwrap());
         params.mesh_damping[i] = 900.0 + 100.0 * i as f64;
@@ -128,8 +128,8 @@ fn accelerations_agree_with_the_angle_form() {
 #[test]
 fn there_and_back() {
     for n in [3, 5, 8] {
-        let ring =
-            Ring::as_printed(&RingSet { error: 3e-6, ..RingSet::a(n, 1500.0) }.params().unwrap()).unwrap();
+        let ring = Ring::as_printed(&RingSet { error: 3e-6, ..RingSet::set_a(n, 1500.0) }.params().unwrap())
+            .unwrap();
         let view = ring.relative(B_E, OMEGA_N).unwrap();
         let t = 1.7e-4;
         let mut q: Vec<f64> = (0..2 * n + 1).map(|i| 0.3 * (i as f64).sin()).collect();
@@ -146,7 +146,7 @@ fn there_and_back() {
 /// The sum of the mesh coordinates stays -3 e(t)/b_e along a run, and the rigid frame shows the same relative motion.
 #[test]
 fn closure_and_frames() {
-    let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap();
+    let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let view = ring.relative(2.65e-5, 1e3).unwrap();
     let solver = Dop853::new().rtol(1e-12).atol(1e-15);
     let e = |t: f64| ring.shape().meshes()[0].error().value(ring.mesh_frequency() * t, Side::After);

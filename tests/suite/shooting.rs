@@ -67,7 +67,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     for point in all["bifurcations"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
         let turn = Variation::new().tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
-        let multipliers = Multipliers::of(&turn.matrix, 1e-9).unwrap();
+        let multipliers = Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap();
         let error = apart(multipliers.values(), &complex(&point["multipliers"]));
         println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
         // At a fold the double eigenvalue makes no trouble here: the others stay away from 1.
@@ -239,7 +239,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
 #[test]
 #[ignore = "minutes without optimisation: cargo test --release --test suite ring_of_three -- --ignored"]
 fn ring_of_three() {
-    let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
     // 0.9981 is the largest multiplier: transients need 10⁴ periods to fall to 1e-8.
     let settled =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
@@ -260,7 +260,7 @@ fn ring_of_three() {
 /// solver over a few periods, and both frames agree.
 #[test]
 fn ring_of_three_at_speed() {
-    let params = RingSet::a(3, 5000.0).params().unwrap();
+    let params = RingSet::set_a(3, 5000.0).params().unwrap();
     let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
     let near =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();

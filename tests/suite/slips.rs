@@ -178,7 +178,7 @@ fn likely_slips_are_named() {
             assert_eq!(findings(Slip::None), [], "unit {unit}, {q:?} {v:?}");
             one(Slip::UnannouncedJump, |f| matches!(f, Inconsistency::UnannouncedJump { drive: 0, .. }));
             one(Slip::PiecesIgnored, |f| matches!(f, Inconsistency::PiecesIgnored { contact: 0, .. }));
-            one(Slip::NoContacts, |f| matches!(f, Inconsistency::UntoldKink { .. }));
+            one(Slip::NoContacts, |f| matches!(f, Inconsistency::UndeclaredKink { .. }));
             one(Slip::ForceAtDefault, |f| matches!(f, Inconsistency::NoForce { contact: 0, .. }));
             one(Slip::ForceWithoutGap, |f| matches!(f, Inconsistency::NoForce { contact: 0, .. }));
             one(Slip::ForceOfOneSign, |f| matches!(f, Inconsistency::Force { contact: 0, .. }));

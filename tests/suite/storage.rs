@@ -51,7 +51,7 @@ fn dense_output_of_many_coordinates_is_that_of_few() {
 
 #[test]
 fn what_further_drives_leave_out_stands_there_already() {
-    let set = RingSet { phases: vec![0.0, 0.5, 0.0, 1.0], ..RingSet::a(4, 1000.0) };
+    let set = RingSet { phases: vec![0.0, 0.5, 0.0, 1.0], ..RingSet::set_a(4, 1000.0) };
     let params = set.params().unwrap();
     let law = VaryingBacklash::new(Wave::new(Fourier::new(2e-5, &[[1e-6, 0.0]]).unwrap()));
     let mesh = Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), law);
@@ -68,6 +68,6 @@ fn what_further_drives_leave_out_stands_there_already() {
         }
     };
     same(&Ring::as_printed(&params).unwrap());
-    same(&Ring::as_printed(&RingSet::a(3, 1000.0).params().unwrap()).unwrap());
+    same(&Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap());
     same(&Ring::as_printed(&moving).unwrap());
 }

@@ -16,10 +16,10 @@ fn rest(_: &Point<'_>, _: &LanePair) -> Result<State, ParameterError> {
     Ok(Pair::start())
 }
 fn frequencies(count: usize) -> Points {
-    Points::along(Axis::linear("we", 0.15, 0.36, count).unwrap())
+    Points::on_axis(Axis::linear("we", 0.15, 0.36, count).unwrap())
 }
 fn sweep(count: usize) -> Sweep {
-    Sweep::over(frequencies(count)).settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2)
+    Sweep::new(frequencies(count)).settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2)
 }
 fn hash(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> u64 {
     sweep.run(engine, pair, rest).unwrap().fingerprint()
@@ -53,7 +53,7 @@ fn the_same_bits_however_it_is_run() {
     let rows = sweep.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
-        let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()));
+        let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()));
         let alone = alone.settle(1).measure(2).channels(&["q1", "v1"]).rattle().strobe(2);
         let alone = alone.run(&LaneRk4::<16>::new(STEPS), pair, rest).unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
@@ -78,7 +78,7 @@ fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
     pair.static_start()
 }
 fn speeds(values: &[f64]) -> Points {
-    Points::along(Axis::list("speed", values).unwrap())
+    Points::on_axis(Axis::list("speed", values).unwrap())
 }
 
 /// What fixed steps can miss in a period of a motion.
@@ -119,12 +119,12 @@ fn missed(pair: &NfgPair, settle: usize, steps: usize, channels: &[&str]) -> Mis
     Missed { flights, short, peaks: samples.iter().map(|x| bend(x) / 8.0).collect() }
 }
 
-/// Fixed steps over the table against located edges, and against the estimate that the rows carry.
+/// Fixed steps over the table against located edges, and against the estimate that the rows warm_start.
 #[test]
 fn lanes_agree_with_located_edges_within_their_estimate() {
     let channels = ["q1", "deflection", "mesh force"];
     let sweep =
-        Sweep::over(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
+        Sweep::new(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::<4>::new(63 * 64), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
@@ -159,7 +159,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
 /// One run at a time over a table of all drives: the same steps, to the rounding of the drives.
 #[test]
 fn the_scalar_engine_agrees_with_lanes() {
-    let sweep = Sweep::over(speeds(&[100.0, 120.0, 130.0]))
+    let sweep = Sweep::new(speeds(&[100.0, 120.0, 130.0]))
         .settle(1)
         .measure(2)
         .channels(&["q1", "deflection", "mesh force"])
@@ -182,7 +182,7 @@ fn the_scalar_engine_agrees_with_lanes() {
 /// period one, and it is not flagged: finer steps find the orbit.
 #[test]
 fn chaos_is_flagged_and_periods_are_found() {
-    let sweep = Sweep::over(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0]))
+    let sweep = Sweep::new(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0]))
         .settle(60)
         .measure(40)
         .channels(&["q1", "deflection"])
@@ -191,7 +191,7 @@ fn chaos_is_flagged_and_periods_are_found() {
     let of =
         |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
-    let fine = Sweep::over(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
+    let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
     let fine = fine.periodic_within(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
@@ -206,13 +206,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 #[test]
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
-    let sweep = Sweep::over(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+    let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
     let together = sweep.run(&LaneRk4::<4>::new(1008), pair, rest).unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
     assert_eq!(together, sweep.run(&LaneRk4::<8>::new(1008), pair, rest).unwrap());
     equals_each_alone(&together, |points| {
-        let sweep = Sweep::over(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+        let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
         sweep.run(&LaneRk4::<4>::new(1008), pair, rest).unwrap()
     });
 }
@@ -257,7 +257,7 @@ fn rings_in_lanes_are_each_ring_alone() {
         };
         let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
         let sweep = |points: Points| {
-            Sweep::over(points)
+            Sweep::new(points)
                 .settle(1)
                 .measure(2)
                 .channels(&["q1", "deflection 1", "mesh force 2"])
@@ -293,15 +293,15 @@ fn rings_in_lanes_are_each_ring_alone() {
 /// Carried states: each run starts where its neighbour ended, up and down.
 #[test]
 fn states_are_carried_along_a_line() {
-    let sweep = Sweep::over(frequencies(5)).settle(1).measure(1).channels(&["q1"]).strobe(1);
-    for carry in [WarmStart::Up, WarmStart::Down] {
-        let rows = sweep.clone().carry(carry).run(&LaneRk4::<8>::new(1008), pair, rest).unwrap();
+    let sweep = Sweep::new(frequencies(5)).settle(1).measure(1).channels(&["q1"]).strobe(1);
+    for warm_start in [WarmStart::Up, WarmStart::Down] {
+        let rows = sweep.clone().warm_start(warm_start).run(&LaneRk4::<8>::new(1008), pair, rest).unwrap();
         let mut state = Pair::start();
         let order: Vec<usize> =
-            if carry == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
+            if warm_start == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
-            let alone = Sweep::over(Points::along(Axis::list("we", &[value]).unwrap()))
+            let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()))
                 .settle(1)
                 .measure(1)
                 .channels(&["q1"])
@@ -311,7 +311,7 @@ fn states_are_carried_along_a_line() {
                 .run(&LaneRk4::<8>::new(1008), pair, |_, _| Ok::<_, ParameterError>(start.clone()))
                 .unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
-            assert_eq!(a.channel("q1"), b.channel("q1"), "{carry:?} {i}");
+            assert_eq!(a.channel("q1"), b.channel("q1"), "{warm_start:?} {i}");
             let end = a.strobes().next().unwrap();
             state = State::new(0.0, &end[..1], &end[1..]);
         }
@@ -432,8 +432,8 @@ fn models_that_cannot_share_lanes_run_alone() {
     let eccentric = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() })
     };
-    let points = Points::along(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
-    let sweep = Sweep::over(points).settle(0).measure(1).channels(&["q1"]);
+    let points = Points::on_axis(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
+    let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1"]);
     let rows = sweep.run(&LaneRk4::<16>::new(2016), eccentric, at_rest).unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
     let grid = Points::grid(vec![
@@ -444,11 +444,11 @@ fn models_that_cannot_share_lanes_run_alone() {
     let family = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() })
     };
-    let sweep = Sweep::over(grid).settle(0).measure(1).channels(&["q1"]);
+    let sweep = Sweep::new(grid).settle(0).measure(1).channels(&["q1"]);
     let rows = sweep.run(&LaneRk4::<8>::new(2016), family, at_rest).unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
-        let alone = Sweep::over(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
+        let alone = Sweep::new(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
             .settle(0)
             .measure(1)
             .channels(&["q1"]);
@@ -460,7 +460,7 @@ fn models_that_cannot_share_lanes_run_alone() {
 /// A stiffness wave whose edges fall on whole steps runs as the located engine does; otherwise the point says what is wrong.
 #[test]
 fn edges_of_drives_have_to_fall_on_the_grid() {
-    let base = RingSet::a(4, 1000.0);
+    let base = RingSet::set_a(4, 1000.0);
     let wave = |p: &Point<'_>| -> Result<Ring, ParameterError> {
         let mut params = base.params()?;
         let stiffness = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.5)?);
@@ -473,7 +473,7 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         Ring::new(&params)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-    let sweep = Sweep::over(Points::along(Axis::list("torque", &[40.0, 48.0]).unwrap()))
+    let sweep = Sweep::new(Points::on_axis(Axis::list("torque", &[40.0, 48.0]).unwrap()))
         .settle(1)
         .measure(1)
         .channels(&["deflection 1"]);
@@ -494,7 +494,7 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
 
 #[test]
 fn channels_that_tables_do_not_measure_and_names_there_are_not() {
-    let named = |name: &str| Sweep::over(speeds(&[100.0])).settle(0).measure(1).channels(&[name]);
+    let named = |name: &str| Sweep::new(speeds(&[100.0])).settle(0).measure(1).channels(&[name]);
     let own = named("base radius").run(&LaneRk4::<4>::new(504), nfg, at_rest);
     assert_eq!(own.unwrap_err(), SweepError::Channel { name: "base radius".into() });
     assert!(named("base radius").run(&Located(Rk4::new(1.0)), nfg, at_rest).is_ok());
@@ -528,8 +528,10 @@ fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
 /// up to 167.5 weakly attracting orbits which fixed steps keep from settling (the located ones are compared below).
 fn up_and_down(speeds: &[f64]) {
     let sweep =
-        Sweep::over(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
-    let way = |carry| sweep.clone().carry(carry).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap();
+        Sweep::new(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+    let way = |warm_start| {
+        sweep.clone().warm_start(warm_start).run(&LaneRk4::<8>::new(4032), reading_a, at_rest).unwrap()
+    };
     let (up, down) = rayon::join(|| way(WarmStart::Up), || way(WarmStart::Down));
     let mut firm = 0;
     for (a, b) in up.iter().zip(down.iter()) {
@@ -564,7 +566,7 @@ fn up_and_down_agree() {
 #[test]
 #[ignore = "half a minute without optimisation: cargo test --release --test suite sweeps -- --ignored"]
 fn up_and_down_agree_with_located_edges() {
-    let sweep = Sweep::over(speeds(&[163.5, 164.0])).settle(60).measure(4);
+    let sweep = Sweep::new(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let diagram = Bifurcation::strobed(sweep, "q1");
     let diagram = diagram
         .run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest)
@@ -584,7 +586,7 @@ fn up_and_down_agree_every_half_step() {
 /// Reading A, 60 turns settled, located edges: contact is lost from 131.43 rad/s, both flanks meet from 149.6 to 150.1, and
 /// from 164 the motion repeats every turn again.   Source: tests/data/nfg.json, `bifurcation_modelA`.
 fn located(scan: &[f64], measure: usize) -> Rows {
-    let sweep = Sweep::over(speeds(scan)).settle(60).measure(measure).rattle();
+    let sweep = Sweep::new(speeds(scan)).settle(60).measure(measure).rattle();
     sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap()
 }
 

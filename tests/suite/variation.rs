@@ -150,7 +150,7 @@ fn differences_of_the_pair() {
 #[test]
 fn differences_of_the_ring() {
     for damping in [ContactDamping::Always, ContactDamping::InContact] {
-        let set = RingSet { error: 1e-5, ..RingSet::a(3, 5000.0) };
+        let set = RingSet { error: 1e-5, ..RingSet::set_a(3, 5000.0) };
         let mut params = set.params().unwrap();
         params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
         let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);

@@ -27,7 +27,7 @@ const NO_MORE: u64 = u64::MAX;
 fn sweep(channel: &str) -> Result<Sweep, ParameterError> {
     let points =
         Points::grid(vec![Axis::linear("speed", 100.0, 250.0, 24)?, Axis::linear("load", 10.0, 50.0, 16)?])?;
-    Ok(Sweep::over(points).settle(4).measure(2).channels(&[channel]).rattle())
+    Ok(Sweep::new(points).settle(4).measure(2).channels(&[channel]).rattle())
 }
 
 fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {

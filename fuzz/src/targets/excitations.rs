@@ -63,7 +63,7 @@ pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
 fn turned(case: &mut Case, wave: Wave) -> Result<Wave, Stop> {
     let order = if case.hostile() { case.count(3) as u32 } else { case.pick(&[1, 1, 2, 30]) };
     let wave = if case.chance(0.5) { wave.per_turn(order)? } else { wave };
-    Ok(if case.chance(0.5) { wave.ahead(case.number(1.0) * case.signed())? } else { wave })
+    Ok(if case.chance(0.5) { wave.with_phase(case.number(1.0) * case.signed())? } else { wave })
 }
 
 /// Angles at which a function might jump: in a turn, or anywhere.

@@ -132,7 +132,7 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
         let values = trajectory.channel(model, name)?;
         all_finite(format_args!("channel {name}"), &values)?;
         if !values.is_empty() {
-            let summary = Summary::of(&values)?;
+            let summary = Summary::from_samples(&values)?;
             finite("standard deviation", summary.standard_deviation())?;
         }
     }

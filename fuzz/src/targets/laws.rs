@@ -40,7 +40,7 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Sto
             };
             MixedLaw::Asymmetric(one.with_slopes(case.number(1.0), case.number(1.0))?)
         }
-        4 => MixedLaw::VaryingSpeed(VaryingBacklash::new(wave(case, 1, size)?)),
+        4 => MixedLaw::Varying(VaryingBacklash::new(wave(case, 1, size)?)),
         5 => {
             let exponent =
                 if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
@@ -70,7 +70,7 @@ pub fn any(case: &mut Case) -> Run {
         let angle = case.signed();
         let edges = law.edges(angle, Side::After);
         // A half width that varies may be told below zero: `check_model` names it.
-        let told = matches!(law, MixedLaw::VaryingSpeed(_) | MixedLaw::Other(_));
+        let told = matches!(law, MixedLaw::Varying(_) | MixedLaw::Other(_));
         let crossed = edges.lower > edges.upper;
         holds(told || !crossed, || format!("edges {edges:?}"))?;
         for value in [edges.lower, edges.upper] {

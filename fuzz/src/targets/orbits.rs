@@ -91,7 +91,7 @@ pub fn variation(case: &mut Case) -> Run {
     let transition = variation.run(&model, &start, end)?;
     all_finite("q", &transition.state.q)?;
     all_finite("matrix", transition.matrix.as_slice())?;
-    match Multipliers::of(&transition.matrix, case.number(1e-9)) {
+    match Multipliers::from_monodromy(&transition.matrix, case.number(1e-9)) {
         Some(all) => multipliers(&all),
         None => Ok(()),
     }

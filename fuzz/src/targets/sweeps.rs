@@ -41,7 +41,7 @@ pub fn points(case: &mut Case) -> Run {
 
 /// Sweep settings of moderate work.
 fn sweep(case: &mut Case, points: Points) -> Sweep {
-    let mut sweep = Sweep::over(points).settle(case.effort(2)).measure(case.effort(2));
+    let mut sweep = Sweep::new(points).settle(case.effort(2)).measure(case.effort(2));
     if case.chance(0.3) {
         sweep = sweep.until_repeats(case.number(1e-6));
     }
@@ -68,7 +68,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
     if case.chance(0.2) {
         sweep = sweep.check_every(case.count(2));
     }
-    sweep.carry(case.pick(&[WarmStart::No, WarmStart::No, WarmStart::Up, WarmStart::Down]))
+    sweep.warm_start(case.pick(&[WarmStart::No, WarmStart::No, WarmStart::Up, WarmStart::Down]))
 }
 
 /// Rows hold numbers, bring back what they wrote, and go together again.
@@ -107,7 +107,7 @@ fn judge(case: &mut Case, sweep: &Sweep, rows: Rows) -> Run {
         let read = case.accept(sweep.rows_from_bytes(&broken));
         holds(read.is_none(), || format!("bytes changed at {at} are read"))?;
     }
-    let found = Attractors::of(&rows, case.number(1e-3))?;
+    let found = Attractors::find(&rows, case.number(1e-3))?;
     holds(found.list().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
 }
 
@@ -133,7 +133,7 @@ fn erased(user: &User, force: f64) -> Result<Erased, ParameterError> {
 pub fn users(case: &mut Case) -> Run {
     let user = user(case);
     let count = 1 + case.below(4);
-    let points = Points::along(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     case.note(|| format!("{sweep:?}"));
     let family = |p: &Point<'_>| erased(&user, p["force"]);
@@ -152,8 +152,8 @@ pub fn users(case: &mut Case) -> Run {
 pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, name: &str) -> Run {
     let count = 2 + case.below(4);
     let value = machine.constant(name).unwrap_or(1.0);
-    let points = Points::along(axis(case, name, 0.5 * value, 2.0 * value, count)?);
-    let sweep = Sweep::over(points)
+    let points = Points::on_axis(axis(case, name, 0.5 * value, 2.0 * value, count)?);
+    let sweep = Sweep::new(points)
         .settle(case.effort(2))
         .measure(case.effort(2))
         .channels(&["q1", "deflection"])
@@ -171,7 +171,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
 pub fn lanes(case: &mut Case) -> Run {
     let params = models::pair_params(case);
     let count = 1 + case.below(6);
-    let points = Points::along(axis(case, "load", 20.0, 60.0, count)?);
+    let points = Points::on_axis(axis(case, "load", 20.0, 60.0, count)?);
     let sweep = sweep(case, points);
     let steps = if case.hostile() { steps(case, 200) } else { 64 + case.below(400) };
     let set = case.pick(&InstructionSet::available());
@@ -195,7 +195,7 @@ pub fn lanes(case: &mut Case) -> Run {
 pub fn bifurcation(case: &mut Case) -> Run {
     let user = user(case);
     let count = 2 + case.below(4);
-    let points = Points::along(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     let name = if case.hostile() { "contact force 9" } else { "q1" };
     let diagram =

@@ -30,7 +30,7 @@ pub enum MixedLaw<N = Linear> {
     /// Asymmetric dead zone.
     Asymmetric(AsymmetricBacklash),
     /// Dead zone with a half width that varies.
-    VaryingSpeed(VaryingBacklash),
+    Varying(VaryingBacklash),
     /// Dead zone with rounded corners.
     Smoothed(SmoothedBacklash),
     /// Flanks with a power of the depth.
@@ -49,7 +49,7 @@ macro_rules! each_law {
             MixedLaw::Cubic($law) => $body,
             MixedLaw::Backlash($law) => $body,
             MixedLaw::Asymmetric($law) => $body,
-            MixedLaw::VaryingSpeed($law) => $body,
+            MixedLaw::Varying($law) => $body,
             MixedLaw::Smoothed($law) => $body,
             MixedLaw::Power($law) => $body,
             MixedLaw::NoPull($law) => $body,

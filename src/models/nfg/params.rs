@@ -69,7 +69,7 @@ impl NfgParams {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::scale("module", self.module)?;
         if self.pinion_teeth < 1 {
-            return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, min: 1 });
         }
         check::scale("ratio", self.ratio)?;
         let teeth = self.face_gear_teeth();

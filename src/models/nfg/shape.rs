@@ -18,8 +18,8 @@ use crate::model::shape::{Drives, Shape, Size};
 use crate::models::nfg::params::{Damping, ErrorForcing, HalfWidth, NfgReading};
 use crate::scalar::Scalar;
 
-/// The shape of [`NfgPair`]: reading, geometry, waves of the mesh and contact law. Pairs of equal shape share
-/// lanes.
+/// The shape of [`NfgPair`](crate::NfgPair): reading, geometry, waves of the mesh and contact law. Pairs of
+/// equal shape share lanes.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Shape};

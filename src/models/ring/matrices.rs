@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let modes = ring.modes(&ring.mean_mesh_stiffness())?;
 /// assert!((modes.hertz()[1] - 43.173_249_56).abs() < 1e-7);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

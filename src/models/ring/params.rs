@@ -10,14 +10,14 @@ use crate::excitation::wave::Wave;
 use std::f64::consts::TAU;
 
 /// Maximum number of gears n. The matrices of 2n + 1 rows then have at most 2²⁶ entries.
-const MOST_GEARS: usize = 4095;
+const MAX_GEARS: usize = 4095;
 
 /// Stiffness and damping of a torsional shaft.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::{RingSet, Shaft}};
 /// let motor_shaft = Shaft { stiffness: 973.0, damping: 0.0257 };
-/// let ring = Ring::new(&RingSet { motor_shaft, ..RingSet::a(4, 1000.0) }.params()?)?;
+/// let ring = Ring::new(&RingSet { motor_shaft, ..RingSet::set_a(4, 1000.0) }.params()?)?;
 /// let k = ring.stiffness_matrix(&ring.mean_mesh_stiffness())?;
 /// assert!((k[(0, 0)] - 973.0).abs() < 1e-9); // only the motor shaft acts on the motor
 /// assert!((ring.damping_matrix()[(0, 1)] + 0.0257).abs() < 1e-12);
@@ -43,7 +43,7 @@ impl Shaft {
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::{Motor, RingSet, Shaft}};
-/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let mut params = RingSet::set_a(4, 1000.0).params()?;
 /// let shaft = Shaft { stiffness: 973.0, damping: 0.0257 };
 /// params.motor = Motor { inertia: 0.03, torque: 8.0, shaft };
 /// assert!(Ring::new(&params)?.torque_imbalance().abs() < 1e-12); // 8 N m drive four loads of 2 N m
@@ -63,7 +63,7 @@ pub struct Motor {
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::{Load, RingSet, Shaft}};
-/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let mut params = RingSet::set_a(4, 1000.0).params()?;
 /// let shaft = Shaft { stiffness: 24_913.0, damping: 0.117 };
 /// params.gears[1].load = Load { inertia: 5.97e-3, torque: 5.0, shaft };
 /// assert!((Ring::new(&params)?.torque_imbalance() - 33.0).abs() < 1e-12); // 44 - 3 x 2 - 5 [N m]
@@ -83,7 +83,7 @@ pub struct Load {
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::{Gear, RingSet}};
-/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let mut params = RingSet::set_a(4, 1000.0).params()?;
 /// let first = params.gears[0];
 /// params.gears[2] = Gear { base_radius: 0.5 * first.base_radius, ..first };
 /// let ring = Ring::new(&params)?;
@@ -105,7 +105,7 @@ pub struct Gear {
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
-/// let mut params = RingSet::a(4, 1000.0).params()?;
+/// let mut params = RingSet::set_a(4, 1000.0).params()?;
 /// params.gears[2].load.torque = 3.0;
 /// assert_eq!(Ring::new(&params)?.gears(), 4);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -133,10 +133,10 @@ impl<N: Nonlinearity> RingParams<N> {
             return Err(ParameterError::TooFew {
                 name: "gears of a closed ring".into(),
                 value: self.gears.len(),
-                least: 3,
+                min: 3,
             });
         }
-        check::count("gears of a closed ring", &[self.gears.len()], MOST_GEARS)?;
+        check::count("gears of a closed ring", &[self.gears.len()], MAX_GEARS)?;
         check::length("meshes", self.meshes.len(), self.gears.len())?;
         for (i, gear) in self.gears.iter().enumerate() {
             check::scale(format!("gears[{i}].inertia"), gear.inertia)?;
@@ -152,7 +152,7 @@ impl<N: Nonlinearity> RingParams<N> {
         check::scale("omega", self.omega)?;
         for (i, mesh) in self.meshes.iter().enumerate() {
             let jumps = format!("jumps of meshes[{i}].stiffness in a mesh period");
-            check::count(jumps, &[mesh.stiffness().edges_per_turn()], MOST_JUMPS)?;
+            check::count(jumps, &[mesh.stiffness().edges_per_turn()], MAX_JUMPS)?;
             check::positive(format!("meshes[{i}]: mean stiffness"), mean(mesh.stiffness()))?;
         }
         Ok(())
@@ -163,12 +163,12 @@ impl<N: Nonlinearity> RingParams<N> {
 ///
 /// K_i = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i = e sin(ωt + φ_i), ω = 2π z n/60 with the speed n [r/min].
 ///
-/// Yao 2020 omits many of the values. Sets [`a`](RingSet::a) and [`e`](RingSet::e) supply them;
+/// Yao 2020 omits many of the values. Sets [`a`](RingSet::set_a) and [`e`](RingSet::set_e) supply them;
 /// docs/models.md gives their origin.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
-/// let set = RingSet { error: 10e-6, half_backlash: 2.65e-6, ..RingSet::a(3, 1000.0) };
+/// let set = RingSet { error: 10e-6, half_backlash: 2.65e-6, ..RingSet::set_a(3, 1000.0) };
 /// let ring = Ring::as_printed(&set.params()?)?;
 /// assert!((ring.rigid_acceleration() - 712.736_411_9).abs() < 1e-6); // [rad/s²], torques not balanced
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -214,7 +214,7 @@ pub struct RingSet {
 impl RingSet {
     /// Set A: printed geometry, mesh stiffness by ISO 6336-1 method B, transmission error of amplitude 1 μm,
     /// shafts with a damping ratio of 1 %.
-    pub fn a(gears: usize, rpm: f64) -> Self {
+    pub fn set_a(gears: usize, rpm: f64) -> Self {
         RingSet {
             gears,
             rpm,
@@ -235,7 +235,7 @@ impl RingSet {
             half_backlash: 2.65e-5,
             error: 1e-6,
             // The bound limits memory only: `params` returns an error for more gears.
-            phases: vec![0.0; gears.min(MOST_GEARS)],
+            phases: vec![0.0; gears.min(MAX_GEARS)],
             motor_torque: 44.0,
             load_torque: 2.0,
         }
@@ -243,14 +243,14 @@ impl RingSet {
 
     /// Set E: constant mesh stiffness, stiffer motor shaft, lighter loads, transmission error of amplitude
     /// 0.2 μm. It has the natural frequency 325 Hz of Yao 2020.
-    pub fn e(gears: usize, rpm: f64) -> Self {
+    pub fn set_e(gears: usize, rpm: f64) -> Self {
         RingSet {
             load_inertia: 5.932_955_461_252_78e-4,
             motor_shaft: Shaft { stiffness: 24_912.829_742_967_06, damping: 0.026_029_677_824_478_948 },
             output_shaft: Shaft { stiffness: 24_912.829_742_967_06, damping: 0.013_338_326_741_706_2 },
             stiffness_harmonics: Vec::new(),
             error: 2e-7,
-            ..RingSet::a(gears, rpm)
+            ..RingSet::set_a(gears, rpm)
         }
     }
 
@@ -267,9 +267,9 @@ impl RingSet {
     /// [`Ring::new`](crate::Ring) checks the others.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
         if self.teeth == 0 {
-            return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, min: 1 });
         }
-        check::count("gears", &[self.gears], MOST_GEARS)?;
+        check::count("gears", &[self.gears], MAX_GEARS)?;
         check::positive("rpm", self.rpm)?;
         check::positive("mesh_stiffness", self.mesh_stiffness)?;
         check::quantity("error", self.error)?;
@@ -281,8 +281,9 @@ impl RingSet {
         let stiffness = Wave::new(Fourier::new(self.mesh_stiffness, &wave)?);
         let error = Wave::new(Fourier::new(0.0, &[[0.0, self.error]])?);
         let law = Backlash::new(self.half_backlash)?;
-        let mesh =
-            |phase: &f64| Ok(Mesh::new(stiffness.clone().ahead(*phase)?, error.clone().ahead(*phase)?, law));
+        let mesh = |phase: &f64| {
+            Ok(Mesh::new(stiffness.clone().with_phase(*phase)?, error.clone().with_phase(*phase)?, law))
+        };
         let meshes = self.phases.iter().map(mesh).collect::<Result<Vec<_>, ParameterError>>()?;
         let load = Load { inertia: self.load_inertia, torque: self.load_torque, shaft: self.output_shaft };
         let gear = Gear { inertia: self.gear_inertia, base_radius: self.base_radius, load };
@@ -293,7 +294,7 @@ impl RingSet {
 }
 
 /// Maximum number of jumps of a mesh stiffness in a mesh period. A solver ends a step at each jump.
-pub(crate) const MOST_JUMPS: usize = 10_000;
+pub(crate) const MAX_JUMPS: usize = 10_000;
 
 /// The mean of a wave over its period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between its edges.
 pub(crate) fn mean(wave: &Wave) -> f64 {

@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let view = ring.relative(2.65e-5, 1000.0)?;
 /// let (mut q, mut v) = (vec![0.0; 7], vec![0.0; 7]);
 /// assert!(view.to_angles(0.0, &q, &v).is_err()); // zero rates violate the closure, since e' is not zero

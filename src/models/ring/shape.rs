@@ -19,7 +19,7 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// use gear_dynamics::{Model, Ring, excitation::Side, models::ring::{Frame, RingSet}};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let motor = |ring: &Ring| {
 ///     let rest = vec![0.0; ring.dof()];
 ///     let mut u = vec![0.0; ring.drives()];
@@ -60,7 +60,7 @@ pub enum Frame {
 ///
 /// ```
 /// use gear_dynamics::{models::ring::{Frame, RingSet}, Dop853, Integrator, Model, Ring, State};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
 /// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
 /// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -72,7 +72,7 @@ pub type Ring<N = Backlash> = Machine<RingShape<N>>;
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};
-/// let ring = Ring::as_printed(&RingSet::a(3, 1000.0).params()?)?;
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// assert_eq!(ring.shape().meshes().len(), 3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

@@ -39,7 +39,7 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
     attempt_again::<T, M, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.contacts_at_end();
-    if e.frozen && locator.jumps[exit.contact] == Some(false) {
+    if e.on_fixed_pieces && locator.jumps[exit.contact] == Some(false) {
         return true;
     }
     // The bracket starts as the full step. `None`: the distance there is not computed.

@@ -26,7 +26,7 @@ const SHORTEST: f64 = 1.0 / 1024.0;
 const MIDDLE: f64 = GOLDEN_POINTS[3];
 
 /// Maximum number of iterations for one root. Bisection alone needs about 50.
-const MOST: usize = 60;
+const MAX: usize = 60;
 
 /// The first θ in (0, limit] at which the distance from the edge of `exit` becomes negative, on the dense
 /// output.
@@ -128,7 +128,7 @@ fn walk(
             // The contact enters at θ = 0 and leaves again. f(θ) = (d(θ) - d0)/θ does not have the root at 0.
             let f = |theta: f64, d: Distance| (d.value - d0) / theta;
             let (mut lo, mut hi) = (0.0, b);
-            for _ in 0..MOST {
+            for _ in 0..MAX {
                 let mid = 0.5 * (lo + hi);
                 if f(mid, look(mid)) > 0.0 {
                     lo = mid
@@ -147,7 +147,7 @@ fn walk(
         // Both ends are inside and there is a dip between them. Regula falsi on the rate finds its minimum.
         if resolved && da.rate < 0.0 && db.rate > 0.0 {
             let (mut lo, mut hi) = ((a, da), (b, db));
-            for _ in 0..MOST {
+            for _ in 0..MAX {
                 let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
                 let dm = look(m);
                 if dm.value < -slack {
@@ -173,7 +173,7 @@ fn walk(
 fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
     let mut bracket = Bracket { lo: a.0, hi: b.0 };
     let mut theta = a.0 + (b.0 - a.0) * a.1.value / (a.1.value - b.1.value);
-    for _ in 0..MOST {
+    for _ in 0..MAX {
         let d = look(theta);
         if d.value.abs() <= close {
             break;

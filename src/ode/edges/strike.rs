@@ -136,19 +136,19 @@ impl Locator {
         }
     }
 
-    /// Ends the flight of each contact with an impact. `behind`: the contacts after the impacts.
+    /// Ends the flight of each contact with an impact. `after`: the contacts after the impacts.
     ///
     /// # Errors
     /// [`IntegrateError::RestsOnStop`] for a contact whose flights stay within the slack.
-    fn land(&mut self, t: f64, behind: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
+    fn land(&mut self, t: f64, after: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
         self.stops.flew = f64::INFINITY;
         for &Crossing { contact, to, .. } in crossings.iter().filter(|c| c.rebounds) {
-            let slack = self.slack(contact, &behind[contact]);
+            let slack = self.slack(contact, &after[contact]);
             let flight = &mut self.stops.flights[contact];
             if t > flight.since {
                 self.stops.flew = self.stops.flew.min(t - flight.since);
             }
-            if flight.lands(t, Exit { contact, to }.distance(Piece::Gap, &behind[contact], 1.0).rate, slack) {
+            if flight.lands(t, Exit { contact, to }.distance(Piece::Gap, &after[contact], 1.0).rate, slack) {
                 return Err(IntegrateError::RestsOnStop { t, contact });
             }
         }

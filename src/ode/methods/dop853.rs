@@ -41,30 +41,30 @@ impl Tableau for DormandPrince8 {
     const PROBE: f64 = table::C[9];
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(C[1]);
-        e.stage::<HELD, _>(1, &A2);
+        e.stage::<FIXED, _>(1, &A2);
         e.drive(C[2]);
-        e.stage::<HELD, _>(2, &A3);
+        e.stage::<FIXED, _>(2, &A3);
         e.drive(C[3]);
-        e.stage::<HELD, _>(3, &A4);
+        e.stage::<FIXED, _>(3, &A4);
         e.drive(C[4]);
-        e.stage::<HELD, _>(4, &A5);
+        e.stage::<FIXED, _>(4, &A5);
         e.drive(C[5]);
-        e.stage::<HELD, _>(5, &A6);
+        e.stage::<FIXED, _>(5, &A6);
         e.drive(C[6]);
-        e.stage::<HELD, _>(6, &A7);
+        e.stage::<FIXED, _>(6, &A7);
         e.drive(C[7]);
-        e.stage::<HELD, _>(7, &A8);
+        e.stage::<FIXED, _>(7, &A8);
         e.drive(C[8]);
-        e.stage::<HELD, _>(8, &A9);
+        e.stage::<FIXED, _>(8, &A9);
         e.drive_probe::<DormandPrince8>();
-        e.stage::<HELD, _>(9, &A10);
+        e.stage::<FIXED, _>(9, &A10);
         e.drive(C[10]);
-        e.stage::<HELD, _>(10, &A11);
+        e.stage::<FIXED, _>(10, &A11);
         e.drive_end();
-        e.stage_end::<HELD, _>(11, &A12);
+        e.stage_end::<FIXED, _>(11, &A12);
         e.advance(&B);
     }
     /// |e5|²/√(|e5|² + 0.01 |e3|²): combines both error estimates.
@@ -74,14 +74,14 @@ impl Tableau for DormandPrince8 {
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
         if both == 0.0 { 0.0 } else { e5 * e5 / both }
     }
-    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         use table::*;
         e.drive(0.1);
-        e.stage::<HELD, _>(13, &A14);
+        e.stage::<FIXED, _>(13, &A14);
         e.drive(0.2);
-        e.stage::<HELD, _>(14, &A15);
+        e.stage::<FIXED, _>(14, &A15);
         e.drive(7.0 / 9.0);
-        e.stage::<HELD, _>(15, &A16);
+        e.stage::<FIXED, _>(15, &A16);
         e.dense_row(3, &D4);
         e.dense_row(4, &D5);
         e.dense_row(5, &D6);

@@ -88,17 +88,17 @@ impl Tableau for Classical {
     const PROBE: f64 = 0.5;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         // The drives are evaluated first, so that no call separates the stages.
         e.drive_probe::<Classical>();
         e.drive_end();
-        e.stage::<HELD, _>(1, &A2);
-        e.stage::<HELD, _>(2, &A3);
-        e.stage_end::<HELD, _>(3, &A4);
+        e.stage::<FIXED, _>(1, &A2);
+        e.stage::<FIXED, _>(2, &A3);
+        e.stage_end::<FIXED, _>(3, &A4);
         e.advance(&B);
     }
     fn error<M: Model + ?Sized, V: Vector>(_: &Engine<'_, M, V>) -> f64 {
         0.0
     }
-    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(_: &mut Engine<'_, M, V>) {}
+    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(_: &mut Engine<'_, M, V>) {}
 }

@@ -55,17 +55,17 @@ impl Tableau for DormandPrince5 {
     const PROBE: f64 = 3.0 / 10.0;
 
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         e.drive(1.0 / 5.0);
-        e.stage::<HELD, _>(1, &table::A2);
+        e.stage::<FIXED, _>(1, &table::A2);
         e.drive_probe::<DormandPrince5>();
-        e.stage::<HELD, _>(2, &table::A3);
+        e.stage::<FIXED, _>(2, &table::A3);
         e.drive(4.0 / 5.0);
-        e.stage::<HELD, _>(3, &table::A4);
+        e.stage::<FIXED, _>(3, &table::A4);
         e.drive(8.0 / 9.0);
-        e.stage::<HELD, _>(4, &table::A5);
+        e.stage::<FIXED, _>(4, &table::A5);
         e.drive_end();
-        e.stage_end::<HELD, _>(5, &table::A6);
+        e.stage_end::<FIXED, _>(5, &table::A6);
         e.advance(&table::B);
         e.derivative_at_end_of::<DormandPrince5>();
     }
@@ -73,7 +73,7 @@ impl Tableau for DormandPrince5 {
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
         e.norms([&table::E])[0]
     }
-    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>) {
+    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         e.dense_row(3, &table::D);
     }
 }

@@ -33,12 +33,12 @@ pub trait Tableau {
 
     /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
     ///
-    /// `HELD`: the model is evaluated on the fixed pieces `e.pieces`.
-    fn attempt<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
+    /// `FIXED`: the model is evaluated on the fixed pieces `e.pieces`.
+    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
     /// Error estimate in units of the tolerance; a step with an error of at most 1 is accepted.
     fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64;
     /// Computes the dense coefficients F3, F4, ... (see [`Engine::interpolate`]). Slot `END` must be filled.
-    fn dense<M: Model + ?Sized, V: Vector, const HELD: bool>(e: &mut Engine<'_, M, V>);
+    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
 }
 
 /// Maximum number of dense coefficients of a tableau, y0 included.
@@ -72,7 +72,7 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// The piece of every contact during the step.
     pub(crate) pieces: Vec<Piece>,
     /// Whether the model is evaluated on these fixed pieces.
-    pub(crate) frozen: bool,
+    pub(crate) on_fixed_pieces: bool,
     /// Relative tolerance.
     pub(crate) rtol: f64,
     /// Absolute tolerance of each component.
@@ -120,7 +120,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             u_stage: u.clone(),
             u1: u,
             pieces: vec![Piece::Gap; contacts],
-            frozen: false,
+            on_fixed_pieces: false,
             rtol: 0.0,
             atol: V::zeros(m),
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
@@ -171,19 +171,19 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// k_s = f(y + h Σ a_l k_l), with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
-    pub(crate) fn stage<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+    pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
         V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
-            accelerate::<M, HELD>(model, pieces, u, q, v, a)
+            accelerate::<M, FIXED>(model, pieces, u, q, v, a)
         });
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives at the end of the step.
     #[inline(always)]
-    pub(crate) fn stage_end<const HELD: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+    pub(crate) fn stage_end<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
         V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
-            accelerate::<M, HELD>(model, pieces, u, q, v, a)
+            accelerate::<M, FIXED>(model, pieces, u, q, v, a)
         });
     }
 
@@ -198,7 +198,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
             let k = &mut self.k[T::END];
-            if self.frozen {
+            if self.on_fixed_pieces {
                 derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, k);
             } else {
                 derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, k);
@@ -213,14 +213,18 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
-        if LOCATE && self.frozen { T::attempt::<M, V, true>(self) } else { T::attempt::<M, V, false>(self) }
+        if LOCATE && self.on_fixed_pieces {
+            T::attempt::<M, V, true>(self)
+        } else {
+            T::attempt::<M, V, false>(self)
+        }
     }
 
     /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
         self.model.redrive(self.t, Side::After, &mut self.u_stage);
-        if self.frozen {
+        if self.on_fixed_pieces {
             derivative::<M, V, true>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
         } else {
             derivative::<M, V, false>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
@@ -250,7 +254,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             let (first, rest) = self.k.split_at_mut(1);
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
-            if LOCATE && self.frozen {
+            if LOCATE && self.on_fixed_pieces {
                 derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
             } else {
                 derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
@@ -281,7 +285,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             return;
         }
         self.derivative_at_end_of::<T>();
-        if self.frozen {
+        if self.on_fixed_pieces {
             T::dense::<M, V, true>(self)
         } else {
             T::dense::<M, V, false>(self)
@@ -362,19 +366,19 @@ fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f
 
 /// The derivative (q', v') = (v, a) at y.
 #[inline(always)]
-fn derivative<M: Model + ?Sized, V: Vector, const HELD: bool>(
+fn derivative<M: Model + ?Sized, V: Vector, const FIXED: bool>(
     model: &M,
     pieces: &[Piece],
     u: &[f64],
     y: &V,
     out: &mut V,
 ) {
-    V::derivative(out, y, |q, v, a| accelerate::<M, HELD>(model, pieces, u, q, v, a));
+    V::derivative(out, y, |q, v, a| accelerate::<M, FIXED>(model, pieces, u, q, v, a));
 }
 
-/// The accelerations, on the fixed `pieces` if `HELD`.
+/// The accelerations, on the fixed `pieces` if `FIXED`.
 #[inline(always)]
-fn accelerate<M: Model + ?Sized, const HELD: bool>(
+fn accelerate<M: Model + ?Sized, const FIXED: bool>(
     model: &M,
     pieces: &[Piece],
     u: &[f64],
@@ -382,7 +386,7 @@ fn accelerate<M: Model + ?Sized, const HELD: bool>(
     v: &[f64],
     a: &mut [f64],
 ) {
-    if HELD {
+    if FIXED {
         model.accel_on_pieces(pieces, u, q, v, a);
     } else {
         model.accel(u, q, v, a);

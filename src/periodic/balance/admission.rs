@@ -1,8 +1,8 @@
 //! Requirements of a balance on its model.
 
 use crate::model::equations::{Model, Periodic};
+use crate::model::offers::Offers;
 use crate::model::rigid::rigid_motions;
-use crate::model::rigid_stops::first_stop;
 use crate::periodic::balance::error::BalanceError;
 
 /// Rigid motions of a model.
@@ -10,10 +10,10 @@ use crate::periodic::balance::error::BalanceError;
 /// Error: differences cannot decide whether a motion is rigid.
 pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
     let rigid = rigid_motions(model, model.period());
-    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelyHeld { share }))
+    rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelySupported { share }))
 }
 
 /// Error if the model has a rigid stop: a Fourier series cannot represent velocities that jump.
 pub(crate) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
-    first_stop(model).map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
+    Offers::of(model).first_stop().map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

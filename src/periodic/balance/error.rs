@@ -50,7 +50,7 @@ pub enum BalanceError {
          linear on the pieces and drives of few harmonics; linearised orbits need fixed pieces; truncated \
          forces need Sampled; Integrals::Exact chooses an available way"
     )]
-    NotOffered {
+    NotAvailable {
         /// The way that was set.
         integrals: Integrals,
     },
@@ -78,7 +78,7 @@ pub enum BalanceError {
         "the stiffness of a motion is {share:.1e} of the largest one: differences cannot decide whether the \
          motion is rigid; implement Model::jacobian"
     )]
-    BarelyHeld {
+    BarelySupported {
         /// Stiffness of the motion as a share of the largest `[1]`.
         share: f64,
     },
@@ -103,7 +103,7 @@ pub enum BalanceError {
         "the balance does not determine coordinate {coordinate} after {} iterations: no stiffness acts on it",
         last.iterations()
     )]
-    Floating {
+    Undetermined {
         /// Index of the coordinate, from 0.
         coordinate: usize,
         /// The last iterate.

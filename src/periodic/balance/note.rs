@@ -37,7 +37,7 @@ pub enum BalanceNote {
         share: f64,
     },
     /// Warning: order 0 is not kept, but the mean acceleration is not zero. No equation balances it.
-    MeanForce {
+    MeanAcceleration {
         /// Mean acceleration, as a share of the largest acceleration of the coordinate `[1]`.
         share: f64,
     },
@@ -73,7 +73,7 @@ impl std::fmt::Display for BalanceNote {
                      largest"
                 )
             }
-            BalanceNote::MeanForce { share } => {
+            BalanceNote::MeanAcceleration { share } => {
                 write!(
                     f,
                     "order 0 is not kept, but the mean acceleration is {share:.1e} of the largest \

@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
+use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::equations::metered::Metered;
@@ -59,8 +60,8 @@ impl Balance {
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
-            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        if model.contacts() > 0 && !Offers::of(model).fixed_pieces() {
+            return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
@@ -121,7 +122,7 @@ impl Balance {
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
         if !matches!(self.integrals, Integrals::Sampled { .. }) {
-            return Err(BalanceError::NotOffered { integrals: self.integrals });
+            return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, meter, |orbit| {
             Ok(self.finer_equations(model, orbit)?.truncating_forces())
@@ -182,8 +183,8 @@ impl Balance {
         near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
         crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !crate::periodic::balance::series::couplings::holds_pieces(model) {
-            return Err(BalanceError::NotOffered { integrals: self.integrals });
+        if model.contacts() > 0 && !Offers::of(model).fixed_pieces() {
+            return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         let mut equations = self.equations(model, near)?.on_fixed_pieces(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
@@ -224,7 +225,7 @@ impl Balance {
             RootError::Singular { .. } if let Some(contact) = held_in_gap => {
                 BalanceError::StartInGap { contact }
             }
-            RootError::Singular { unknown, last } => BalanceError::Floating {
+            RootError::Singular { unknown, last } => BalanceError::Undetermined {
                 coordinate: equations.layout.coordinate(unknown),
                 last: Box::new(orbit(&last)),
                 history: last.history,

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
-use crate::model::rigid_stops::rigid_edges;
+use crate::model::offers::Offers;
 use std::cell::RefCell;
 
 /// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y: a model whose contacts can be fixed on pieces.
@@ -79,10 +79,8 @@ pub(crate) fn gradient(
 impl<'m, M: Model + ?Sized> Continued<'m, M> {
     pub(crate) fn new(model: &'m M, scale: &'m [f64]) -> Self {
         let (n, contacts) = (model.dof(), model.contacts());
-        let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; n], vec![0.0; n]);
-        model.drive(0.0, Side::After, &mut u);
-        let own =
-            contacts == 0 || model.accel_on_pieces(&vec![Piece::Gap; contacts], &u, &rest, &rest, &mut a);
+        let offers = Offers::of(model);
+        let own = offers.fixed_pieces();
         let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
         let room = Room {
             contacts: vec![Contact::default(); room],
@@ -92,7 +90,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             further: vec![0.0; m],
             a: vec![0.0; m / 2],
         };
-        Continued { model, own, rigid: rigid_edges(model), scale, room: RefCell::new(room) }
+        Continued { model, own, rigid: offers.rigid_edges(), scale, room: RefCell::new(room) }
     }
 
     /// Computes `inside` = y_i and `further` = y_i + φ Δ and returns φ; `None` if the state is inside all

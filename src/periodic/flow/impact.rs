@@ -9,7 +9,7 @@ pub(crate) struct Impact {
     pub(crate) u: Vec<f64>,
     pub(crate) q: Vec<f64>,
     /// Velocities of the motion after the impact.
-    pub(crate) behind: Vec<f64>,
+    pub(crate) after: Vec<f64>,
     pub(crate) v: Vec<f64>,
     /// Derivative of V along the direction (-σ, δq, δv); σ is the time by which a neighbour arrives earlier.
     pub(crate) slope: Vec<f64>,
@@ -27,7 +27,7 @@ impl Impact {
             flights,
             u: vec![0.0; model.drives()],
             q: zeros(),
-            behind: zeros(),
+            after: zeros(),
             v: zeros(),
             slope: zeros(),
             direction: [zeros(), zeros()],

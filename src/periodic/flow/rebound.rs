@@ -58,9 +58,9 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let rate = c.rate - edge_rate(&c, lower);
         let (q, v) = (&self.on_edge[..n], &self.v[..n]);
         self.model.accel_on_pieces(&self.pieces, &self.u, q, v, &mut self.before);
-        self.impact.behind.copy_from_slice(v);
-        self.model.impact(contact, on, &self.u, q, &mut self.impact.behind);
-        self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.impact.behind, &mut self.jump);
+        self.impact.after.copy_from_slice(v);
+        self.model.impact(contact, on, &self.u, q, &mut self.impact.after);
+        self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.impact.after, &mut self.jump);
         for k in (n..self.q.len()).step_by(n) {
             let sooner = dot(&self.gradient[..n], &self.q[k..k + n]) / rate;
             for i in 0..n {
@@ -71,11 +71,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             }
             self.along(contact, on, t, -sooner);
             for i in 0..n {
-                self.q[k + i] += sooner * self.impact.behind[i];
+                self.q[k + i] += sooner * self.impact.after[i];
                 self.v[k + i] = self.impact.slope[i] + sooner * self.jump[i];
             }
         }
-        self.v[..n].copy_from_slice(&self.impact.behind);
+        self.v[..n].copy_from_slice(&self.impact.after);
         let c = self.look(contact, t);
         let speed = (c.rate - edge_rate(&c, lower)).abs();
         if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::model::rigid_stops::rigid_edges;
+use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
 use crate::ode::error::IntegrateError;
@@ -160,7 +160,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         solver: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
-        let mut watch = Monitor {
+        let mut interrupter = Interrupter {
             tangent: self,
             meter,
             saltation: Saltation::new(self),
@@ -168,29 +168,30 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
             stop: Stop::Jump,
             step,
         };
-        watch.saltation.begin(&mut state);
+        interrupter.saltation.begin(&mut state);
         for _ in 0..RESTARTS {
             let (solver, serves) = solver(&state, step);
-            watch.serves = serves;
-            let finish = solver.run(self, &state, t_end, &mut watch).map_err(|error| self.explain(error))?;
+            interrupter.serves = serves;
+            let finish =
+                solver.run(self, &state, t_end, &mut interrupter).map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;
-            match watch.stop {
+            match interrupter.stop {
                 Stop::Jump if finish.stopped => {
-                    state.q.copy_from_slice(watch.saltation.coordinates());
-                    state.v.copy_from_slice(watch.saltation.velocities());
+                    state.q.copy_from_slice(interrupter.saltation.coordinates());
+                    state.v.copy_from_slice(interrupter.saltation.velocities());
                 }
                 Stop::Budget => return Ok((state, crossings)),
                 _ => {}
             }
-            if let Some(contact) = watch.saltation.rests {
+            if let Some(contact) = interrupter.saltation.rests {
                 return Err(IntegrateError::RestsOnStop { t: state.t, contact });
             }
             if state.t >= t_end {
                 return Ok((state, crossings));
             }
-            step = match watch.stop {
-                Stop::Growth => watch.step.min(t_end - state.t),
+            step = match interrupter.stop {
+                Stop::Growth => interrupter.step.min(t_end - state.t),
                 _ => 0.0,
             };
         }
@@ -283,7 +284,7 @@ enum Stop {
 }
 
 /// Observer that interrupts a run for one of the reasons of [`Stop`].
-struct Monitor<'t, 'm, M: ?Sized> {
+struct Interrupter<'t, 'm, M: ?Sized> {
     tangent: &'t Tangent<'m, M>,
     meter: Option<&'t Meter<'t>>,
     saltation: Saltation<'t, Continued<'m, M>>,
@@ -294,7 +295,7 @@ struct Monitor<'t, 'm, M: ?Sized> {
     step: f64,
 }
 
-impl<M: Model + ?Sized> Observer for Monitor<'_, '_, M> {
+impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if self.meter.is_some_and(|meter| meter.spend().is_err()) {
             self.stop = Stop::Budget;
@@ -330,7 +331,7 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             moved: vec![0.0; 2 * n],
             q: vec![0.0; n * (1 + tangent.columns)],
             v: vec![0.0; n * (1 + tangent.columns)],
-            rigid: rigid_edges(model),
+            rigid: Offers::of(model).rigid_edges(),
             rests: None,
             impact: Impact::new(model),
         }

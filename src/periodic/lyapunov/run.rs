@@ -251,10 +251,10 @@ impl Lyapunov {
             [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)]
         {
             if value == 0 {
-                return Err(ParameterError::TooFew { name: name.into(), value, least: 1 });
+                return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
             }
         }
-        if self.renormalisations > MOST {
+        if self.renormalisations > MAX {
             let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
             return Err(ParameterError::OutOfRange { name, value, allowed: "[1, 65536] per period" });
         }
@@ -264,9 +264,7 @@ impl Lyapunov {
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
         self.check_settings()?;
         if components == 0 {
-            return Err(
-                ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into()
-            );
+            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
         }
         if count > components {
             let allowed = "[1, number of coordinates and velocities]";
@@ -280,7 +278,7 @@ impl Lyapunov {
 }
 
 /// Maximum number of renormalisations per period.
-const MOST: usize = 1 << 16;
+const MAX: usize = 1 << 16;
 
 /// Minimum standard error per period, in tolerances of the flow. The scatter of the growth does not show the
 /// local errors of the flow.

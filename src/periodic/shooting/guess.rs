@@ -31,7 +31,7 @@ pub(crate) struct Guess {
 /// Default number of segments: one per 32 steps of the coarse run, at most 128.
 const STEPS: usize = 32;
 
-const MOST: usize = 128;
+const MAX: usize = 128;
 
 /// A last state within this share of the period of the end repeats the first state and is dropped.
 const SAME: f64 = 1e-9;
@@ -44,7 +44,7 @@ impl Guess {
         meter: &Meter<'_>,
     ) -> Result<Guess, ShootingError> {
         let Some(first) = guess.first() else {
-            return Err(ParameterError::Empty { name: "guess".into(), least: 1 }.into());
+            return Err(ParameterError::Empty { name: "guess".into(), min: 1 }.into());
         };
         let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
         let end = first.t + period;
@@ -82,7 +82,7 @@ impl Guess {
                 .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
-            let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MOST));
+            let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MAX));
             let times: Vec<f64> = (0..count).map(|i| first.t + period * (i as f64 / count as f64)).collect();
             let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
             let mut left = &times[1..];

@@ -55,10 +55,10 @@ impl Default for Shooting {
 }
 
 /// Maximum number of periods and of segments of an orbit.
-const MOST: usize = 1_000_000;
+const MAX: usize = 1_000_000;
 
 /// Minimum damping factor; the iteration fails below it.
-const LEAST_DAMPING: f64 = 1.0 / 1024.0;
+const MIN_DAMPING: f64 = 1.0 / 1024.0;
 
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
@@ -171,10 +171,10 @@ impl Shooting {
             ("degrees of freedom", dof),
         ];
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
-            return Err(ParameterError::TooFew { name: name.into(), value, least: 1 }.into());
+            return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
         }
-        check::count("multiple", &[self.multiple], MOST)?;
-        check::count("segments", &[segments], MOST)?;
+        check::count("multiple", &[self.multiple], MAX)?;
+        check::count("segments", &[segments], MAX)?;
         check::positive("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
         Ok(())
@@ -188,7 +188,7 @@ impl Shooting {
     ) -> Result<ShootingOrbit, ShootingError> {
         let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end);
         let mut corrections: Vec<f64> = Vec::new();
-        let (mut first, mut before, mut most) = (0.0, f64::INFINITY, (0, f64::NAN));
+        let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));
         let fail = |states: &[State], corrections: &[f64]| Iterate {
             states: states.to_vec(),
             corrections: corrections.to_vec(),
@@ -214,12 +214,12 @@ impl Shooting {
             let (step, slack) = system.solve(&here.defects);
             let size = segments.norm(&step);
             if corrections.is_empty() {
-                first = segments.most(&step, true).1;
+                first = segments.largest_change(&step, true).1;
             }
-            most = segments.most(&step, false);
+            largest = segments.largest_change(&step, false);
             let stalled = size > 0.5 * before;
             before = size;
-            corrections.push(most.1);
+            corrections.push(largest.1);
             if size <= self.tolerance || (stalled && size <= NOISE) {
                 return self.finish(model, &segments, here, first, corrections, meter);
             }
@@ -239,7 +239,7 @@ impl Shooting {
                     Err(_) => {}
                 }
                 damping *= 0.5;
-                if damping < LEAST_DAMPING || size <= NOISE {
+                if damping < MIN_DAMPING || size <= NOISE {
                     break None;
                 }
             };
@@ -248,10 +248,10 @@ impl Shooting {
                 None if size <= NOISE => {
                     return self.finish(model, &segments, here, first, corrections, meter);
                 }
-                None => return Err(not_converged(most, last(&corrections))),
+                None => return Err(not_converged(largest, last(&corrections))),
             };
         }
-        Err(not_converged(most, fail(&here.states, &corrections)))
+        Err(not_converged(largest, fail(&here.states, &corrections)))
     }
 
     fn finish(

@@ -118,20 +118,20 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
     /// The component with the largest change as a share of its range, and that share, among the coordinates
     /// or among all components; without rigid motion.
-    pub(crate) fn most(&self, step: &[DVector<f64>], coordinates: bool) -> (usize, f64) {
+    pub(crate) fn largest_change(&self, step: &[DVector<f64>], coordinates: bool) -> (usize, f64) {
         let count = if coordinates { self.scale.len() / 2 } else { self.scale.len() };
-        let mut most = (0, 0.0);
+        let mut largest = (0, 0.0);
         for z in step {
             let z = DVector::from_fn(z.len(), |i, _| z[i] * (self.scale[i] / self.range[i]));
             let z = &z - &self.rigid_of_range * self.rigid_of_range.tr_mul(&z);
             for i in 0..count {
                 let share = z[i].abs();
-                if share > most.1 || share.is_nan() {
-                    most = (i, share);
+                if share > largest.1 || share.is_nan() {
+                    largest = (i, share);
                 }
             }
         }
-        most
+        largest
     }
     pub(crate) fn elastic(&self, z: &DVector<f64>) -> DVector<f64> {
         z - &self.rigid * self.rigid.tr_mul(z)

@@ -14,7 +14,7 @@ use crate::sweep::lanes::meter::Kind;
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
-///     let sweep = Sweep::over(Points::along(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
+///     let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
 ///     let rows = sweep.channels(&["q1"]).run(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

@@ -29,8 +29,8 @@ use std::collections::VecDeque;
 /// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
-///     let speeds = Points::along(Axis::linear("speed", 100.0, 130.0, 6)?);
-///     let rows = Sweep::over(speeds).settle(0).measure(1).channels(&["q1"]).run(
+///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 6)?);
+///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q1"]).run(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
@@ -53,9 +53,9 @@ use std::collections::VecDeque;
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
 /// }
-/// let points = Points::along(Axis::list("x", &[1.0])?);
+/// let points = Points::on_axis(Axis::list("x", &[1.0])?);
 /// let start = |_: &_, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
-/// Sweep::over(points).run(&LaneRk4::<16>::new(64), |_| Ok::<_, ParameterError>(Rest), start)?;
+/// Sweep::new(points).run(&LaneRk4::<16>::new(64), |_| Ok::<_, ParameterError>(Rest), start)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -26,8 +26,8 @@ use std::collections::VecDeque;
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
-/// let amplitudes = Points::along(Axis::list("f", &[1.0, 4.0])?);
-/// let rows = Sweep::over(amplitudes).settle(20).measure(1).channels(&["q1"]).run(
+/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
+/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q1"]).run(
 ///     &TableRk4::new(64),
 ///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),

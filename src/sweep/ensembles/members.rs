@@ -85,10 +85,10 @@ pub enum EnsembleError {
 const WAITING: u64 = 128;
 
 /// Maximum number of members. At 1 µs for each member they take more than an hour.
-const MOST_MEMBERS: u64 = u32::MAX as u64;
+const MAX_MEMBERS: u64 = u32::MAX as u64;
 
 /// Maximum number of distributions, channels × spans: two gigabytes if all their bins are in use.
-const MOST_FIGURES: usize = 1 << 18;
+const MAX_FIGURES: usize = 1 << 18;
 
 impl Ensemble {
     /// Members 0, 1, ... from time 0 to `end`, sampled at `spans + 1` equally spaced times, both ends
@@ -100,20 +100,16 @@ impl Ensemble {
     /// No members or more than 2³² - 1; no spans or more than 2¹⁸; an end that is not positive and finite.
     pub fn new(members: u64, end: f64, spans: usize) -> Result<Self, ParameterError> {
         if members == 0 {
-            return Err(ParameterError::TooFew { name: "members".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "members".into(), value: 0, min: 1 });
         }
         if spans == 0 {
-            return Err(ParameterError::TooFew { name: "spans of time".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "spans of time".into(), value: 0, min: 1 });
         }
-        if members > MOST_MEMBERS {
+        if members > MAX_MEMBERS {
             let value = usize::try_from(members).unwrap_or(usize::MAX);
-            return Err(ParameterError::TooMany {
-                name: "members".into(),
-                value,
-                most: MOST_MEMBERS as usize,
-            });
+            return Err(ParameterError::TooMany { name: "members".into(), value, max: MAX_MEMBERS as usize });
         }
-        check::count("spans of time", &[spans], MOST_FIGURES)?;
+        check::count("spans of time", &[spans], MAX_FIGURES)?;
         check::positive("end of the ensemble", end)?;
         Ok(Ensemble {
             members,
@@ -152,7 +148,7 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
-        self.run_watched(solver, family, &Monitor::new())
+        self.run_monitored(solver, family, &Monitor::new())
     }
 
     /// As [`run`](Ensemble::run), with a [`Monitor`]. The monitor receives the progress after every member,
@@ -160,7 +156,7 @@ impl Ensemble {
     ///
     /// # Errors
     /// As [`run`](Ensemble::run); [`EnsembleError::Cancelled`] if no member finished.
-    pub fn run_watched<M, I, X>(
+    pub fn run_monitored<M, I, X>(
         &self,
         solver: &I,
         family: impl Fn(u64) -> Result<(M, State), X> + Sync,
@@ -174,7 +170,7 @@ impl Ensemble {
         let figures = check::count(
             "distributions, one for each channel and time",
             &[self.channels.len(), self.times.len() - 1],
-            MOST_FIGURES,
+            MAX_FIGURES,
         )?;
         let mut failure = None;
         let model =
@@ -286,7 +282,7 @@ impl Ensemble {
             return Ok(None);
         }
         let peak = |name: &&str| statistics.summary(name).map(|x| x.max.abs().max(x.min.abs()));
-        let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Figure)?;
+        let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Value)?;
         let impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
         Ok(Some(Seen { values, peaks, impacts }))
     }

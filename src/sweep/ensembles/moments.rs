@@ -81,7 +81,7 @@ impl Distribution {
     }
 
     /// The distribution of given values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn from_samples(values: impl IntoIterator<Item = f64>) -> Self {
         let mut all = Distribution::new();
         values.into_iter().for_each(|x| all.add(x));
         all
@@ -233,7 +233,7 @@ impl Distribution {
             });
         }
         if self.count == 0 {
-            return Err(ParameterError::Empty { name: "values of the distribution".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "values of the distribution".into(), min: 1 });
         }
         if self.bins.is_empty() {
             let mut sorted = self.pilot.clone();
@@ -266,13 +266,13 @@ impl Distribution {
     /// # Errors
     /// No spans or more than 2²⁴; no values.
     pub fn histogram(&self, spans: usize) -> Result<Vec<(f64, u64)>, ParameterError> {
-        const MOST: usize = 1 << 24;
+        const MAX: usize = 1 << 24;
         if spans == 0 {
-            return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, min: 1 });
         }
-        check::count("spans of the histogram", &[spans], MOST)?;
+        check::count("spans of the histogram", &[spans], MAX)?;
         if self.count == 0 {
-            return Err(ParameterError::Empty { name: "values of the distribution".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "values of the distribution".into(), min: 1 });
         }
         let width = self.max / spans as f64 - self.min / spans as f64;
         let mut counts: Vec<(f64, u64)> =

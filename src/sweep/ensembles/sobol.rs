@@ -76,7 +76,7 @@ impl RandomParameters {
     /// As [`points`](RandomParameters::points); fewer than 2 samples.
     pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
         if samples < 2 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples, least: 2 });
+            return Err(ParameterError::TooFew { name: "samples".into(), value: samples, min: 2 });
         }
         let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
         let mut rows = Vec::with_capacity(check::count(
@@ -176,19 +176,16 @@ impl SobolDesign {
         let samples: Vec<&[f64]> =
             measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
         if samples.len() < 2 {
-            return Err(ParameterError::TooFew {
-                name: "good samples".into(),
-                value: samples.len(),
-                least: 2,
-            });
+            return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), min: 2 });
         }
-        let both =
-            crate::sweep::ensembles::moments::Distribution::of(samples.iter().flat_map(|s| [s[n], s[n + 1]]));
+        let both = crate::sweep::ensembles::moments::Distribution::from_samples(
+            samples.iter().flat_map(|s| [s[n], s[n + 1]]),
+        );
         let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    crate::sweep::ensembles::moments::Distribution::of(
+                    crate::sweep::ensembles::moments::Distribution::from_samples(
                         samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance),
                     )
                     .mean()

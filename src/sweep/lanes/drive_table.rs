@@ -21,7 +21,7 @@ pub enum TableError {
     /// No steps, or so many that the table exceeds its maximum size of 2²⁶ numbers.
     #[error(
         "a drive table of {steps} steps per period and {drives} drives is not available: steps must be at \
-         least 1, 2 × steps × drives at most {MOST}"
+         least 1, 2 × steps × drives at most {MAX}"
     )]
     Size {
         /// Steps per period.
@@ -59,7 +59,7 @@ pub enum TableError {
 const ON_GRID: f64 = 1e-6;
 
 /// Maximum number of values in a table: half a gigabyte.
-const MOST: usize = 1 << 26;
+const MAX: usize = 1 << 26;
 
 /// Number of rows between two checks for cancellation.
 const STRETCH: usize = 64;
@@ -100,7 +100,7 @@ impl Table {
     /// [`TableError::Size`].
     pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
         let numbers = steps.checked_mul(2).and_then(|rows| rows.checked_mul(drives.max(1)));
-        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MOST) {
+        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MAX) {
             Ok(())
         } else {
             Err(TableError::Size { steps, drives })

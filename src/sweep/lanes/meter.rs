@@ -54,7 +54,7 @@ pub(crate) struct Meters<S: Number> {
     read: Range<usize>,
     /// The buffered samples of a block: a row for each channel, then two rows for each contact with the
     /// penetrations of its lower and upper flank. Empty between two ranges of steps.
-    held: Vec<[S; BLOCK]>,
+    buffer: Vec<[S; BLOCK]>,
     /// Number of buffered samples.
     filled: usize,
     /// The parts of the first channel, then those of the next channel.
@@ -82,7 +82,7 @@ impl<S: Number> Meters<S> {
         Meters {
             kinds: kinds.to_vec(),
             read,
-            held: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
+            buffer: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
             filled: 0,
             channels: vec![channel; kinds.len() * S::PARTS],
             contacts: vec![contact; contacts * S::PARTS],
@@ -98,8 +98,8 @@ impl<S: Number> Meters<S> {
     #[inline(always)]
     pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
         let at = self.filled % BLOCK;
-        let (kinds, held) = (&self.kinds[..], &mut self.held[..]);
-        let (channels, flanks) = held.split_at_mut(kinds.len());
+        let (kinds, buffer) = (&self.kinds[..], &mut self.buffer[..]);
+        let (channels, flanks) = buffer.split_at_mut(kinds.len());
         for c in 0..kinds.len() {
             channels[c][at] = match kinds[c] {
                 Kind::Coordinate(i) => pick(q, i),
@@ -131,7 +131,7 @@ impl<S: Number> Meters<S> {
     /// compiler knows `count`, a part stays in registers from one sample to the next.
     #[inline(always)]
     fn gather(&mut self, count: usize) {
-        let (channels, flanks) = self.held.split_at(self.kinds.len());
+        let (channels, flanks) = self.buffer.split_at(self.kinds.len());
         for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
             for part in 0..S::PARTS {
                 let mut meter = meters[part];

@@ -11,12 +11,12 @@ use crate::sweep::rows::table::Rows;
 /// ```
 /// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
 /// let starts = Points::grid(vec![Axis::linear("q", -8e-4, -6e-4, 3)?, Axis::linear("v", -1e-5, 1e-5, 2)?])?;
-/// let rows = Sweep::over(starts).settle(20).measure(4).strobe(4).run(
+/// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).run(
 ///     &LaneRk4::<16>::new(63 * 32),
 ///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
 ///     |p, _| Ok::<_, gear_dynamics::ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
 /// )?;
-/// let attractors = Attractors::of(&rows, 1e-6)?;
+/// let attractors = Attractors::find(&rows, 1e-6)?;
 /// assert_eq!(attractors.list().len(), 1); // one motion, wherever it starts
 /// assert_eq!(attractors.label(5), Some(0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -43,13 +43,13 @@ pub struct Attractors {
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
-/// let starts = Points::along(Axis::linear("q", -1.0, 1.0, 5)?);
-/// let rows = Sweep::over(starts).settle(20).measure(2).strobe(1).run(
+/// let starts = Points::on_axis(Axis::linear("q", -1.0, 1.0, 5)?);
+/// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).run(
 ///     &TableRk4::new(64),
 ///     |_| Ok::<_, ParameterError>(Swing),
 ///     |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[0.0])),
 /// )?;
-/// let attractors = Attractors::of(&rows, 1e-6)?;
+/// let attractors = Attractors::find(&rows, 1e-6)?;
 /// let attractor = &attractors.list()[0];
 /// assert_eq!((attractor.period, attractor.rows), (Some(1), 5));
 /// // Closed form: q = (3 sin 2t - cos 2t)/20.
@@ -77,7 +77,7 @@ impl Attractors {
     /// # Errors
     /// [`SweepError::Setting`] if the rows have no strobed states; a tolerance that is not positive and
     /// finite.
-    pub fn of(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
+    pub fn find(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
         check::positive("tolerance of one motion", tolerance)?;
         // Without rows the list of motions is empty; this is not an error.
         if rows.layout.strobes == 0 && rows.iter().next().is_some() {

@@ -22,8 +22,8 @@ use std::sync::atomic::Ordering;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::along(Axis::linear("speed", 100.0, 120.0, 3)?);
-/// let diagram = Bifurcation::strobed(Sweep::over(speeds).settle(20).measure(4), "q1").run(
+/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
+/// let diagram = Bifurcation::strobed(Sweep::new(speeds).settle(20).measure(4), "q1").run(
 ///     &LaneRk4::<4>::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
@@ -66,7 +66,7 @@ impl Bifurcation {
         X: Display,
         Y: Display,
     {
-        self.run_watched(engine, family, start, &Monitor::new())
+        self.run_monitored(engine, family, start, &Monitor::new())
     }
 
     /// As [`run`](Bifurcation::run), with a [`Monitor`]. Its progress counts both branches together; it gets
@@ -74,7 +74,7 @@ impl Bifurcation {
     ///
     /// # Errors
     /// As [`run`](Bifurcation::run).
-    pub fn run_watched<M, E, X, Y>(
+    pub fn run_monitored<M, E, X, Y>(
         &self,
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
@@ -103,12 +103,17 @@ impl Bifurcation {
         // Strobed states of all measured periods: the sweep reduces the count to their number.
         let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
         let done = [const { AtomicUsize::new(0) }; 2];
-        let way = |way: usize, carry: WarmStart| {
+        let way = |way: usize, warm_start: WarmStart| {
             let show = |now: usize, total: usize| {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
                 watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
-            sweep.clone().carry(carry).runner(engine, &family, &start).monitor(&watch.progress(&show)).run()
+            sweep
+                .clone()
+                .warm_start(warm_start)
+                .runner(engine, &family, &start)
+                .monitor(&watch.progress(&show))
+                .run()
         };
         let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
         let (up_rows, down_rows) = (up?, down?);
@@ -155,8 +160,8 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
-/// let amplitudes = Points::along(Axis::list("f", &[1.0, 4.0])?);
-/// let diagram = Bifurcation::strobed(Sweep::over(amplitudes).settle(20).measure(2), "q1").run(
+/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
+/// let diagram = Bifurcation::strobed(Sweep::new(amplitudes).settle(20).measure(2), "q1").run(
 ///     &TableRk4::new(64),
 ///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
@@ -183,8 +188,8 @@ pub struct DiagramPoint {
 ///
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::along(Axis::linear("speed", 100.0, 110.0, 2)?);
-/// let diagram = Bifurcation::extremes(Sweep::over(speeds).settle(3).measure(1), "deflection").run(
+/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 2)?);
+/// let diagram = Bifurcation::extremes(Sweep::new(speeds).settle(3).measure(1), "deflection").run(
 ///     &LaneRk4::<4>::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),

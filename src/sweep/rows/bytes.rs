@@ -49,12 +49,12 @@ impl Rows {
 
 impl Sweep {
     /// Rows of this sweep from the bytes of [`Rows::to_bytes`]. Errors of points are restored as their text,
-    /// [`PointError::Told`].
+    /// [`PointError::Text`].
     ///
     /// ```
     /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, ParameterError, Sweep};
-    /// let speeds = Points::along(Axis::linear("speed", 100.0, 110.0, 3)?);
-    /// let sweep = Sweep::over(speeds).settle(1).measure(1).channels(&["q1"]);
+    /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 3)?);
+    /// let sweep = Sweep::new(speeds).settle(1).measure(1).channels(&["q1"]);
     /// let rows = sweep.run(
     ///     &LaneRk4::<4>::new(63 * 32),
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -158,7 +158,7 @@ impl<'b> Reader<'b> {
     /// Reads the text of an error.
     fn error(&mut self) -> Result<PointError, SweepError> {
         let [length] = self.sizes::<1>()?;
-        Ok(PointError::Told(String::from_utf8_lossy(self.take(length)?).into_owned()))
+        Ok(PointError::Text(String::from_utf8_lossy(self.take(length)?).into_owned()))
     }
     /// Reads a word that must equal `word`.
     fn expect(&mut self, word: u64) -> Result<(), SweepError> {

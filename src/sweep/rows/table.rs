@@ -10,15 +10,15 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Maximum number of values in the rows of one chunk: two gigabytes.
-const MOST_FIGURES: usize = 1 << 28;
+const MAX_FIGURES: usize = 1 << 28;
 
 /// The rows of a sweep or of a chunk of it. Each point has a row, an error, or neither if the sweep was
 /// cancelled before it ran.
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::along(Axis::list("speed", &[100.0, 120.0])?);
-/// let rows = Sweep::over(speeds).settle(3).measure(1).channels(&["q1"]).run(
+/// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1"]).run(
 ///     &LaneRk4::<16>::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
@@ -121,7 +121,7 @@ impl Rows {
         check::count(
             "values in the rows (split the sweep into chunks)",
             &[rows, stride.unwrap_or(usize::MAX)],
-            MOST_FIGURES,
+            MAX_FIGURES,
         )?;
         Ok(())
     }

@@ -111,7 +111,7 @@ impl<M: Periodic> Block<'_, '_, M> {
     /// The next point of the line; `None` at the end of the line or without a warm start.
     fn neighbour(&self, index: usize) -> Option<usize> {
         let length = self.work.length;
-        match self.work.sweep.carry {
+        match self.work.sweep.warm_start {
             WarmStart::No => None,
             WarmStart::Up => Some(index + 1).filter(|i| !i.is_multiple_of(length)),
             WarmStart::Down => index.checked_sub(1).filter(|_| !index.is_multiple_of(length)),
@@ -134,7 +134,7 @@ impl<M: Periodic> Source<M> for Block<'_, '_, M> {
                     self.taken += 1;
                     state = None;
                     let length = self.work.length;
-                    if self.work.sweep.carry == WarmStart::Down {
+                    if self.work.sweep.warm_start == WarmStart::Down {
                         (line + 1) * length - 1
                     } else {
                         line * length

@@ -29,7 +29,7 @@ pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointErro
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Points, Rows};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::over(Points::along(Axis::linear("speed", 100.0, 130.0, 8)?));
+/// let sweep = Sweep::new(Points::on_axis(Axis::linear("speed", 100.0, 130.0, 8)?));
 /// let sweep = sweep.settle(1).measure(1).channels(&["q1"]);
 /// let engine = LaneRk4::<4>::new(63 * 16);
 /// let runner = sweep.runner(
@@ -161,9 +161,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let probe = Probe::new(&model);
         let channels = sweep.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
         if model.dof() == 0 {
-            return Err(
-                ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, least: 1 }.into()
-            );
+            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
         }
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {

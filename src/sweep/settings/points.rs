@@ -31,7 +31,7 @@ impl Axis {
             return Err(ParameterError::TooFew {
                 name: format!("values on axis {name}"),
                 value: count,
-                least: 2,
+                min: 2,
             });
         }
         check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
@@ -46,7 +46,7 @@ impl Axis {
     /// An empty list, or values that are not finite.
     pub fn list(name: &str, values: &[f64]) -> Result<Self, ParameterError> {
         if values.is_empty() {
-            return Err(ParameterError::Empty { name: format!("axis {name}"), least: 1 });
+            return Err(ParameterError::Empty { name: format!("axis {name}"), min: 1 });
         }
         check::all_finite(&format!("axis {name}"), values)?;
         Ok(Axis { name: name.into(), values: values.to_vec() })
@@ -91,7 +91,7 @@ impl Points {
     /// No axis; two axes of the same name; more than `usize::MAX` points.
     pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
         if axes.is_empty() {
-            return Err(ParameterError::Empty { name: "axes of the grid".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "axes of the grid".into(), min: 1 });
         }
         let lengths = || axes.iter().map(|axis| axis.values.len());
         if lengths().try_fold(1, usize::checked_mul).is_none() {
@@ -106,7 +106,7 @@ impl Points {
     }
 
     /// The values of one axis as points.
-    pub fn along(axis: Axis) -> Self {
+    pub fn on_axis(axis: Axis) -> Self {
         Points { names: vec![axis.name.clone()], kind: Kind::Grid(vec![axis]) }
     }
 
@@ -117,7 +117,7 @@ impl Points {
     /// name; a value that is not finite.
     pub fn list(names: &[&str], rows: &[Vec<f64>]) -> Result<Self, ParameterError> {
         if rows.is_empty() || names.is_empty() {
-            return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "list of points".into(), min: 1 });
         }
         for (i, row) in rows.iter().enumerate() {
             check::length(format!("point {i}"), row.len(), names.len())?;
@@ -129,7 +129,7 @@ impl Points {
     /// A [`list`](Points::list) from concatenated rows.
     pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
         if values.is_empty() || names.is_empty() {
-            return Err(ParameterError::Empty { name: "list of points".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "list of points".into(), min: 1 });
         }
         for (i, row) in values.chunks(names.len()).enumerate() {
             if row.iter().any(|x| !x.is_finite()) {
@@ -205,7 +205,7 @@ fn different<'n>(names: impl Iterator<Item = &'n str>) -> Result<Vec<String>, Pa
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
-/// let points = Points::along(Axis::list("load", &[10.0, 30.0])?);
+/// let points = Points::on_axis(Axis::list("load", &[10.0, 30.0])?);
 /// let point = points.point(1);
 /// assert_eq!((point.index(), point["load"], point.get("speed")), (1, 30.0, None));
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -11,9 +11,9 @@ use crate::sweep::settings::points::Points;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::along(Axis::linear("speed", 120.0, 120.4, 3)?);
-/// let ppv = |carry, settle| -> Result<f64, Box<dyn std::error::Error>> {
-///     let rows = Sweep::over(speeds.clone()).settle(settle).measure(1).channels(&["q1"]).carry(carry).run(
+/// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
+/// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
+///     let rows = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q1"]).warm_start(warm_start).run(
 ///         &LaneRk4::<4>::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
@@ -41,7 +41,7 @@ impl Sweep {
     /// A sweep over these points. Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a
     /// periodic motion, no early end of settling, no channels, no rattle, no strobed states, no Lyapunov
     /// exponent, no warm start, no checks.
-    pub fn over(points: Points) -> Self {
+    pub fn new(points: Points) -> Self {
         Sweep {
             points,
             settle: 60,
@@ -52,7 +52,7 @@ impl Sweep {
             rattle: false,
             strobes: 0,
             lyapunov: None,
-            carry: WarmStart::No,
+            warm_start: WarmStart::No,
             check_every: 0,
         }
     }
@@ -111,8 +111,8 @@ impl Sweep {
     }
 
     /// The start of the runs. Default: [`WarmStart::No`].
-    pub fn carry(self, carry: WarmStart) -> Self {
-        Sweep { carry, ..self }
+    pub fn warm_start(self, warm_start: WarmStart) -> Self {
+        Sweep { warm_start, ..self }
     }
 
     /// Runs every `count`-th point a second time with a quarter of the step, to estimate the error of the
@@ -136,9 +136,9 @@ impl Sweep {
         &self.points
     }
 
-    /// Number of points in a line: 1 without a warm start, else [`Points::line`].
+    /// Number of points in a line: 1 without a warm start, else [`Points::on_axis`].
     pub(crate) fn line(&self) -> usize {
-        if self.carry == WarmStart::No { 1 } else { self.points.line() }
+        if self.warm_start == WarmStart::No { 1 } else { self.points.line() }
     }
 
     /// Checks the settings.
@@ -169,7 +169,7 @@ impl Sweep {
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
 /// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
-/// let map = Sweep::over(Points::grid(axes)?)
+/// let map = Sweep::new(Points::grid(axes)?)
 ///     .settle(4)
 ///     .measure(1)
 ///     .channels(&["q1"])
@@ -193,6 +193,6 @@ pub struct Sweep {
     pub(crate) rattle: bool,
     pub(crate) strobes: usize,
     pub(crate) lyapunov: Option<Lyapunov>,
-    pub(crate) carry: WarmStart,
+    pub(crate) warm_start: WarmStart,
     pub(crate) check_every: usize,
 }

@@ -105,7 +105,7 @@ fn the_pair_is_swept() {
         Axis::linear("load", 300.0, 700.0, 3).unwrap(),
     ];
     let names = ["deflection", "mesh force"];
-    let sweep = Sweep::over(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
+    let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
     let lanes = sweep.run(&LaneRk4::<8>::new(256), family, start).unwrap();
@@ -230,7 +230,7 @@ fn lanes_of_ones_own() {
 /// Laws and excitations of one's own inside the library's ring.
 #[test]
 fn in_the_ring() {
-    let preset = RingSet { motor_torque: 8.0, ..RingSet::a(4, 1000.0) }.params().unwrap();
+    let preset = RingSet { motor_torque: 8.0, ..RingSet::set_a(4, 1000.0) }.params().unwrap();
     let law = |i: usize| {
         if i == 2 {
             MixedLaw::Other(SoftStop { touch: 1e-5, loss: 10.0 })

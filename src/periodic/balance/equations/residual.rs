@@ -2,8 +2,10 @@
 
 use crate::contact::piece::Piece;
 use crate::error::check;
+use crate::model::couplings::Couplings;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
+use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
@@ -17,7 +19,6 @@ use crate::periodic::balance::integration::truncated::Truncated;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::series::assembly::Layout;
-use crate::periodic::balance::series::couplings::{Couplings, holds_pieces};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
@@ -58,7 +59,7 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
 }
 
 /// Stored entries of a Jacobian at most: two gigabytes.
-const MOST_ENTRIES: usize = 1 << 28;
+const MAX_ENTRIES: usize = 1 << 28;
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
@@ -84,13 +85,13 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
         let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);
         let contacts = model.contacts();
-        let holds = contacts > 0 && holds_pieces(model);
+        let holds = contacts > 0 && Offers::of(model).fixed_pieces();
         let couplings = Couplings::find(&mut slopes, holds);
         let demand = Demand { model, harmonics, integrals, near, finer, size: &size, rates: &rates, holds };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         let (samples, varying) = (grid.samples(), couplings.varying.len());
         let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
-        check::count("entries of the Jacobian", &[layout.entries(&couplings)], MOST_ENTRIES)?;
+        check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
         Ok(BalanceEquations {
             spectra: Spectra::new(n, varying, harmonics),
             switching: Switching::new(contacts, samples),
@@ -128,7 +129,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
             x.push(alpha / self.layout.rigid_scale);
         }
-        // The position along a rigid motion is held by one mean, which is zero: the guess has to stand there.
+        // The position along a rigid motion is fixed by one mean, which is zero: the guess has to stand there.
         for (rigid, &fixed) in self.layout.rigid.iter().zip(&self.layout.fixed) {
             let share = x[fixed * width] * self.layout.scales[fixed] / rigid[fixed];
             for (j, r) in rigid.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::contact::piece::Piece;
 use crate::error::check;
+use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::error::BalanceError;
@@ -15,7 +16,6 @@ use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::panels::any_edges;
 use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, samples_following};
-use crate::periodic::balance::series::couplings::Couplings;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Samples;
@@ -61,7 +61,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces());
         let samples = match integrals {
             Integrals::Closed | Integrals::Kinks if edges || !self.holds => {
-                return Err(BalanceError::NotOffered { integrals });
+                return Err(BalanceError::NotAvailable { integrals });
             }
             Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
                 return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
@@ -98,7 +98,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
             Integrals::Exact | Integrals::Closed => match Closed::find(model, harmonics, couplings, slopes) {
                 Some(closed) => Box::new(closed),
                 None if integrals == Integrals::Closed => {
-                    return Err(BalanceError::NotOffered { integrals });
+                    return Err(BalanceError::NotAvailable { integrals });
                 }
                 None => Box::new(Kinks::new(sampled(), contacts)),
             },

@@ -8,14 +8,14 @@
 //! and everything else is a product of short series.
 
 use crate::contact::piece::Piece;
+use crate::model::couplings::{Couplings, Slope, is_linear_on_pieces};
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::quadrature::at_rest::{Look, Part, Series, is_linear_on_pieces, value_at};
-use crate::periodic::balance::series::couplings::{Couplings, Slope};
+use crate::periodic::balance::quadrature::at_rest::{Look, Part, Series, value_at};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
@@ -47,7 +47,7 @@ pub(crate) struct Closed {
 }
 
 /// Samples of the drives tried at most.
-const MOST: usize = 16_384;
+const MAX: usize = 16_384;
 
 impl Closed {
     /// `None` if the model is not linear on its pieces, its contacts do not add up, or its drives have too many harmonics.
@@ -61,7 +61,7 @@ impl Closed {
             return None;
         }
         let mut samples = 64;
-        while samples <= MOST {
+        while samples <= MAX {
             if let Some(closed) = Closed::sampled(model, couplings, slopes, samples) {
                 let longest = closed.longest();
                 let reach = 2 * harmonics.highest() + harmonics.periods() * longest;

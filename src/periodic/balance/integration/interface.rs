@@ -1,9 +1,9 @@
 //! The interface between the equations of a balance and a way of integrating the accelerations.
 
+use crate::model::couplings::Couplings;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::assembly::Layout;
-use crate::periodic::balance::series::couplings::Couplings;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::switching::instants::Switching;

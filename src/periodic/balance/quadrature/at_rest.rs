@@ -1,11 +1,10 @@
-//! A model at rest with contacts held: the short series that closed integrals are made of.
+//! A model at rest with contacts fixed: the short series that closed integrals are made of.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
+use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::numeric::spread::weyl;
-use crate::periodic::balance::series::couplings::Couplings;
 use crate::periodic::balance::series::transform::{Transform, unpack};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -25,7 +24,7 @@ const ROUNDING: f64 = 4e-16;
 /// The highest quarter of the samples' orders must fall below this share.
 const SETTLED: f64 = 1e-13;
 
-/// Looks at a model at rest, with contacts held.
+/// Looks at a model at rest, with contacts fixed.
 pub(crate) struct Look<'a, 'm, M: ?Sized> {
     model: &'m M,
     couplings: &'a Couplings,
@@ -136,58 +135,4 @@ pub(crate) fn value_at(series: &[Complex64], share: f64) -> f64 {
         (if k == 0 { 1.0 } else { 2.0 }) * (c.re * cos - c.im * sin)
     };
     series.iter().enumerate().map(term).sum()
-}
-
-/// Whether held accelerations are linear in the state, and contacts add up.
-pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
-    let (n, contacts) = (model.dof(), model.contacts());
-    let rest = vec![0.0; n];
-    let mut u = vec![0.0; model.drives()];
-    let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-    for look in 0..8 {
-        let random = |direction: usize| weyl(look, direction);
-        model.drive(model.period() * random(0), Side::After, &mut u);
-        let pieces: Vec<Piece> = (0..contacts)
-            .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])
-            .collect();
-        let state = |half: usize| -> Vec<f64> {
-            slopes.scale[half * n..][..n]
-                .iter()
-                .enumerate()
-                .map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0))
-                .collect()
-        };
-        let (q, v) = (state(0), state(1));
-        if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {
-            return false;
-        }
-        model.accel_on_pieces(&pieces, &u, &rest, &rest, &mut a[1]);
-        slopes.at(Some(&pieces), &u, &rest, &rest);
-        let (by_q, by_v) = (&slopes.jacobian.q, &slopes.jacobian.v);
-        let at_rest = a[1].clone();
-        let size = |i: usize| {
-            (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>()
-                + at_rest[i].abs()
-        };
-        let linear =
-            |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
-        let parts = |apart: f64, size: f64| apart.is_nan() || apart.abs() > 1e-9 * size;
-        if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
-            return false;
-        }
-        // The same contact by contact.
-        let mut held = vec![Piece::Gap; contacts];
-        model.accel_on_pieces(&held, &u, &q, &v, &mut a[1]);
-        let (gap, mut sum) = (a[1].clone(), a[1].clone());
-        for c in 0..contacts {
-            held[c] = pieces[c];
-            model.accel_on_pieces(&held, &u, &q, &v, &mut a[2]);
-            held[c] = Piece::Gap;
-            sum.iter_mut().zip(a[2].iter().zip(&gap)).for_each(|(sum, (on, gap))| *sum += on - gap);
-        }
-        if (0..n).any(|i| parts(sum[i] - a[0][i], size(i))) {
-            return false;
-        }
-    }
-    true
 }

@@ -42,14 +42,14 @@ pub(crate) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl F
 }
 
 /// Jumps of the drives in one span that a balance takes.
-pub(crate) const MOST_EDGES: usize = 100_000;
+pub(crate) const MAX_EDGES: usize = 100_000;
 
 /// Instants of a span at which a drive jumps, one more than are taken at most; one at its beginning is met again at its end.
 pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
     let mut edges = Vec::new();
     let mut t = 0.0;
     // An edge at the end of the span may be off by rounding.
-    while edges.len() <= MOST_EDGES
+    while edges.len() <= MAX_EDGES
         && let Some(edge) = model.next_edge(t).filter(|&edge| edge > t && edge <= span * (1.0 + 1e-12))
     {
         edges.push(edge.min(span));
@@ -61,7 +61,7 @@ pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64
 /// Whether a drive jumps in a span at all; more jumps than are taken are refused.
 pub(crate) fn any_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Result<bool, ParameterError> {
     let edges = drive_edges(model, span).len();
-    if edges > MOST_EDGES {
+    if edges > MAX_EDGES {
         let (name, allowed) = ("number of jumps of the drives in the span of an orbit".into(), "0 to 100000");
         return Err(ParameterError::OutOfRange { name, value: edges as f64, allowed });
     }

@@ -2,12 +2,12 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
+use crate::model::offers::Offers;
 use crate::numeric::gauss::ten;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::panels::{drive_edges, panels};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
-use crate::periodic::balance::series::couplings::holds_pieces;
 use crate::periodic::balance::series::harmonics::Harmonics;
 
 /// Instants of a period that are looked at: what is wider than 1/130 000 of it is met.
@@ -24,9 +24,9 @@ const AGREE: f64 = 1e-12;
 const DEEPEST: usize = 40;
 
 /// Ends of panels that one pulse may have, and all of them together.
-const MOST: usize = 1 << 12;
+const MAX: usize = 1 << 12;
 
-const MOST_OF_ALL: usize = 1 << 16;
+const MAX_OF_ALL: usize = 1 << 16;
 
 /// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
 pub(crate) fn pulses<M: Periodic + ?Sized>(
@@ -37,8 +37,9 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     let (size, period) = (sizes(near), model.period());
     let rates: Vec<f64> =
         size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
-    let held = (model.contacts() > 0 && holds_pieces(model)).then(|| vec![Piece::Upper; model.contacts()]);
-    let mut drives = DriveSampler::new(model, [&size, &rates], vec![held]);
+    let fixed = (model.contacts() > 0 && Offers::of(model).fixed_pieces())
+        .then(|| vec![Piece::Upper; model.contacts()]);
+    let mut drives = DriveSampler::new(model, [&size, &rates], vec![fixed]);
     let mut breaks = drive_edges(model, period);
     breaks.extend([0.0, period]);
     breaks.sort_by(f64::total_cmp);
@@ -77,7 +78,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
             if let Some((start, end)) = pulse {
                 ends.extend([start, end]);
-                let most = (ends.len() + MOST).min(MOST_OF_ALL);
+                let most = (ends.len() + MAX).min(MAX_OF_ALL);
                 looks.halve((start, end), &largest, 0, most, &mut ends);
             }
         };

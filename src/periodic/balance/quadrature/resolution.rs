@@ -32,7 +32,7 @@ pub(crate) enum Signals {
 }
 
 /// Samples of a period tried at most.
-const MOST: usize = 16_384;
+const MAX: usize = 16_384;
 
 /// Instants looked at between the samples.
 const LOOKS: usize = 4;
@@ -115,7 +115,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
                 samples,
                 known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1),
             );
-            if orders.is_some() || samples == MOST {
+            if orders.is_some() || samples == MAX {
                 return orders;
             }
             samples *= 2;

@@ -4,15 +4,15 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
+use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
-use crate::model::rigid_stops::first_stop;
 use crate::model::slopes::Slopes;
 use crate::numeric::gauss::SIX_ON_UNIT;
 use crate::ode::budget::{Budget, Exhausted, Meter};
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::orbit::{FourierOrbit, turned};
-use crate::periodic::balance::quadrature::panels::{MOST_EDGES, drive_edges};
+use crate::periodic::balance::quadrature::panels::{MAX_EDGES, drive_edges};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
@@ -62,7 +62,7 @@ impl FourierOrbit {
 
     fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
         let n = self.dof();
-        if model.dof() != n || first_stop(model).is_some() {
+        if model.dof() != n || Offers::of(model).first_stop().is_some() {
             return None;
         }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
@@ -73,7 +73,7 @@ impl FourierOrbit {
         let highest = self.harmonics().highest();
         let fewer = self.below(highest - highest.div_ceil(4));
         let (breaks, jumps) = self.breaks(model);
-        if breaks.len() > MOST_EDGES {
+        if breaks.len() > MAX_EDGES {
             return None;
         }
         let mut flow = Flow::new(self, model, meter);
@@ -278,8 +278,8 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
     /// Reads the slopes at the current drives and motion. Returns the fastest local frequency: the maximum of
     /// √(Σ_j |∂a_i/∂q_j|) and Σ_j |∂a_i/∂v_j| over the rows i.
     fn read(&mut self) -> f64 {
-        let held = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
-        self.slopes.at(held, &self.u, &self.q, &self.v);
+        let fixed = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
+        self.slopes.at(fixed, &self.u, &self.q, &self.v);
         let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
         let n = self.q.len();
         let sum = |i: usize, m: &DMatrix<f64>| (0..n).map(|j| m[(i, j)].abs()).sum::<f64>();

@@ -131,7 +131,9 @@ impl Balance {
         crate::error::check::positive("accuracy", accuracy)?;
         let least = self.harmonics().highest();
         if highest < least {
-            return Err(ParameterError::TooFew { name: "highest order".into(), value: highest, least }.into());
+            return Err(
+                ParameterError::TooFew { name: "highest order".into(), value: highest, min: least }.into()
+            );
         }
         let (mut balance, meter) = (self.clone(), self.budget.begin());
         let mut orbit = balance.solve_within(&model, guess, &meter)?;
@@ -207,7 +209,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
     }
     if !orbit.harmonics().has_mean() {
         let share = mean_force(equations);
-        notes.extend((share > COARSE).then_some(BalanceNote::MeanForce { share }));
+        notes.extend((share > COARSE).then_some(BalanceNote::MeanAcceleration { share }));
     }
     notes.extend(coarseness::note(equations, orbit, finer));
     notes

@@ -28,7 +28,7 @@ impl Harmonics {
     /// Highest allowed order.
     pub const HIGHEST: usize = 65_536;
     /// Maximum number of periods of the model in one base period.
-    pub const MOST_PERIODS: usize = 32_768;
+    pub const MAX_PERIODS: usize = 32_768;
 
     /// Orders 0, 1, ..., H.
     ///
@@ -52,7 +52,7 @@ impl Harmonics {
         let mut orders = orders.to_vec();
         orders.sort_unstable();
         if orders.is_empty() {
-            return Err(ParameterError::Empty { name: "orders".into(), least: 1 });
+            return Err(ParameterError::Empty { name: "orders".into(), min: 1 });
         }
         let asked = check::count("highest order", &[orders[orders.len() - 1]], Self::HIGHEST)?;
         match orders.windows(2).find(|w| w[0] == w[1]) {
@@ -72,7 +72,7 @@ impl Harmonics {
     /// [`ParameterError`] for mesh order 0, or a highest order above [`HIGHEST`](Harmonics::HIGHEST).
     pub fn bands(mesh_order: usize, count: usize, half_width: usize) -> Result<Self, ParameterError> {
         if mesh_order == 0 {
-            return Err(ParameterError::TooFew { name: "mesh order".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "mesh order".into(), value: 0, min: 1 });
         }
         let asked = count.saturating_mul(mesh_order).saturating_add(half_width);
         check::count("highest order", &[asked], Self::HIGHEST)?;
@@ -87,12 +87,12 @@ impl Harmonics {
     /// p = 1.
     ///
     /// # Errors
-    /// [`ParameterError`] for p = 0, or p above [`MOST_PERIODS`](Harmonics::MOST_PERIODS).
+    /// [`ParameterError`] for p = 0, or p above [`MAX_PERIODS`](Harmonics::MAX_PERIODS).
     pub fn over_periods(self, periods: usize) -> Result<Self, ParameterError> {
         if periods == 0 {
-            return Err(ParameterError::TooFew { name: "periods".into(), value: 0, least: 1 });
+            return Err(ParameterError::TooFew { name: "periods".into(), value: 0, min: 1 });
         }
-        check::count("periods", &[periods], Self::MOST_PERIODS)?;
+        check::count("periods", &[periods], Self::MAX_PERIODS)?;
         Ok(Harmonics { periods, ..self })
     }
 

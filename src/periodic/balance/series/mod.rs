@@ -1,7 +1,6 @@
 //! Series and samples: orders, transforms, couplings, Jacobian.
 
 pub(crate) mod assembly;
-pub(crate) mod couplings;
 pub(crate) mod grid;
 pub(crate) mod harmonics;
 pub(crate) mod slope_series;

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Periodic};
 use crate::model::slopes::Slopes;
+use crate::numeric::spread::weyl;
 
 /// Dependence of one acceleration on one coordinate or velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,10 +48,10 @@ impl Couplings {
         let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
         let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
         let mut stiffest = 0.0f64;
-        let held: Vec<Vec<Piece>> =
+        let fixed: Vec<Vec<Piece>> =
             [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> =
-            if holds { held.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
+            if holds { fixed.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for look in 0..LOOKS {
             model.drive(model.period() * even(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
@@ -110,9 +111,56 @@ pub(crate) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
-/// Whether a model evaluates its laws on fixed pieces (`accel_on_pieces`).
-pub(crate) fn holds_pieces<M: Periodic + ?Sized>(model: &M) -> bool {
-    let (mut u, rest, mut a) = (vec![0.0; model.drives()], vec![0.0; model.dof()], vec![0.0; model.dof()]);
-    model.drive(0.0, Side::After, &mut u);
-    model.accel_on_pieces(&vec![Piece::Gap; model.contacts()], &u, &rest, &rest, &mut a)
+/// Whether fixed accelerations are linear in the state, and contacts add up.
+pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
+    let (n, contacts) = (model.dof(), model.contacts());
+    let rest = vec![0.0; n];
+    let mut u = vec![0.0; model.drives()];
+    let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    for look in 0..8 {
+        let random = |direction: usize| weyl(look, direction);
+        model.drive(model.period() * random(0), Side::After, &mut u);
+        let pieces: Vec<Piece> = (0..contacts)
+            .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])
+            .collect();
+        let state = |half: usize| -> Vec<f64> {
+            slopes.scale[half * n..][..n]
+                .iter()
+                .enumerate()
+                .map(|(j, size)| size * (4.0 * random(2 * j + half + contacts) - 2.0))
+                .collect()
+        };
+        let (q, v) = (state(0), state(1));
+        if !model.accel_on_pieces(&pieces, &u, &q, &v, &mut a[0]) {
+            return false;
+        }
+        model.accel_on_pieces(&pieces, &u, &rest, &rest, &mut a[1]);
+        slopes.at(Some(&pieces), &u, &rest, &rest);
+        let (by_q, by_v) = (&slopes.jacobian.q, &slopes.jacobian.v);
+        let at_rest = a[1].clone();
+        let size = |i: usize| {
+            (0..n).map(|j| (by_q[(i, j)] * q[j]).abs() + (by_v[(i, j)] * v[j]).abs()).sum::<f64>()
+                + at_rest[i].abs()
+        };
+        let linear =
+            |i: usize| at_rest[i] + (0..n).map(|j| by_q[(i, j)] * q[j] + by_v[(i, j)] * v[j]).sum::<f64>();
+        let parts = |apart: f64, size: f64| apart.is_nan() || apart.abs() > 1e-9 * size;
+        if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
+            return false;
+        }
+        // The same contact by contact.
+        let mut fixed = vec![Piece::Gap; contacts];
+        model.accel_on_pieces(&fixed, &u, &q, &v, &mut a[1]);
+        let (gap, mut sum) = (a[1].clone(), a[1].clone());
+        for c in 0..contacts {
+            fixed[c] = pieces[c];
+            model.accel_on_pieces(&fixed, &u, &q, &v, &mut a[2]);
+            fixed[c] = Piece::Gap;
+            sum.iter_mut().zip(a[2].iter().zip(&gap)).for_each(|(sum, (on, gap))| *sum += on - gap);
+        }
+        if (0..n).any(|i| parts(sum[i] - a[0][i], size(i))) {
+            return false;
+        }
+    }
+    true
 }
