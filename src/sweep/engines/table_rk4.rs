@@ -11,7 +11,7 @@ use crate::sweep::lanes::kernel::Plain;
 use std::collections::VecDeque;
 
 /// Engine for any periodic model: RK4 with a fixed number of steps per period, one run at a time over a table
-/// of all drives of the model. Edges are treated as by [`LaneRk4`].
+/// of all drives of the model. Edges are treated as by [`LaneRk4`](crate::sweep::LaneRk4).
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points, TableRk4};
