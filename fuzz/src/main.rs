@@ -8,8 +8,10 @@
 //! A case is a function of seed, target and index alone. Cases run in child processes: a case that hangs or aborts ends its child, and a
 //! fresh one goes on with the next case.
 
+mod any;
 mod case;
 mod models;
+mod solvers;
 mod supervisor;
 mod targets;
 mod worker;

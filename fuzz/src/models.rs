@@ -1,7 +1,7 @@
 //! Models behind one type, so that a generic run is compiled once: those of the crate, and one as a user would write it, with its slips.
 
 use crate::case::{Case, Stop};
-use crate::targets::{excitations, laws, shapes};
+use crate::targets::{excitations, laws};
 use gear_dynamics::contact::{Contact, ContactDamping, MixedLaw, Piece};
 use gear_dynamics::excitation::{Side, Sum};
 use gear_dynamics::model::{Channel, Jacobian};
@@ -10,12 +10,11 @@ use gear_dynamics::models::nfg::{
 };
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet, Shaft};
 use gear_dynamics::{Backlash, Mesh, Model, NfgPair, NfgParams, Periodic, Ring, State, Wave};
-use std::f64::consts::TAU;
 
 /// Any model, with the period it claims.
 pub struct Erased {
     model: Box<dyn Model + Send + Sync>,
-    period: f64,
+    pub period: f64,
     /// Whether channels are made of numbers while the motion is.
     pub sound: bool,
 }
@@ -353,57 +352,6 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
         Ring::new(&params)?
     };
     Ok(ring.in_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
-}
-
-/// Any model and a start for it: by its own static start, at rest, or anywhere.
-pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
-    let (model, start) = match case.below(9) {
-        0 | 1 => {
-            let user = User::any(case);
-            let period = match user.slip {
-                Slip::Period(period) => period,
-                _ => TAU / user.omega,
-            };
-            let (start, sound) = (State::at_rest(user.dof), user.slip != Slip::Deflection);
-            (Erased { sound, ..Erased::new(user, period) }, start)
-        }
-        2 | 3 => {
-            let (params, reading) = (pair_params(case), reading(case));
-            let pair = NfgPair::with_reading(&params, reading)?;
-            let (start, period) = (pair.static_start()?, pair.period());
-            (Erased::new(pair, period), start)
-        }
-        4 => {
-            let (params, reading) = (pair_params(case), reading(case));
-            let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?
-                .with_torque(case.number(10.0))?;
-            let (start, period) = (pair.static_start()?, pair.period());
-            (Erased::new(pair, period), start)
-        }
-        5 => {
-            let pair = own_pair(case)?;
-            let (start, period) = (pair.static_start()?, pair.period());
-            (Erased::new(pair, period), start)
-        }
-        6 => {
-            let pair = own_pair2(case)?;
-            let (start, period) = (pair.static_start()?, pair.period());
-            (Erased::new(pair, period), start)
-        }
-        7 => {
-            let own = shapes::machine(case)?;
-            let (start, period, sound) = (State::at_rest(own.dof()), own.period(), own.shape().is_sound());
-            (Erased { sound, ..Erased::new(own, period) }, start)
-        }
-        _ => {
-            let ring = ring(case)?;
-            let (start, period) = (State::at_rest(ring.dof()), ring.period());
-            (Erased::new(ring, period), start)
-        }
-    };
-    let start = state(case, start);
-    case.note(|| format!("period {:e}, start {start:?}", model.period));
-    Ok((model, start))
 }
 
 /// A state near another, or none that fits.

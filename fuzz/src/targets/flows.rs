@@ -3,88 +3,13 @@
 use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
+use crate::{any, solvers};
 use gear_dynamics::analysis::{Direction, Probe, Section, Summary, Waterfall, strobe};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
-use gear_dynamics::ode::{Finish, IntegrateError, Observer, Step, Trajectory, uniform_times};
-use gear_dynamics::{
-    Budget, Dop853, Integrator, Model, Periodic, Rattle, Rk4, Rk45, Settle, State, Statistics,
-};
+use gear_dynamics::ode::{Step, Trajectory, uniform_times};
+use gear_dynamics::{Budget, Integrator, Model, Periodic, Rattle, Settle, Statistics};
 use std::ops::ControlFlow;
-
-/// Steps after which a run gives up: what makes a case short.
-const STEPS: usize = 4_000;
-
-/// A solver behind one type.
-#[derive(Clone, Debug)]
-pub enum Solver {
-    Rk4(Rk4),
-    Rk45(Rk45),
-    Dop853(Dop853),
-}
-
-/// An observer behind one type.
-struct Watching<'o>(&'o mut dyn Observer);
-
-impl Observer for Watching<'_> {
-    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        self.0.step(step)
-    }
-}
-
-impl Integrator for Solver {
-    fn run<M: Model + ?Sized, O: Observer>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-        observer: &mut O,
-    ) -> Result<Finish, IntegrateError> {
-        // One run is compiled for each tableau, whatever the model and the observer.
-        let (model, mut observer): (&dyn Model, _) = (&model, Watching(observer));
-        match self {
-            Solver::Rk4(solver) => solver.run(model, start, t_end, &mut observer),
-            Solver::Rk45(solver) => solver.run(model, start, t_end, &mut observer),
-            Solver::Dop853(solver) => solver.run(model, start, t_end, &mut observer),
-        }
-    }
-}
-
-/// Any settings on either adaptive solver; the tableau that tells them apart has no public name.
-macro_rules! adaptive {
-    ($case:ident, $solver:expr, $period:expr, $components:expr) => {{
-        let mut solver = $solver.rtol($case.number(1e-7)).atol($case.number(1e-10)).max_steps(STEPS);
-        if $case.chance(0.2) {
-            let each: Vec<f64> = $case.list($components, 1e-10).into_iter().map(f64::abs).collect();
-            solver = solver.atol_each(&each);
-        }
-        if $case.chance(0.2) {
-            solver = solver.first_step($case.number(0.01 * $period));
-        }
-        if $case.chance(0.2) {
-            solver = solver.max_step($case.number(0.1 * $period));
-        }
-        if $case.chance(0.1) {
-            solver = solver.pi_beta($case.number(0.04));
-        }
-        if $case.chance(0.1) { solver.plain() } else { solver }
-    }};
-}
-
-/// Any solver with any setting, for a model of such a period.
-pub fn solver(case: &mut Case, period: f64, components: usize) -> Solver {
-    let period = if period.is_finite() && period > 0.0 { period } else { 1.0 };
-    let solver = match case.below(3) {
-        0 => {
-            let rk4 = Rk4::new(case.number(2e-3 * period)).max_steps(STEPS);
-            Solver::Rk4(if case.chance(0.2) { rk4.plain() } else { rk4 })
-        }
-        1 => Solver::Rk45(adaptive!(case, Rk45::new(), period, components)),
-        _ => Solver::Dop853(adaptive!(case, Dop853::new(), period, components)),
-    };
-    case.note(|| format!("{solver:?}"));
-    solver
-}
 
 fn span(case: &mut Case, period: f64) -> f64 {
     case.number(2.0) * if period.is_finite() && period > 0.0 { period } else { 1.0 }
@@ -92,8 +17,8 @@ fn span(case: &mut Case, period: f64) -> f64 {
 
 /// Ends of runs, samples, whole trajectories and their channels.
 pub fn runs(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
-    let solver = solver(case, model.period(), 2 * model.dof());
+    let (model, start) = any::any(case)?;
+    let solver = solvers::solver(case, model.period(), 2 * model.dof());
     let end = start.t + span(case, model.period());
     case.note(|| format!("end {end:e}"));
     let trajectory = match case.below(3) {
@@ -142,8 +67,8 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
 
 /// Statistics, rattle and sections watch one run.
 pub fn observers(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
-    let solver = solver(case, model.period(), 2 * model.dof());
+    let (model, start) = any::any(case)?;
+    let solver = solvers::solver(case, model.period(), 2 * model.dof());
     let end = start.t + span(case, model.period());
     let names: Vec<String> =
         Probe::new(&model).channels().iter().map(|channel| channel.name.clone()).collect();
@@ -194,8 +119,8 @@ pub fn observers(case: &mut Case) -> Run {
 
 /// Strobing and settling.
 pub fn settling(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
-    let solver = solver(case, model.period(), 2 * model.dof());
+    let (model, start) = any::any(case)?;
+    let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
         let points = strobe(&solver, &model, &start, case.effort(5))?;
         for i in 0..points.len() {
@@ -228,7 +153,7 @@ pub fn varying(case: &mut Case) -> Run {
     let (held, start) = build::held_pair(case)?;
     let period = held.bare().period();
     let held = Erased::new(held, period);
-    let solver = solver(case, period, 2);
+    let solver = solvers::solver(case, period, 2);
     let state = solver.end(&held, &start, span(case, 0.3 * period))?;
     all_finite("q under random drives", &state.q)?;
 
@@ -251,7 +176,7 @@ pub fn varying(case: &mut Case) -> Run {
 
 /// What the checks of models say: never a panic, and every finding has figures.
 pub fn checks(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
+    let (model, start) = any::any(case)?;
     let findings =
         if case.chance(0.5) { check_model(&model, &start) } else { check_periodic(&model, &start) };
     case.note(|| format!("{findings:?}"));
@@ -260,8 +185,8 @@ pub fn checks(case: &mut Case) -> Run {
 
 /// A run that the observer stops.
 pub fn stopped(case: &mut Case) -> Result<(), Stop> {
-    let (model, start) = models::any(case)?;
-    let solver = solver(case, model.period(), 2 * model.dof());
+    let (model, start) = any::any(case)?;
+    let solver = solvers::solver(case, model.period(), 2 * model.dof());
     let mut left = case.effort(30);
     let end = start.t + span(case, model.period());
     let mut watch = |step: &mut Step<'_>| {

@@ -1,8 +1,9 @@
 //! Periodic orbits, exponents, variational equations, harmonic balance.
 
+use crate::any;
 use crate::case::{Case, Run, all_finite, finite, holds};
 use crate::models::{self, Erased};
-use crate::targets::flows::Solver;
+use crate::solvers::Solver;
 use gear_dynamics::contact::Piece;
 use gear_dynamics::periodic::{FourierOrbit, Integrals, Multipliers, ShootingOrbit, Variation};
 use gear_dynamics::{
@@ -49,7 +50,7 @@ fn cycle(model: &Erased, cycle: &ShootingOrbit, phase: f64) -> Run {
 
 /// Shooting, and once more from the orbit found.
 pub fn shooting(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
+    let (model, start) = any::any(case)?;
     let guess: Vec<State> = if case.hostile() {
         (0..case.below(4))
             .map(|i| State { t: start.t + case.number(0.2) * i as f64, ..models::state(case, start.clone()) })
@@ -83,7 +84,7 @@ pub fn shooting(case: &mut Case) -> Run {
 
 /// Variational equations over part of a period.
 pub fn variation(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
+    let (model, start) = any::any(case)?;
     let period = if model.period().is_finite() && model.period() > 0.0 { model.period() } else { 1.0 };
     let end = start.t + case.number(0.3) * period;
     let variation = Variation::new().tolerance(case.number(1e-9)).budget(budget());
@@ -99,7 +100,7 @@ pub fn variation(case: &mut Case) -> Run {
 
 /// Exponents of any kind.
 pub fn lyapunov(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
+    let (model, start) = any::any(case)?;
     let mut lyapunov = Lyapunov::new()
         .settle(case.effort(2))
         .align(case.effort(1))
@@ -181,7 +182,7 @@ pub fn orders(case: &mut Case) -> Run {
 
 /// Harmonic balance of anything with a period.
 pub fn balance(case: &mut Case) -> Run {
-    let (model, start) = models::any(case)?;
+    let (model, start) = any::any(case)?;
     let samples = case.count(200);
     let all = [
         Integrals::Exact,

@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased, User};
-use crate::targets::flows::{self, Solver};
+use crate::solvers::{self, Solver};
 use gear_dynamics::sweep::{
     Attractors, Axis, Bifurcation, Ensemble, InstructionSet, LaneRk4, Located, Point, Points,
     RandomParameters, Rows, TableRk4, WarmStart,
@@ -142,7 +142,7 @@ pub fn users(case: &mut Case) -> Run {
         let engine = TableRk4::new(if case.hostile() { steps(case, 100) } else { 20 + case.below(200) });
         sweep.run(&engine, family, start)?
     } else {
-        let engine: Located<Solver> = Located(flows::solver(case, TAU / user.omega, 2 * user.dof));
+        let engine: Located<Solver> = Located(solvers::solver(case, TAU / user.omega, 2 * user.dof));
         sweep.run(&engine, family, start)?
     };
     judge(case, &sweep, rows)
@@ -231,7 +231,7 @@ pub fn ensembles(case: &mut Case) -> Run {
         ensemble = ensemble.rattle();
     }
     let uncertain = uncertain(case)?;
-    let solver = flows::solver(case, TAU / user.omega, 2 * user.dof);
+    let solver = solvers::solver(case, TAU / user.omega, 2 * user.dof);
     let family = |member: u64| {
         let model = erased(&user, uncertain.sample(member)[0])?;
         let start = State::at_rest(model.dof());

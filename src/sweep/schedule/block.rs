@@ -9,13 +9,19 @@ use crate::sweep::error::PointError;
 use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::row::Row;
 use crate::sweep::rows::table::Rows;
-use crate::sweep::schedule::runner::{Family, Start};
+use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::settings::sweep::WarmStart;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
+
+/// The model of a point.
+pub(crate) type Family<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + Sync + 'a;
+
+/// The start state of the model of a point.
+pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
 /// Data that all blocks of a sweep share.
 pub(crate) struct Work<'s, M> {

@@ -11,18 +11,12 @@ use crate::sweep::rows::hash::Hash;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::table::Rows;
-use crate::sweep::schedule::block::Work;
+use crate::sweep::schedule::block::{Family, Start, Work};
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use std::fmt::Display;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
-
-/// The model of a point.
-pub(crate) type Family<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + Sync + 'a;
-
-/// The start state of the model of a point.
-pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
 /// A sweep with its engine, its family of models and their start states: runs the points, all or in chunks.
 ///
