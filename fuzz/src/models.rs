@@ -13,7 +13,7 @@ use gear_dynamics::{Backlash, Mesh, Model, NfgPair, NfgParams, Periodic, Ring, S
 
 /// Any model, with the period it claims.
 pub struct Erased {
-    model: Box<dyn Model + Send + Sync>,
+    pub model: Box<dyn Model + Send + Sync>,
     pub period: f64,
     /// Whether channels are made of numbers while the motion is.
     pub sound: bool,
