@@ -73,6 +73,8 @@ pub mod ode;
 pub mod periodic;
 pub mod roots;
 mod scalar;
+#[cfg(feature = "serde")]
+mod stored;
 pub mod sweep;
 
 pub use crate::analysis::rattle::{Rattle, RattleState};
@@ -98,6 +100,9 @@ pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::shooting::multiple::Shooting;
 pub use crate::sweep::settings::sweep::Sweep;
+// They stand in public signatures: matrices of rings and orbits, multipliers, spectra.
+pub use nalgebra;
+pub use num_complex;
 
 /// Guide pages: theory, your own model, events, contact laws, periodic orbits, the two gear models, sweeps,
 /// errata of the papers, references.
@@ -120,6 +125,10 @@ pub mod guide {
     pub mod errata {}
     #[doc = include_str!("../docs/references.md")]
     pub mod references {}
+    #[doc = include_str!("../docs/glossary.md")]
+    pub mod glossary {}
+    #[doc = include_str!("../ARCHITECTURE.md")]
+    pub mod architecture {}
     /// The README, included here so that its code is tested.
     #[doc = include_str!("../README.md")]
     #[cfg(doctest)]

@@ -16,6 +16,7 @@ use std::ops::ControlFlow;
 /// assert_eq!(RattleState::Unilateral.to_string(), "unilateral");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RattleState {
     /// The teeth never separate: one flank is in contact throughout or, without backlash, the flanks
     /// alternate.
@@ -60,6 +61,8 @@ impl std::fmt::Display for RattleState {
 /// assert_eq!((contact.rattle_state(), contact.loss_fraction()), (RattleState::Unilateral, 0.25));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ContactStatistics {
     /// Times on the lower flank, in the gap and on the upper flank, in the model's time unit.
     pub time: [f64; 3],

@@ -15,6 +15,8 @@ use std::ops::ControlFlow;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Summary {
     /// Mean (1/T) ∫ f dt.
     pub mean: f64,

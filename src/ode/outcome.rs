@@ -46,6 +46,8 @@ pub struct Finish {
 /// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Stats {
     /// Number of accepted steps.
     pub steps: u64,

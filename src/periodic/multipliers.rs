@@ -14,6 +14,7 @@ use num_complex::Complex64;
 /// assert_eq!(with_error(0.2).stability(), Stability::Undecided);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stability {
     /// The largest |μ| is less than 1 by more than its error.
     Stable,

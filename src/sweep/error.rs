@@ -49,12 +49,6 @@ pub enum SweepError {
         /// Number of chunks.
         chunks: usize,
     },
-    /// Bytes that are not rows of this sweep, or are incomplete or modified.
-    #[error("the bytes are not complete rows of this sweep: the first mismatch is at byte {at}")]
-    Bytes {
-        /// Position of the first mismatch, in bytes.
-        at: usize,
-    },
     /// Parts that do not form one sweep, or rows of another sweep.
     #[error("the parts do not form one sweep: row {row} is missing, present twice or of another sweep")]
     Parts {

@@ -1,4 +1,4 @@
-//! Spectra, rattle, settling: against closed forms and known orbits.
+//! Spectra, statistics, rattle, sections and settling against closed forms and known orbits.
 
 use crate::api::*;
 use crate::data::read;
@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 const WINDOWS: [Window; 5] =
     [Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop];
 
-/// A sine of amplitude 1 reads 1, a constant reads itself, under every window, for even and odd lengths.
+/// A sine of amplitude 1 gives the amplitude 1 and a constant its own value, with every window and for even
+/// and odd lengths.
 #[test]
 fn amplitudes_are_scaled() {
     for n in [64, 63, 1000] {
@@ -26,19 +27,20 @@ fn amplitudes_are_scaled() {
     assert!((Spectrum::new(&nyquist, 1.0, Window::Rectangular).unwrap().amplitudes()[8] - 1.0).abs() < 1e-14);
 }
 
-/// Between two lines the flat top still reads the amplitude; the others lose what their scalloping says.
+/// Between two lines the flat-top window gives the amplitude to 0.2 %. The other windows lose what their
+/// scalloping loss states.
 #[test]
 fn windows_between_lines() {
     let x: Vec<f64> = (0..512).map(|i| (TAU * 40.5 * f64::from(i) / 512.0).sin()).collect();
     let peak =
         |window| Spectrum::new(&x, 1.0, window).unwrap().amplitudes().iter().copied().fold(0.0, f64::max);
     assert!((peak(Window::FlatTop) - 1.0).abs() < 2e-3);
-    assert!((peak(Window::Hann) - 0.8488).abs() < 1e-3); // Harris 1978, Table I: 1.42 dB
+    assert!((peak(Window::Hann) - 0.8488).abs() < 1e-3); // 1.42 dB: Harris 1978, Table I
     assert!((peak(Window::Rectangular) - 2.0 / std::f64::consts::PI).abs() < 5e-3); // 3.92 dB
 }
 
 proptest! {
-    /// The transform against the naive sum.
+    /// The transform against the sum of its definition.
     #[test]
     fn against_the_naive_sum(x in prop::collection::vec(-10.0..10.0f64, 2..40)) {
         let n = x.len();
@@ -56,7 +58,8 @@ proptest! {
     }
 }
 
-/// x'' + 2 ζ x' + g(x) = Fm + Fah W² cos W t, b = 1: the paper class of Kahraman & Singh 1990.
+/// x'' + 2 ζ x' + g(x) = Fm + Fah W² cos W t with ζ = 0.05, Fm = 0.1, Fah = 0.05, g the dead zone of half
+/// width 1: a spur pair after Kahraman & Singh (1990).
 struct Spur {
     w: f64,
 }
@@ -83,7 +86,7 @@ impl Periodic for Spur {
     }
 }
 
-/// Both stable orbits that coexist at W = 0.75 and 0.8: extremes, mean, share of lost contact, crossings.
+/// The stable orbits at W = 0.75 and 0.8: extremes, mean, deviation, contact loss and crossings.
 #[test]
 fn coexisting_orbits_of_a_spur_pair() {
     let data = read("classics.json");
@@ -110,7 +113,8 @@ fn coexisting_orbits_of_a_spur_pair() {
             for (ours, key) in [(q.mean, "mean"), (q.standard_deviation(), "rms_about_mean")] {
                 assert!((ours - number(key)).abs() < 1e-8, "W = {w}: {key} {ours}");
             }
-            // The reference sampled 4000 points, so the true extremes lie outside by up to h²/8 times the acceleration.
+            // The reference took its extremes from 4000 samples of a period. The true extremes lie outside by
+            // up to h²/8 times the acceleration.
             let outside = [q.max - number("max"), number("min") - q.min];
             assert!(outside.iter().all(|d| (-1e-10..1e-7).contains(d)), "W = {w}: {outside:?}");
             let contact = rattle.contact(0);
@@ -125,7 +129,7 @@ fn coexisting_orbits_of_a_spur_pair() {
     assert!(orbits >= 4);
 }
 
-/// Sampled without located edges the rattle is the same to the resolution of a step.
+/// Without located edges the rattle is the same to the resolution of a step.
 #[test]
 fn rattle_without_located_edges() {
     let model = Spur { w: 0.75 };
@@ -140,7 +144,7 @@ fn rattle_without_located_edges() {
     assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
 }
 
-/// Preloaded free motion with loss of contact: its closed-form period, T = 2 (π - arccos(F/A)) + 2 √(A² - F²)/F.
+/// Free motion with preload and loss of contact: the period is T = 2 (π - arccos(F/A)) + 2 √(A² - F²)/F.
 #[test]
 fn contact_loss_backbone() {
     struct Preloaded {
@@ -183,7 +187,7 @@ fn contact_loss_backbone() {
 
 #[test]
 fn settling_finds_the_period_multiple() {
-    /// A Duffing oscillator in a period-two window, and one that decays to rest.
+    /// A Duffing oscillator with two wells.
     struct Duffing {
         force: f64,
     }
@@ -209,13 +213,14 @@ fn settling_finds_the_period_multiple() {
             .run(&solver, &Duffing { force }, &start)
             .map(|s| s.period_multiple)
     };
-    // The textbook cascade: 0.20 period 1, 0.28 period 2, 0.29 period 4, 0.50 chaos, 0.65 period 2.   Source: Jordan & Smith, Sect. 13.3.
+    // Periods at the force amplitudes: 0.20 period 1, 0.28 period 2, 0.29 period 4, 0.50 chaos, 0.65 period
+    // 2.   Source: Jordan & Smith, Sect. 13.3.
     assert_eq!(multiple(0.20), Ok(1));
     assert_eq!(multiple(0.28), Ok(2));
     assert_eq!(multiple(0.29), Ok(4));
     assert!(matches!(multiple(0.50), Err(Unsettled::Aperiodic { periods: 500, .. })));
     assert_eq!(multiple(0.65), Ok(2));
-    // Without forcing it decays to rest in a well, and rest is periodic.
+    // Without excitation the motion decays to rest in a well, which has period 1.
     assert_eq!(multiple(0.0), Ok(1));
     assert!(matches!(
         Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start),
@@ -223,7 +228,8 @@ fn settling_finds_the_period_multiple() {
     ));
 }
 
-/// A level just under the peak of a motion that the solver takes in large steps: both crossings are found.
+/// A level just below the maximum of a motion that the solver takes in one step: the section finds both
+/// crossings.
 #[test]
 fn sections_inside_a_step() {
     struct Throw;
@@ -247,8 +253,8 @@ fn sections_inside_a_step() {
     assert!(Section::new(&Throw, "q1", f64::NAN, Direction::Both).is_err());
 }
 
-/// x'' + 0.1 x' + x = cos 2t has one periodic motion, of the period of its drive: what winds into it comes back closer after two periods than
-/// after one, and is not taken for an orbit of two.
+/// x'' + 0.1 x' + x = cos 2t has one periodic motion, with the period of its drive. On the way to it the
+/// motion returns closer after two periods than after one; it must not be taken for a motion of period 2.
 #[test]
 fn winding_into_an_orbit_is_no_subharmonic() {
     struct Swing;

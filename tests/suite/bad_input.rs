@@ -1,4 +1,4 @@
-//! Every kind of bad input gives its own typed error, with the value and the place in it.
+//! Invalid input gives a typed error that contains the name of the quantity and its value.
 
 use crate::api::*;
 use gear_dynamics::ParameterError as P;
@@ -209,7 +209,7 @@ fn start() -> State {
     State::new(0.0, &[1.0], &[0.0])
 }
 
-/// The same through every solver; the trajectory up to the failure is kept.
+/// Runs the model with every solver; each run fails and returns the trajectory up to the failure.
 fn failing(model: &impl Model, end: f64) -> Vec<Failed> {
     vec![
         Rk4::new(0.01).trajectory(model, &start(), end).unwrap_err(),
@@ -235,7 +235,8 @@ fn a_model_that_returns_nan_midway() {
     }
 }
 
-/// The acceleration that fails is named, in small models and in large ones, midway and at the start.
+/// The error names the acceleration that is not finite: in small and large models, during a run and at its
+/// start.
 #[test]
 fn the_component_that_is_not_finite() {
     struct Fails {
@@ -278,7 +279,7 @@ fn the_component_that_is_not_finite() {
 
 #[test]
 fn step_underflow() {
-    /// q'' = 1/(1 - t)²: no step is short enough at the pole.
+    /// v' = v² + 1, so that v = tan t: no step is short enough at the pole t = π/2.
     struct Pole;
     impl Model for Pole {
         fn dof(&self) -> usize {
@@ -292,7 +293,7 @@ fn step_underflow() {
         Rk45::new().trajectory(&Pole, &start(), 2.0).unwrap_err(),
         Dop853::new().trajectory(&Pole, &start(), 2.0).unwrap_err(),
     ] {
-        // v = tan t has its pole at π/2.
+        // The pole of tan t.
         let place = std::f64::consts::FRAC_PI_2;
         assert!(
             matches!(failed.error, IntegrateError::StepUnderflow { t, .. } if (t - place).abs() < 1e-6),
@@ -377,7 +378,7 @@ fn a_backlash_that_becomes_negative() {
     let RingParams { motor, gears, mesh_damping, omega, .. } = params;
     let ring = Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega }).unwrap();
     let failed = Dop853::new().trajectory(&ring, &State::at_rest(9), 0.01).unwrap_err();
-    // 1 + 2 cos ωt is negative from a third of the period on.
+    // The half width is proportional to 1 + 2 cos ωt, which is negative from one third of the period on.
     let third = ring.period() / 3.0;
     assert!(
         matches!(failed.error, IntegrateError::NegativeGap { t, contact: 0, .. } if t >= third),
@@ -398,21 +399,23 @@ fn mesh_stiffness_that_is_not_positive() {
     assert!(matches!(&error, P::NotPositive { name, .. } if name == "meshes[2]: mean stiffness"), "{error}");
     let pair =
         NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
-    assert!(
-        matches!(pair.static_start().unwrap_err(), P::NotPositive { name, .. } if name == "mesh stiffness at the start")
-    );
+    assert!(matches!(
+        pair.static_start().unwrap_err(),
+        P::NotPositive { name, .. } if name == "mesh stiffness at the start"
+    ));
 }
 
 #[test]
 fn a_slot_of_a_mesh_that_does_not_exist() {
     let ring = Ring::new(&set().params().unwrap()).unwrap();
     assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, max: 3 });
-    assert!(
-        matches!(ring.slot("mesh damping 5").unwrap_err(), P::NoSuchConstant { name, .. } if name == "mesh damping 5")
-    );
+    assert!(matches!(
+        ring.slot("mesh damping 5").unwrap_err(),
+        P::NoSuchConstant { name, .. } if name == "mesh damping 5"
+    ));
 }
 
-/// The relative coordinates of a state that does not close the ring.
+/// Relative coordinates that do not close the ring are refused.
 #[test]
 fn inconsistent_relative_state() {
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
@@ -421,7 +424,7 @@ fn inconsistent_relative_state() {
     assert!(matches!(&error, P::Inconsistent { name, .. } if name == "sum of the mesh rates"), "{error}");
 }
 
-/// Awkward numbers of every kind.
+/// Numbers of all sizes, among them zero, NaN and infinities.
 fn any() -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => -1e3..1e3f64,
@@ -435,8 +438,9 @@ proptest! {
     #[test]
     fn pairs_never_panic(x in prop::collection::vec(any(), 12), teeth in 0u32..100) {
         let params = NfgParams {
-            module: x[0], pinion_teeth: teeth, ratio: x[1].round(), eccentric_ratio: x[2], pressure_angle: x[3], load_torque: x[4],
-            inertia: x[5], stiffness: x[6], stiffness_harmonics: vec![[x[7], x[8]]], damping_ratio: x[9], error: x[10],
+            module: x[0], pinion_teeth: teeth, ratio: x[1].round(), eccentric_ratio: x[2],
+            pressure_angle: x[3], load_torque: x[4], inertia: x[5], stiffness: x[6],
+            stiffness_harmonics: vec![[x[7], x[8]]], damping_ratio: x[9], error: x[10],
             error_harmonics: vec![[x[11], x[0]]], half_backlash: x[1].abs(), speed: x[2].abs(),
         };
         if let Ok(pair) = NfgPair::new(&params) {
@@ -455,15 +459,17 @@ proptest! {
     fn rings_never_panic(x in prop::collection::vec(any(), 14), gears in 0usize..6) {
         let set = RingSet {
             gears, rpm: x[0], motor_inertia: x[1], gear_inertia: x[2], load_inertia: x[3], base_radius: x[4],
-            motor_shaft: Shaft { stiffness: x[5], damping: x[6] }, output_shaft: Shaft { stiffness: x[7].abs(), damping: x[8].abs() },
-            mesh_stiffness: x[9], mesh_damping: x[10], half_backlash: x[11], error: x[12], motor_torque: x[13],
+            motor_shaft: Shaft { stiffness: x[5], damping: x[6] },
+            output_shaft: Shaft { stiffness: x[7].abs(), damping: x[8].abs() },
+            mesh_stiffness: x[9], mesh_damping: x[10], half_backlash: x[11], error: x[12],
+            motor_torque: x[13],
             ..RingSet::set_a(gears, 1000.0)
         };
         if let Ok(ring) = set.params().and_then(|params| Ring::as_printed(&params)) {
             let n = ring.dof();
             prop_assert!(ring.rigid_acceleration().is_finite());
             prop_assert!(ring.modes(&ring.mean_mesh_stiffness()).is_ok());
-            // A short run ends in an answer or in a typed error, never in a panic or a hang.
+            // A short run ends with a result or a typed error; it does not panic or hang.
             let _ = Dop853::new().max_steps(300).end(&ring, &State::at_rest(n), 1e-3);
         }
     }
@@ -472,7 +478,11 @@ proptest! {
     fn excitations_never_panic(x in prop::collection::vec(any(), 5), t in any()) {
         let mut all: Vec<Wave> = Vec::new();
         all.extend(Fourier::new(x[0], &[[x[1], x[2]]]).and_then(|f| Wave::new(f).with_phase(x[4])).ok());
-        all.extend(RectangularWave::new(x[0], x[1], x[2]).and_then(|f| Wave::new(f).with_phase(x[4])?.per_turn(x[3] as u32)).ok());
+        all.extend(
+            RectangularWave::new(x[0], x[1], x[2])
+                .and_then(|f| Wave::new(f).with_phase(x[4])?.per_turn(x[3] as u32))
+                .ok()
+        );
         all.extend(Table::new(&x[..4]).ok().map(Wave::new));
         all.extend(InstantCentre::new(x[0]).ok().map(|c| Wave::new(c.rotation())));
         prop_assume!(t.is_finite() && t.abs() < 1e6);
@@ -489,10 +499,20 @@ proptest! {
     fn laws_and_processes_never_panic(x in prop::collection::vec(any(), 6), t in any()) {
         let mut laws: Vec<MixedLaw> = Vec::new();
         laws.extend(Backlash::new(x[0]).ok().map(MixedLaw::Backlash));
-        laws.extend(AsymmetricBacklash::new(x[0], x[1]).and_then(|l| l.with_slopes(x[2], x[3])).ok().map(MixedLaw::Asymmetric));
+        laws.extend(
+            AsymmetricBacklash::new(x[0], x[1])
+                .and_then(|l| l.with_slopes(x[2], x[3]))
+                .ok()
+                .map(MixedLaw::Asymmetric)
+        );
         laws.extend(SmoothedBacklash::new(x[0], x[1]).ok().map(MixedLaw::Smoothed));
         laws.extend(Cubic::new(x[0], x[1]).ok().map(MixedLaw::Cubic));
-        laws.extend(PowerLaw::new(x[0], x[1], x[2]).and_then(|l| l.with_edges(x[3], x[4])).ok().map(MixedLaw::Power));
+        laws.extend(
+            PowerLaw::new(x[0], x[1], x[2])
+                .and_then(|l| l.with_edges(x[3], x[4]))
+                .ok()
+                .map(MixedLaw::Power)
+        );
         laws.extend(NoPullBacklash::new(x[0], x[1]).ok().map(MixedLaw::NoPull));
         for law in laws {
             let _ = (law.at(x[4]), law.slope(x[5]));
@@ -503,7 +523,10 @@ proptest! {
             prop_assert!(process.value(t, Side::Before, 0).is_finite());
             let pair = NfgPair::new(&NfgParams::table1()).unwrap();
             let slots = [(x[1].abs() as usize) % 20, 3];
-            if let Ok(held) = Held::new(pair).per_slot(&slots, x[2], process.clone()).and_then(|h| h.clearance(&[slots], x[3], process)) {
+            if let Ok(held) = Held::new(pair)
+                .per_slot(&slots, x[2], process.clone())
+                .and_then(|h| h.clearance(&[slots], x[3], process))
+            {
                 prop_assert!(held.next_edge(t).is_none_or(|edge| edge > t));
                 let _ = Dop853::new().max_steps(40).end(&held, &State::at_rest(1), 10.0);
             }
@@ -521,16 +544,25 @@ proptest! {
         let _ = (Summary::from_samples(&x), Spectrum::new(&x, x[0], Window::Blackman));
     }
 
-    /// Any setting of a solver gives an answer or a typed error, in bounded time.
+    /// Any setting of a solver gives a result or a typed error within the given number of steps.
     #[test]
     fn solver_settings_never_panic(x in prop::collection::vec(any(), 6)) {
         let model = Broken(9.0);
-        let solver = Dop853::new().rtol(x[0]).atol(x[1]).first_step(x[2]).max_step(x[3]).pi_beta(x[4]).max_steps(500);
+        let solver = Dop853::new()
+            .rtol(x[0])
+            .atol(x[1])
+            .first_step(x[2])
+            .max_step(x[3])
+            .pi_beta(x[4])
+            .max_steps(500);
         let _ = solver.end(&model, &start(), x[5]);
         let _ = Rk45::new().atol_each(&x[..2]).max_steps(500).trajectory(&model, &start(), x[5]);
         let _ = Rk4::new(x[0]).max_steps(500).sample(&model, &start(), &x[1..]);
         let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-        let _ = Settle::new().tolerance(x[0]).max_periods(1).run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
+        let _ = Settle::new()
+            .tolerance(x[0])
+            .max_periods(1)
+            .run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
     }
 
     #[test]

@@ -1,9 +1,11 @@
-//! Drives of orders far above those that a balance keeps: resolved where the balance chooses, noted where the user does.
+//! Drives with orders far above those that a balance keeps. The balance resolves them if it chooses the
+//! samples, and notes them if the user chooses too few.
 
 use crate::api::*;
 use std::f64::consts::TAU;
 
-/// x'' + 0.1 x' + 2 x + γ sin(s x) = cos t + 5 cos(63 t) + square: time is its only drive.
+/// x'' + 0.1 x' + 2 x + γ sin 100 x = cos t + A cos 63 t + square wave. Time is the only drive, so that the
+/// jumps of the square wave are not announced.
 struct Oscillator {
     fast: f64,
     law: f64,
@@ -41,31 +43,32 @@ fn guess(harmonics: &Harmonics) -> FourierOrbit {
     FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.5, 0.1]]).unwrap().on(harmonics)
 }
 
-/// On the 64 samples that ten orders ask for, order 63 looks like order 1.
+/// Ten kept orders need 64 samples. On 64 samples order 63 appears as order 1.
 #[test]
 fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
     let model = Oscillator { fast: 5.0, law: 0.0, square: 0.0 };
     let balance = Balance::new(Harmonics::up_to(10));
     let orbit = balance.solve(&model, &guess(balance.harmonics()))?;
-    // (2 - 1 + 0.1 i) Q = 1/2
+    // Order 1: (2 - 1 + 0.1 i) Q = 1.
     let exact = num_complex::Complex64::ONE / num_complex::Complex64::new(1.0, 0.1);
     assert!(
         (orbit.coefficients(0)[1] - exact.re).abs() < 1e-10
             && (orbit.coefficients(0)[2] + exact.im).abs() < 1e-10
     );
     assert_eq!(coarse(&orbit), None);
-    // The user's own 64 samples fold it: said, and how much.
+    // 64 samples chosen by the user alias it; a note states the share.
     let sampled = balance.integrals(Integrals::Sampled { samples: 64 });
     let folded = sampled.solve(&model, &guess(sampled.harmonics()))?;
     let share = coarse(&folded).expect("a note");
     println!("{share}: {:?}", folded.notes());
     assert!(share > 0.1);
     assert!(folded.is_doubtful());
-    assert!((sampled.prove(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3); // of an amplitude of 6, 5 should not be there
+    // 5 of the amplitude 6 are aliased: 5/12 of the peak-to-peak value.
+    assert!((sampled.prove(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3);
     Ok(())
 }
 
-/// 3/2 orders: the period of the balance is twice that of the drives.
+/// Bases of two and three periods of the drives.
 #[test]
 fn subharmonic_bases_see_the_drives_too() -> Result<(), BalanceError> {
     let model = Oscillator { fast: 5.0, law: 0.0, square: 0.0 };
@@ -78,7 +81,8 @@ fn subharmonic_bases_see_the_drives_too() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// A law that makes orders of its own, and a drive that jumps without saying so: neither can be resolved, both are noted.
+/// A law that generates high orders, and a drive that jumps without announcing it: neither can be resolved,
+/// and both are noted.
 #[test]
 fn unresolved_forces_are_noted() -> Result<(), BalanceError> {
     for model in
@@ -93,7 +97,7 @@ fn unresolved_forces_are_noted() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// A dead zone under stiffness of order 1 and 63, its edges moving at order 40.
+/// A dead zone with a stiffness of orders 1 and 63; its edges move at order 40.
 struct Fast {
     cubic: f64,
     pieces: bool,
@@ -147,7 +151,8 @@ impl Periodic for Fast {
     }
 }
 
-/// Every exact way follows the drives, not only the five orders that are kept: they agree with panels forty times as fine.
+/// Every exact way of integration resolves the drives, also above the kept five orders: it agrees with panels
+/// for 200 orders.
 #[test]
 fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
     let near = FourierOrbit::new(&Harmonics::up_to(2), TAU, &[vec![0.6, 0.9, 0.4, 0.05, 0.02]])?;
@@ -168,14 +173,14 @@ fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
             println!("{cubic} {integrals:?} {apart:.1e}");
             assert!(apart < 1e-11, "{integrals:?} {apart:e}");
         }
-        // A model that hides its pieces gets panels.
+        // For a model without fixed pieces the balance chooses panels.
         let hidden = residual(&Fast { cubic, pieces: false }, Integrals::Exact, 5)?;
         assert!(hidden.iter().zip(&reference).all(|(a, b)| (a - b).abs() < 1e-11));
     }
     Ok(())
 }
 
-/// Switches are found where they are, on edges that move faster than the series.
+/// Switches are located on edges that move faster than the series.
 #[test]
 fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let model = Fast { cubic: 0.0, pieces: true };
@@ -189,7 +194,8 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// The dead-zone force of the second paper's way: 1024 samples of a motion that stays in contact are enough; on 190, order 126 of the drives looks like 64.
+/// The balance of Liu 2021, which truncates the dead-zone force to the kept orders. For a motion that stays
+/// in contact 1024 samples suffice; on 190 samples order 126 of the drives appears as order 64.
 #[test]
 fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
     let pair =
@@ -212,7 +218,7 @@ fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// x'' + 0.1 x' + 2 x = a pulse of mean 2: a smooth one, or one that jumps without saying so.
+/// x'' + 0.1 x' + 2 x = p(t), a pulse of mean 2: smooth, or with jumps that are not announced.
 struct Pulse {
     smooth: bool,
     width: f64,
@@ -238,7 +244,8 @@ impl Periodic for Pulse {
     }
 }
 
-/// Samples pass over a pulse of 1e-5 of the period. The proof says so, and panels that seek it find its mean.
+/// Samples miss a pulse of 1e-5 of the period. The proof reports the aliasing, and panels find the mean of
+/// the pulse.
 #[test]
 fn pulses_between_the_samples_are_found() -> Result<(), BalanceError> {
     let balance = Balance::new(Harmonics::up_to(3));
@@ -248,12 +255,13 @@ fn pulses_between_the_samples_are_found() -> Result<(), BalanceError> {
         let orbit = balance.solve(&model, &rest)?;
         assert!(orbit.mean(0) == 0.0 && balance.prove(&model, &orbit)?.aliasing > 0.1);
         let orbit = balance.clone().integrals(Integrals::Panels).solve(&model, &rest)?;
-        assert!((orbit.mean(0) - 1.0).abs() < epsilon, "{}", orbit.mean(0)); // the edges of the jumps are known to the rounding of t
+        // Jumps are known to the rounding of t only.
+        assert!((orbit.mean(0) - 1.0).abs() < epsilon, "{}", orbit.mean(0));
     }
     Ok(())
 }
 
-/// Beyond x = 0.5 the model gives no slope.
+/// A model whose Jacobian is NaN for x > 0.5.
 struct Torn;
 
 impl Model for Torn {
@@ -275,7 +283,7 @@ impl Periodic for Torn {
     }
 }
 
-/// Not "no stiffness reaches it", nor a component that the model does not have.
+/// A Jacobian that is not finite has an error of its own, which names the component.
 #[test]
 fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), ParameterError> {
     let balance = Balance::new(Harmonics::up_to(3));
@@ -291,7 +299,7 @@ fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), Paramet
     Ok(())
 }
 
-/// The law of the guide, force ~ x^1.5 on one flank.
+/// A Hertzian contact on one flank, force p^1.5, as in docs/contact-laws.md.
 #[derive(Clone, PartialEq)]
 struct Hertz;
 
@@ -302,7 +310,8 @@ impl Nonlinearity for Hertz {
     }
 }
 
-/// The slope of √x at 0 has no bound, that of x √x is 0; a ring of such meshes has its variational flow and its balance.
+/// The slope of √x at 0 is infinite, that of x √x is 0. A ring of such meshes has a finite Jacobian, and its
+/// variational flow can be integrated.
 #[test]
 fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!([-1.0, 0.0, 4.0].map(|x| Hertz.slope(x)), [0.0, 0.0, 3.0]);
@@ -326,7 +335,7 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Counts that no machine can hold are refused with their bound, wherever they come in.
+/// Counts that exceed the memory are refused with their bound by every function that takes one.
 #[test]
 fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     let too_many = |found: Result<(), ParameterError>| matches!(found, Err(ParameterError::TooMany { .. }));

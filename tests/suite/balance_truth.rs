@@ -1,11 +1,12 @@
-//! Balance of the rattling pair against the truth, with its own estimates. Long:
-//! `cargo test --release --test suite balance_truth -- --ignored`.
+//! Harmonic balance of the rattling pair: its error and its estimates of the error, against the orbit
+//! polished by shooting. Long: `cargo test --release --test suite balance_truth -- --ignored`.
 
 use crate::api::*;
 use crate::data::read;
 
-/// Reading A at five speeds: balance to 1e-3 of ppv, |z_H - z_1.3H| within a factor of two of the true error, the shooting correction within
-/// six, and polished to 1e-9 of the reference.
+/// Reading A (docs/models.md) at five speeds. The error of the balance is below 1e-3 of the peak-to-peak
+/// value. The truncation estimate |z_H - z_1.3H| is within a factor of 2 of the error, the first correction
+/// of shooting within a factor of 6. The polished orbit agrees with the reference to 1e-9.
 #[test]
 #[ignore = "minutes without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
 fn balance_reaches_the_truth_and_knows_its_error() {
@@ -54,7 +55,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         let fifteen = Balance::new(Harmonics::bands(63, 1, 2).unwrap())
             .integrals(Integrals::Sampled { samples: 1024 })
             .solve(&pair, &fifteen.unwrap());
-        // Where they have an orbit at all.
+        // The balance of Liu 2021 with 15 unknowns has no orbit at some speeds.
         if let Ok(orbit) = fifteen {
             assert!(orbit.is_doubtful());
             warned += 1;
@@ -64,7 +65,8 @@ fn balance_reaches_the_truth_and_knows_its_error() {
     assert!(warned > 0);
 }
 
-/// 180 rad/s, 252 switches, H = 500: closed in the angles, corrected samples and Gauss panels give one residual and one Jacobian.
+/// 180 rad/s, 252 switches, H = 500: closed integrals, corrected samples and Gauss panels give the same
+/// residual and Jacobian to 1e-10.
 #[test]
 #[ignore = "a minute without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
 fn three_ways_agree_on_five_hundred_orders() {

@@ -1,4 +1,4 @@
-//! Bifurcation diagrams and basins of a pair with a dead zone, where two motions live side by side.
+//! Bifurcation diagrams and basins of a pair with a dead zone and two coexisting motions.
 
 use crate::api::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
@@ -49,15 +49,16 @@ fn over(omegas: &[f64]) -> Sweep {
     Sweep::new(Points::on_axis(Axis::list("omega", omegas).unwrap()))
 }
 
-/// x at phase 0 of the motion that never leaves the flank, 1.25 + Re z with z = a/(1 - Ω² + 0.1 i Ω). It exists where |z| < 0.25.
+/// x at phase 0 of the motion that never leaves the flank: 1.25 + Re z with z = 0.1/(1 - Ω² + 0.1 i Ω). The
+/// second value states whether it exists: |z| < 0.25.
 fn linear(omega: f64) -> (f64, bool) {
     let (re, im) = (1.0 - omega * omega, 0.1 * omega);
     let square = re * re + im * im;
     (1.25 + 0.1 * re / square, 0.1 / square.sqrt() < 0.25)
 }
 
-/// The resonance leans to the left: on the way up the motion stays in contact until |z| = 0.25, at Ω = 0.7795, and soon jumps; on the way down
-/// it rattles on far below that.
+/// The resonance curve bends to the left. Upwards the motion stays in contact until |z| = 0.25, at Ω =
+/// 0.7795, and jumps soon after. Downwards it rattles far below this frequency.
 #[test]
 fn a_fold_is_crossed_both_ways() {
     let omegas: Vec<f64> = (0..=13).map(|i| 0.46 + 0.03 * f64::from(i)).collect();
@@ -72,7 +73,7 @@ fn a_fold_is_crossed_both_ways() {
             "{:.3}: {x:.6} {:?} {:.6} | {:?} {:.6}",
             up.parameter, up.period, up.values[0], down.period, down.values[0]
         );
-        // On the way up the motion is the linear one as long as that exists, no longer.
+        // Upwards the motion is the linear one exactly where that exists.
         assert_eq!(on(up), exists, "{up:?}");
         assert_eq!(
             hysteresis.contains(&up.parameter),
@@ -80,13 +81,13 @@ fn a_fold_is_crossed_both_ways() {
             "{down:?}"
         );
     }
-    // One stretch, from the fold to the jump after the loss of contact.
+    // Hysteresis occurs in one interval, from the fold to the jump after the loss of contact.
     let place = |omega: &f64| omegas.iter().position(|x| x == omega).unwrap();
     let (first, last) = (place(&hysteresis[0]), place(&hysteresis[hysteresis.len() - 1]));
     assert_eq!(last + 1 - first, hysteresis.len());
     assert!(first > 2 && omegas[last + 1] > 0.7795 && last + 1 < omegas.len());
 
-    // A grid of starts finds two motions within the stretch, and one below it.
+    // A grid of starts finds two motions in the interval and one below it.
     let motions = |omega: f64| {
         let starts = Points::grid(vec![
             Axis::linear("q", -3.0, 3.0, 4).unwrap(),
@@ -116,7 +117,8 @@ fn a_fold_is_crossed_both_ways() {
     assert_eq!(motions(omegas[first - 2]).len(), 1);
 }
 
-/// The motions of examples/basins.rs at Ω = 0.69, each of them confirmed with located edges; the shares of the starts add up.
+/// The motions of examples/basins.rs at Ω = 0.69. A run with located edges confirms each of them. The counts
+/// of their starts add up to the number of starts.
 #[test]
 fn two_motions_side_by_side() {
     let starts = Points::grid(vec![
@@ -125,7 +127,8 @@ fn two_motions_side_by_side() {
     ])
     .unwrap();
     let start = |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
-    // What straddled edges leave in a period falls with the square of the step: 1.4e-4 with 256 steps, 1e-5 with 1024.
+    // Steps across edges keep a periodic motion from returning exactly. The distance falls with the square of
+    // the step: 1.4e-4 with 256 steps, 1e-5 with 1024.
     let engine = LaneRk4::<8>::new(2048);
     let rows = Sweep::new(starts)
         .settle(60)
@@ -156,7 +159,8 @@ fn two_motions_side_by_side() {
     assert!(Attractors::find(&rows, 0.0).is_err());
 }
 
-/// What the sweep is told counts: how closely a motion has to return, and thus where a claim is made.
+/// The settings of the sweep decide how closely a motion has to return, and thus at which points the diagram
+/// is decided.
 #[test]
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
@@ -166,7 +170,7 @@ fn a_diagram_says_where_it_cannot_decide() {
     assert!(run(over(&omegas).settle(1).measure(4).periodic_within(0.5)).undecided().is_empty());
     assert!(hasty.hysteresis(f64::NAN).is_err() && hasty.hysteresis(0.0).is_err());
 
-    // The order of the axis, whatever it is, and values that come twice.
+    // Points stay in the order of the axis, also for repeated values.
     let mixed = [0.64, 0.60, 0.64, 0.62];
     let diagram = run(over(&mixed).settle(60).measure(4));
     for way in [diagram.up(), diagram.down()] {

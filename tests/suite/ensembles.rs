@@ -1,10 +1,10 @@
-//! Ensembles and uncertain parameters against exact values.
+//! Ensembles, distributions and Sobol indices against exact values.
 
 use crate::api::*;
 use rand_distr::Uniform;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
-/// x'' + c x' + x = 0, c a drive; its energy is a channel.
+/// x'' + c x' + x = 0. The damping c is a drive, and the energy is a channel.
 struct Oscillator;
 
 impl Model for Oscillator {
@@ -33,14 +33,15 @@ fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), Parame
     }
 }
 
-/// E[energy](40) of x'' + 0.2 U x' + x = 0, U uniform on (0, 1) and held: the exact values, of the mean damping as h -> 0.
+/// Expected energy at t = 40 of x'' + 0.2 U x' + x = 0, U held and uniform on (0, 1), against the exact
+/// values. For a hold time h -> 0 it is that of the mean damping.
 fn energies(members: u64) {
     for (hold, exact) in [(0.5, 0.009_330), (5.0, 0.012_403), (40.0, 0.061_732)] {
         let ensemble = Ensemble::new(members, 40.0, 1).unwrap().channels(&["energy"]);
         let bands = ensemble.run(&Rk4::new(0.25), member(hold)).unwrap();
         let energy = bands.at("energy", 1).unwrap();
         println!("{hold}: {} +- {} against {exact}", energy.mean(), energy.standard_error());
-        let rounding = 5e-7; // of the exact values
+        let rounding = 5e-7; // the exact values have six digits after the point
         assert!(
             (energy.mean() - exact).abs() < 3.0 * energy.standard_error() + rounding,
             "{hold}: {}",
@@ -61,14 +62,15 @@ fn random_damping_of_many_members_has_its_exact_energies() {
     energies(100_000);
 }
 
-/// The same members at half the step: the ensemble does not hang on the integration.
+/// With half the step the mean energy of the same members changes by the error of RK4.
 #[test]
 fn random_damping_does_not_depend_on_the_time_step() {
     let ensemble = Ensemble::new(500, 40.0, 1).unwrap().channels(&["energy"]);
     let mean =
         |step: f64| ensemble.run(&Rk4::new(step), member(0.5)).unwrap().at("energy", 1).unwrap().mean();
     let (coarse, fine) = (mean(0.25), mean(0.125));
-    // RK4 multiplies by e^z (1 - z^5/120 + ..), z = (-c/2 + i) h: the energy is off by 2 t (c h^4/48 - h^5/144) (1 + O(h)), c = 0.1 in the mean.
+    // RK4 multiplies by e^z (1 - z^5/120 + ..) with z = (-c/2 + i) h. The energy is off by the factor 1 + 2 t
+    // (c h^4/48 - h^5/144) (1 + O(h)), with the mean c = 0.1.
     let off = |h: f64| 2.0 * 40.0 * (0.1 * h.powi(4) / 48.0 - h.powi(5) / 144.0);
     println!("{} against {}", coarse / fine - 1.0, off(0.25) - off(0.125));
     assert!((coarse / fine - 1.0 - (off(0.25) - off(0.125))).abs() < 0.25 * off(0.25), "{coarse} {fine}");
@@ -139,7 +141,10 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
     ] {
         let error = ensemble.run(&Rk4::new(0.25), counted).unwrap_err();
         assert!(
-            matches!(&error, EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"),
+            matches!(
+                &error,
+                EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"
+            ),
             "{error}"
         );
     }
@@ -168,7 +173,7 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     assert_eq!(run(&watch).unwrap_err(), EnsembleError::Cancelled { members: 300 });
 }
 
-/// x = sin t: the largest value lies between the times of the bands.
+/// x = sin t: the maximum lies between the times of the bands.
 #[test]
 fn peaks_are_those_of_the_run() {
     let one = |_: u64| Ok::<_, ParameterError>((Oscillator, State::new(0.0, &[0.0], &[1.0])));
@@ -202,7 +207,7 @@ fn points_that_cannot_be() {
     );
 }
 
-/// Quantiles from bins against sorted values.
+/// Quantiles from bins agree with sorted values to one bin.
 #[test]
 fn quantiles_are_off_by_a_bin_at_most() {
     let values: Vec<f64> = (0..20_000u64)
@@ -212,7 +217,8 @@ fn quantiles_are_off_by_a_bin_at_most() {
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     for p in [0.001, 0.05, 0.5, 0.95, 0.999] {
-        // Between the neighbours of the sorted value, which lie far apart in the tails, to a bin.
+        // In the tails the neighbours of a sorted value are far apart: the quantile lies between them, to one
+        // bin.
         let place = (p * 20_000.0) as usize;
         let (below, above) = (sorted[place - 1] - all.resolution(), sorted[place + 1] + all.resolution());
         let found = all.quantile(p).unwrap();
@@ -228,7 +234,8 @@ fn quantiles_are_off_by_a_bin_at_most() {
     assert!(all.quantile(1.5).is_err() && Distribution::new().quantile(0.5).is_err());
 }
 
-/// A quantile is within a bin of the sorted values, and a bin is 1/256 of the range of all values, however they come.
+/// Checks that quantiles are within one bin of the sorted values and that a bin is at most 1/256 of the range
+/// of all values.
 fn check_quantiles(values: &[f64]) {
     let all = Distribution::from_samples(values.iter().copied());
     let mut sorted = values.to_vec();
@@ -236,7 +243,7 @@ fn check_quantiles(values: &[f64]) {
     let range = sorted[sorted.len() - 1] / 256.0 - sorted[0] / 256.0;
     assert!(all.resolution() <= range, "{} {range}", all.resolution());
     for p in [0.0, 0.01, 0.1, 0.5, 0.9, 0.99, 1.0] {
-        // Any value between the neighbours of the place is a quantile.
+        // Any value between the two neighbours is a quantile.
         let at = p * sorted.len() as f64;
         let (least, most) =
             (sorted[(at as usize).saturating_sub(1)], sorted[(at.ceil() as usize).min(sorted.len() - 1)]);
@@ -251,7 +258,7 @@ fn check_quantiles(values: &[f64]) {
 
 #[test]
 fn quantiles_hold_for_values_far_from_the_first_ones() {
-    // Nothing but zeros at first, as a force before it sets in.
+    // The first values are zeros, like a force before its onset.
     let late: Vec<f64> = (0..5632).map(|i| if i < 512 || i % 10 == 0 { 0.0 } else { 5.0 }).collect();
     check_quantiles(&late);
     check_quantiles(&late.iter().map(|x| -x).collect::<Vec<_>>());
@@ -259,7 +266,7 @@ fn quantiles_hold_for_values_far_from_the_first_ones() {
     check_quantiles(&(0..5000).map(|i| f64::from(-i)).collect::<Vec<_>>());
     check_quantiles(&(0..5000).map(|i| f64::from(i).exp2().min(f64::MAX)).collect::<Vec<_>>());
     check_quantiles(&(0..2000).map(|i| f64::from(2 * (i % 2) - 1) * f64::MAX).collect::<Vec<_>>());
-    // The order after the first 512 is of no account.
+    // The order of the values after the first 512 does not matter.
     let values: Vec<f64> =
         (0..3000).map(|i| if i < 512 { 1.0 } else { f64::from(i * 7919 % 3001) }).collect();
     let mut turned = values.clone();
@@ -287,7 +294,8 @@ fn values_that_are_not_finite_are_counted_apart() {
     assert!(none.mean().is_nan() && none.quantile(0.5).is_err());
 }
 
-/// Ishigami's function: y = sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1, x uniform on (-π, π).   Source: Saltelli et al. 2010, Table 5.
+/// Ishigami's function y = sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1, x uniform on (-π, π).   Source: Saltelli et
+/// al. 2010, Table 5.
 #[test]
 fn sobol_indices_of_ishigami() {
     let pi = std::f64::consts::PI;
@@ -311,8 +319,9 @@ fn sobol_indices_of_ishigami() {
     assert!(RandomParameters::new(1).sobol(100).is_err());
 }
 
-/// Two standard errors hold the exact index in 95 % of the designs: y = 2 x1 + x2, x normal. The variance by which indices are divided is of the
-/// same samples, and errors that leave it out hold the total index of x2 in 91 %.
+/// The interval of two standard errors contains the exact index in 95 % of the designs: y = 1000 + 2 x1 + x2,
+/// x normal. The variance by which indices are divided comes from the same samples; standard errors that
+/// ignore this would contain the total index of x2 in 91 % only.
 #[test]
 fn bars_of_sobol_indices_cover() {
     const DESIGNS: u64 = 300;
@@ -329,7 +338,8 @@ fn bars_of_sobol_indices_cover() {
             held[1] += u64::from((index.total - exact).abs() <= 2.0 * index.total_error);
         }
     }
-    // 95.4 % less three deviations of the count itself, 1.2 % each.
+    // 95.4 % of 300 is 286; the standard deviation of the count is 3.6 (1.2 %). The bounds are three
+    // deviations below and above.
     println!("{held:?} of {DESIGNS}");
     assert!(held.iter().flatten().all(|held| (275..=297).contains(held)), "{held:?}");
 }

@@ -1,4 +1,5 @@
-//! Derivatives against differences, edges, fits, combinations.
+//! Excitations and waves: derivatives against differences, edges, fits, sums and products; contact laws at
+//! their edges.
 
 use crate::api::*;
 use approx::assert_relative_eq;
@@ -49,7 +50,7 @@ fn derivatives_against_differences() {
             let h = 1e-4;
             let at = |k: f64| f.value(x + k * h, Side::After);
             let rate = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
-            // h² of the fourth derivative and rounding over h².
+            // The error is h² times the fourth derivative, and rounding over h².
             let second = (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (h * h);
             assert!(
                 (rate - jet.rate).abs() < 1e-7 * scale[1].max(scale[0]),
@@ -66,7 +67,7 @@ fn derivatives_against_differences() {
     }
 }
 
-/// A turn later, or earlier, all is the same; n times in a turn for order n.
+/// A wave of order n has the period 2π/n, also after a thousand periods.
 #[test]
 fn waves_repeat() {
     for (name, f) in all() {
@@ -80,7 +81,8 @@ fn waves_repeat() {
     }
 }
 
-/// Equal functions are equal, whoever made them; another order, phase or number makes them unequal; a closure equals only its own copies.
+/// Waves of equal functions are equal. Another order, phase or number makes them unequal. A closure equals
+/// only its own copies.
 #[test]
 fn waves_are_compared_by_their_functions() {
     for (name, f) in all() {
@@ -95,7 +97,7 @@ fn waves_are_compared_by_their_functions() {
     }
 }
 
-/// Eq. (20) and its series: the coefficients of Eq. (22) are 2 ε and -4 ε².
+/// Liu 2021, Eq. (20) and its series: the coefficients of Eq. (22) are 2 ε and -4 ε².
 #[test]
 fn the_forcing_of_the_centre() {
     let eps = 0.2;
@@ -105,7 +107,7 @@ fn the_forcing_of_the_centre() {
     let series = Fourier::fit(&samples, 3).unwrap();
     assert_relative_eq!(series.pairs()[0][1], 2.0 * eps, max_relative = 1e-13);
     assert_relative_eq!(series.pairs()[1][1], -4.0 * eps * eps, max_relative = 1e-12);
-    // It is the derivative of ω2 = ω1/i12 with ω1 = i_j ω_c.
+    // The forcing is the derivative of ω2 = ω1/i12 with ω1 = i_j ω_c.
     let ratio = centre.ratio(1.0).unwrap();
     for x in [0.1, 0.9, 1.7] {
         let speed = Jet::constant(1.0) / ratio.jet(x);
@@ -126,13 +128,13 @@ fn rectangular_wave_and_its_series() {
     for (pair, a) in series.pairs().iter().zip(example["a"].as_array().unwrap()) {
         assert!((pair[0] - a.as_f64().unwrap()).abs() < 1e-15 && pair[1] == 0.0);
     }
-    // The series comes close to the wave away from its edges, at any phase.
+    // The series approximates the wave away from its edges, at any phase.
     let shifted = Wave::new(rectangle).with_phase(1.1).unwrap();
     let long = Wave::new(rectangle.series(2001).unwrap()).with_phase(1.1).unwrap();
     for x in [-20.2, 0.3, 2.5, 48.4] {
         assert!((long.value(x, Side::After) - shifted.value(x, Side::After)).abs() < 1e-2, "{x}");
     }
-    // Each edge is seen from both sides, and the next one is found from any angle.
+    // At each edge the wave has two sides, and `next_edge` finds the next edge from any angle.
     let (mut x, mut edges) = (-12.0, Vec::new());
     for _ in 0..20 {
         let edge = shifted.next_edge(x).unwrap();
@@ -149,7 +151,7 @@ fn rectangular_wave_and_its_series() {
     assert_eq!(Wave::new(RectangularWave::new(1.0, 2.0, 0.0).unwrap()).next_edge(0.0), None);
 }
 
-/// Tooth friction reverses at the pitch point and half a mesh later.
+/// The sign wave of tooth friction reverses at the pitch point and half a mesh period later.
 #[test]
 fn friction_reverses_at_the_pitch_point() {
     let pitch_point = 0.4;
@@ -160,7 +162,8 @@ fn friction_reverses_at_the_pitch_point() {
     assert!((sign.next_edge(at).unwrap() - at - PI).abs() < 1e-15);
 }
 
-/// A fit returns the coefficients it was sampled from, at any number of samples that can tell the orders apart.
+/// A fit to samples of a series returns its coefficients, with any number of samples above twice the highest
+/// order.
 #[test]
 fn fit_inverts_sampling() {
     let truth = Fourier::new(3.1, &[[0.9, -0.2], [0.05, 0.0], [0.0, 0.3]]).unwrap();
@@ -174,7 +177,7 @@ fn fit_inverts_sampling() {
     }
 }
 
-/// Edges of sums and products are those of their parts, each seen from its sides, at any order.
+/// Sums and products have the edges of their parts, with both sides, at any order.
 #[test]
 fn combined_edges() {
     let square = Wave::new(RectangularWave::new(0.0, 1.0, 0.5).unwrap()).per_turn(3).unwrap();
@@ -185,7 +188,7 @@ fn combined_edges() {
     for f in [&sum, &product] {
         let edge = f.next_edge(0.0).unwrap();
         assert!((edge - PI / 12.0).abs() < 1e-15);
-        // 1 on the left, 0 on the right of the square, cos π/3 = 1/2 of the smooth wave.
+        // The square wave is 1 before and 0 after its edge; the smooth wave is cos π/3 = 1/2 there.
         let jump = f.value(edge, Side::Before) - f.value(edge, Side::After);
         assert!((jump - if f == &sum { 1.0 } else { 0.5 }).abs() < 1e-11, "{jump}");
         let count = std::iter::successors(Some(0.0), |x| f.next_edge(*x))
@@ -196,7 +199,8 @@ fn combined_edges() {
     }
 }
 
-/// Laws: pieces meet at the edges, slopes are those of the pieces, and the moving width moves both edges.
+/// Contact laws: the pieces agree at the edges, slopes are those of the pieces, and both edges of a varying
+/// backlash move.
 #[test]
 fn contact_laws() {
     let laws: Vec<(MixedLaw, f64)> = vec![
@@ -226,14 +230,14 @@ fn contact_laws() {
     let moving = VaryingBacklash::new(Wave::new(Fourier::new(1.0, &[[0.0, 0.1]]).unwrap()));
     let e = moving.edges(0.0, Side::After);
     assert_eq!((e.lower, e.upper, e.lower_rate, e.upper_rate), (-1.0, 1.0, -0.1, 0.1));
-    // As the rounding shrinks the smoothed law tends to the dead zone, from above on the upper flank.
+    // With a small rounding s the smoothed law tends to the dead zone; at the edge the difference is s/2.
     for s in [1e-1, 1e-2, 1e-3] {
         let gap = SmoothedBacklash::new(1.0, s).unwrap().at(1.0) - Backlash::new(1.0).unwrap().at(1.0);
         assert!((gap / (0.5 * s) - 1.0).abs() < s);
     }
 }
 
-/// A million turns out, the edges of a wave still come one by one, two to a period, and part its levels.
+/// After a million turns `next_edge` still returns two edges a period, and they separate the two levels.
 #[test]
 fn a_wave_far_out() {
     for order in [1, 7, 63] {

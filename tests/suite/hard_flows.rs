@@ -1,5 +1,5 @@
-//! Flows with their derivative where it is hard: columns that grow, coordinates that nearly stand still, forces that jump, edges that depend
-//! on velocities; and the limits on work.
+//! The derivative of the flow in difficult cases: columns that grow, coordinates that almost stand still,
+//! forces that jump, edges that depend on velocities. Also limits on work and counts.
 
 use crate::api::*;
 use std::f64::consts::{PI, TAU};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// x'' + .1 x' + x = cos 2t beside y'' + .1 y' + y = 1 + e cos 2t.
+/// x'' + 0.1 x' + x = cos 2t and y'' + 0.1 y' + y = 1 + e cos 2t, without coupling.
 struct Still(f64);
 
 impl Model for Still {
@@ -35,14 +35,14 @@ impl Periodic for Still {
 }
 
 impl Still {
-    /// c cos 2t + s sin 2t.
+    /// The state at t = 0 of the orbit x = c cos 2t + s sin 2t, y = 1 + e x.
     fn orbit(&self) -> State {
         let (c, s) = (-3.0 / 9.04, 0.2 / 9.04);
         State::new(0.0, &[c, 1.0 + self.0 * c], &[2.0 * s, 2.0 * self.0 * s])
     }
 }
 
-/// Steps that a call needs, to a factor of two: the least budget that serves.
+/// The smallest budget of steps, to a factor of two, with which a call succeeds.
 fn least_budget(mut serves: impl FnMut(Budget) -> bool) -> u64 {
     let mut steps = 4;
     while !serves(Budget::new().steps(steps)) && steps < 1 << 20 {
@@ -66,7 +66,7 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
         let (least, most) = (steps.iter().min().unwrap(), steps.iter().max().unwrap());
         assert!(most <= &(2 * least), "{tolerance}: {steps:?}");
     }
-    // x'' + .1 x' + x = 0: the first column is e^(-t/20) (cos νt + sin νt/(20 ν)).
+    // For x'' + 0.1 x' + x = 0 the first column of the matrix is e^(-t/20) (cos νt + sin νt/(20 ν)).
     let nu = (1.0f64 - 0.0025).sqrt();
     let exact = (-0.05 * PI).exp() * ((nu * PI).cos() + 0.05 / nu * (nu * PI).sin());
     for e in [1e-8, 1e-12] {
@@ -89,7 +89,8 @@ fn columns_that_grow_by_millions_end_in_time() {
     assert!(through.matrix.amax() > 1e6, "{}", through.matrix);
 }
 
-/// x'' + .3 + .5 cos .9 t with a dead zone of half width 1, damping in contact: the force jumps. Pieces offered or not.
+/// x'' = 0.3 + 0.5 cos 0.9 t - W: a dead zone of half width 1 with damping in contact, so that the force
+/// jumps. With or without fixed pieces.
 struct Jumping {
     pieces: bool,
 }
@@ -147,7 +148,8 @@ fn a_force_that_jumps_needs_no_held_pieces() {
     assert!((held.monodromy() - bare.monodromy()).amax() < 1e-9);
 }
 
-/// x'' + .05 x' + x + .3 (1 + .2 x') sgn(s) = 2 cos 1.3 t, s = x' - belt cos t - slope x: the contact is the sliding speed.
+/// x'' + 0.05 x' + x + 0.3 (1 + 0.2 x') sgn(s) = 2 cos 1.3 t with s = x' - belt cos t - slope x: dry
+/// friction. The sliding speed s is the deflection of the contact.
 struct Friction {
     slope: f64,
     belt: f64,
@@ -196,7 +198,7 @@ impl Model for Friction {
     }
 }
 
-/// The flow of one coordinate with its derivative, against differences of the flow.
+/// The derivative of the flow of one coordinate agrees with differences of the flow.
 fn derivative_is_that_of_differences(model: &impl Model, start: &State, end: f64) {
     let ours = Variation::new().run(model, start, end).unwrap();
     assert!(ours.crossings >= 3);
@@ -208,7 +210,7 @@ fn derivative_is_that_of_differences(model: &impl Model, start: &State, end: f64
             let end = solver.end(model, &from, end).unwrap();
             [end.q[0], end.v[0]]
         };
-        // Richardson: two central differences.
+        // Richardson extrapolation of two central differences.
         let h = 1e-4;
         let (far, near) = ([moved(h), moved(-h)], [moved(0.5 * h), moved(-0.5 * h)]);
         for i in 0..2 {
@@ -225,7 +227,8 @@ fn edges_that_depend_on_velocities_have_their_saltation() {
     }
 }
 
-/// x'' + .05 x' + x + .3 sgn(x + lean x - .1) = 2 cos 1.3 t: half of the distance from the edge may stand in the edge itself.
+/// x'' + 0.05 x' + x + 0.3 sgn(x + lean x - 0.1) = 2 cos 1.3 t. A part of the distance from the edge, lean x,
+/// belongs to the edge and not to the deflection.
 struct Leaning {
     lean: f64,
 }

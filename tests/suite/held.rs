@@ -1,10 +1,11 @@
-//! Held random processes: exact ensemble energies, any order of asking, torque and clearance.
+//! Held processes: exact mean energies, independence of the solver, pinned values, torque and clearance of
+//! the ring.
 
 use crate::api::*;
 use rand_distr::{Normal, Uniform};
 use std::ops::ControlFlow;
 
-/// x'' + c x' + x = 0 with the damping c in its drive: a random one is filled in.
+/// x'' + c x' + x = 0. The damping c is a drive, to which `Held` adds random values.
 struct Damped;
 
 impl Model for Damped {
@@ -31,7 +32,8 @@ fn member(hold: f64, member: u64) -> Held<Damped> {
     Held::new(Damped).shared(&[0], 0.2, process(hold, member)).unwrap()
 }
 
-/// E[energy](40) from the exact second moments, within three standard errors.
+/// The mean energy at t = 40 of 1000 members is within three standard errors of the value from the exact
+/// second moments.
 #[test]
 fn ensemble_energies() {
     let data = crate::data::read("classics.json");
@@ -50,7 +52,7 @@ fn ensemble_energies() {
     }
 }
 
-/// No step straddles a hold, so the answer does not depend on the step size.
+/// No step extends over the end of a hold interval, so that the result does not depend on the step size.
 #[test]
 fn independent_of_the_solver() {
     let start = State::new(0.0, &[1.0], &[0.0]);
@@ -60,7 +62,7 @@ fn independent_of_the_solver() {
     let rk45 = Rk45::new().rtol(1e-11).atol(1e-13).end(&member(0.37, 5), &start, 40.0).unwrap();
     assert!((rk45.q[0] - truth.q[0]).abs() < 1e-9);
     assert!((rk4.q[0] - truth.q[0]).abs() < 1e-9);
-    assert!((coarse.q[0] - truth.q[0]) / (rk4.q[0] - truth.q[0]) > 12.0); // order 4
+    assert!((coarse.q[0] - truth.q[0]) / (rk4.q[0] - truth.q[0]) > 12.0); // order 4: 16
     let mut edges = 0;
     Dop853::new()
         .run(&member(0.37, 5), &start, 40.0, &mut |step: &mut Step<'_>| {
@@ -71,7 +73,8 @@ fn independent_of_the_solver() {
     assert_eq!(edges, 108);
 }
 
-/// Same seed, same result, to the bit, in any order; streams and members differ; these bits are promised.
+/// A value is a function of seed, member, stream and number alone: the order of the calls does not matter,
+/// and other members, streams and seeds give other values.
 #[test]
 fn counter_based() {
     let p = process(0.1, 3);
@@ -81,7 +84,7 @@ fn counter_based() {
     let others =
         [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).with_seed(1).held(7, 0)];
     assert!(others.iter().all(|x| x.to_bits() != forward[0]));
-    // Value stability.
+    // The values themselves are pinned: the crate promises that they do not change.
     let first: Vec<f64> = (0..3).map(|k| p.held(7, k)).collect();
     println!("{first:?}");
     assert_eq!(first, VALUES);
@@ -90,10 +93,12 @@ fn counter_based() {
     assert_eq!(normal.held(0, 0), NORMAL);
 }
 
+/// `process(0.1, 3).held(7, k)` for k = 0, 1, 2: uniform on (0, 1), seed 2020, member 3, stream 7.
 const VALUES: [f64; 3] = [0.103_795_216_577_002_19, 0.431_029_157_139_371_2, 0.608_054_536_635_636_7];
+/// `held(0, 0)` of a standard normal process: seed 2020, member 0, stream 0.
 const NORMAL: f64 = 0.152_717_869_330_872_47;
 
-/// Moments of the values, and none of the pairs of neighbouring counters correlate.
+/// Mean and variance of the values, and no correlation between neighbouring numbers, streams or members.
 #[test]
 fn uniform_and_uncorrelated() {
     let p = process(1.0, 0);
@@ -118,7 +123,7 @@ fn ring() -> Ring {
         .in_frame(Frame::Rigid)
 }
 
-/// Shared, per mesh, absolute and relative to C_g: the drives say what they should.
+/// Values shared by all meshes, and values per mesh relative to C_g: the drives contain the stated sums.
 #[test]
 fn shared_and_per_mesh() {
     let ring = ring();
@@ -140,7 +145,7 @@ fn shared_and_per_mesh() {
     }
 }
 
-/// The random torque and the random clearance that the paper names: the same process in other slots.
+/// The random torque and the random clearance of Yao 2020: held processes on other slots.
 #[test]
 fn random_torque_and_clearance() {
     let ring = ring();
@@ -161,7 +166,8 @@ fn random_torque_and_clearance() {
         Dop853::new().rtol(1e-10).end(&clearance, &start, 0.03).unwrap(),
     ];
     assert!((ends[1].q[0] - ends[0].q[0]).abs() > 1e-6 && (ends[2].q[0] - ends[0].q[0]).abs() > 1e-9);
-    // A clearance that jumps below the deflection puts a mesh on its flank at once: the run still agrees with a finer one.
+    // A clearance that jumps below the deflection puts a mesh on its flank at once. The run still agrees with
+    // one of tighter tolerance.
     let fine = Dop853::new()
         .rtol(1e-12)
         .atol_each(&[vec![1e-17; 9], vec![1e-13; 9]].concat())
@@ -170,7 +176,7 @@ fn random_torque_and_clearance() {
     assert!((fine.q[0] - ends[2].q[0]).abs() < 1e-8 * fine.q[0].abs());
 }
 
-/// A thousand million holds out, the value and the edge still belong to the right hold, from either side.
+/// After 10⁹ hold intervals the value and the next edge still belong to the right interval, on both sides.
 #[test]
 fn far_out() {
     for hold in [1e-4, 0.1, 3.7] {

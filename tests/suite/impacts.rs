@@ -1,4 +1,5 @@
-//! Rigid stops with restitution: impacts in closed form, the derivative of impacting motions, orbits and their bifurcations.
+//! Rigid stops with restitution: impacts in closed form, the derivative of motions with impacts, orbits and
+//! their bifurcations, invalid stops.
 
 use crate::api::*;
 use crate::data::read;
@@ -6,7 +7,7 @@ use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// x'' + c x' + k x = A cos ωt, x <= d.
+/// x'' + c x' + k x = A cos ωt with a rigid stop at x = d above.
 struct Oscillator {
     k: f64,
     c: f64,
@@ -20,14 +21,15 @@ impl Oscillator {
     fn new(c: f64, omega: f64, amplitude: f64) -> Self {
         Oscillator { k: 1.0, c, amplitude, omega, stop: 1.0, restitution: Restitution::new(0.8).unwrap() }
     }
-    /// exp of the free motion over a time t.
+    /// Matrix of the free motion over a time t, for x and x'.
     fn free(&self, t: f64) -> [[f64; 2]; 2] {
         let beta = (self.k - 0.25 * self.c * self.c).sqrt();
         let (decay, sine, cosine) = ((-0.5 * self.c * t).exp(), (beta * t).sin() / beta, (beta * t).cos());
         let half = 0.5 * self.c * sine;
         [[decay * (cosine + half), decay * sine], [-decay * self.k * sine, decay * (cosine - half)]]
     }
-    /// The orbit of one impact in n periods with velocity v behind it: when, and its amplitude of excitation, in closed form.
+    /// The orbit with one impact in n periods and the velocity v after it, in closed form: the time of the
+    /// impact and the amplitude A of the excitation.
     fn closed(&self, n: usize, v: f64) -> (f64, f64) {
         let [[a, b], [c, d]] = self.free(n as f64 * self.period());
         let (a, d) = (a - 1.0, d - 1.0);
@@ -39,7 +41,7 @@ impl Oscillator {
         let phase = (-q / self.omega).atan2(p) + damping.atan2(elastic);
         (phase / self.omega, elastic.hypot(damping) * p.hypot(q / self.omega))
     }
-    /// A guess: that orbit, some time behind its impact.
+    /// A guess: the state of that orbit 0.37 periods after its impact.
     fn guess(&self, n: usize, v: f64) -> State {
         let (t, _) = self.closed(n, v);
         Dop853::new().end(self, &State::new(t, &[self.stop], &[v]), t + 0.37 * self.period()).unwrap()
@@ -71,7 +73,7 @@ impl Periodic for Oscillator {
     }
 }
 
-/// x'' = -g above a table at A sin ωt.
+/// x'' = -g above a table at A sin ωt: a bouncing ball.
 struct Ball {
     gravity: f64,
     amplitude: f64,
@@ -80,7 +82,7 @@ struct Ball {
 }
 
 impl Ball {
-    /// Γ = A ω²/g, with g = 1 and ω = 2.
+    /// `gamma` is Γ = A ω²/g; g = 1 and ω = 2.
     fn new(gamma: f64, e: f64) -> Self {
         Ball { gravity: 1.0, amplitude: 0.25 * gamma, omega: 2.0, restitution: Restitution::new(e).unwrap() }
     }
@@ -88,7 +90,7 @@ impl Ball {
         let (sine, cosine) = (self.omega * t).sin_cos();
         (self.amplitude * sine, self.amplitude * self.omega * cosine)
     }
-    /// The orbit of one bounce a period, at its top.
+    /// The orbit of one bounce a period, at its highest point.
     fn top(&self, lower: f64) -> State {
         let gamma = self.amplitude * self.omega * self.omega / self.gravity;
         let t = (lower / gamma).min(1.0).acos() / self.omega;
@@ -129,7 +131,7 @@ impl Periodic for Ball {
     }
 }
 
-/// A run's impacts: time, velocity before, velocity behind.
+/// The impacts of a run: time, velocity before, velocity after.
 fn impacts<M: Model>(
     solver: &impl Integrator,
     model: &M,
@@ -159,7 +161,7 @@ fn impacts<M: Model>(
 fn a_ball_on_a_floor_keeps_its_times() {
     let tight = Dop853::new().rtol(1e-13).atol(1e-15);
     let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, 0.5) };
-    // Dropped from 2: first impact at 2 with speed 2, flights of 2, 1, 1/2, ... behind it.
+    // Dropped from a height of 2: the first impact at t = 2 with speed 2, then flights of 2, 1, 1/2, ..
     let seen = impacts(&tight, &ball, &State::new(0.0, &[2.0], &[0.0]), 5.8).unwrap();
     assert_eq!(seen.len(), 5);
     for (k, [t, before, behind]) in seen.into_iter().enumerate() {
@@ -184,7 +186,7 @@ fn a_ball_on_a_floor_keeps_its_times() {
     }
 }
 
-/// The flights between impacts on a table that moves as a sine, the roots found by bisection.
+/// The flights between impacts on a table that moves as a sine, compared with roots found by bisection.
 #[test]
 fn a_shaking_table_is_met_where_it_is() {
     let ball = Ball::new(4.3, 0.9);
@@ -192,7 +194,7 @@ fn a_shaking_table_is_met_where_it_is() {
     let (mut t, mut q, mut v) = (0.4, 3.0, 0.0);
     for [time, before, behind] in impacts(&tight, &ball, &State::new(t, &[q], &[v]), 40.0).unwrap() {
         let height = |s: f64| q + v * (s - t) - 0.5 * (s - t) * (s - t) - ball.table(s).0;
-        // The first sign change on a fine grid.
+        // The first sign change on a fine grid, then bisection.
         let mut lo = t + 1e-4;
         while height(lo + 1e-4) > 0.0 {
             lo += 1e-4;
@@ -208,7 +210,7 @@ fn a_shaking_table_is_met_where_it_is() {
                 && (before - speed).abs() < 1e-12
                 && (behind - after).abs() < 2e-12
         );
-        // Each flight by itself: errors of one would grow in the next.
+        // Each flight starts from the computed state: an error of one flight would grow in the next.
         (t, q, v) = (time, ball.table(time).0, behind);
     }
     assert!(t > 30.0);
@@ -216,7 +218,7 @@ fn a_shaking_table_is_met_where_it_is() {
 
 #[test]
 fn an_elastic_stop_keeps_the_energy() {
-    // Two masses on springs, the second against a stop, and the first against the second.
+    // Two masses on springs: the second against a stop, and the first against the second.
     struct Chain(Restitution);
     impl Model for Chain {
         fn dof(&self) -> usize {
@@ -236,7 +238,8 @@ fn an_elastic_stop_keeps_the_energy() {
         fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
             match (contact, on) {
                 (0, Piece::Upper) => v[1] = self.0.rebound(v[1], 0.0),
-                (1, Piece::Lower) => self.0.impulse(v[1] - v[0], &[-1.0, 1.0], &[-1.0, 0.5], v), // masses 1 and 2
+                // The masses are 1 and 2.
+                (1, Piece::Lower) => self.0.impulse(v[1] - v[0], &[-1.0, 1.0], &[-1.0, 0.5], v),
                 _ => return false,
             }
             true
@@ -262,7 +265,7 @@ fn an_elastic_stop_keeps_the_energy() {
     assert!(energy(&lossy.q, &lossy.v) < 0.5 * energy(&start.q, &start.v));
 }
 
-/// Three balls of one mass in a row: the first meets the second, which touches the third.
+/// Three balls of equal mass in a row. The first hits the second, which touches the third.
 #[test]
 fn impacts_at_one_instant_follow_each_other() {
     struct Row(Restitution);
@@ -303,7 +306,7 @@ fn impacts_at_one_instant_follow_each_other() {
     for (v, expected) in end.state.v.iter().zip([0.0, 0.0, 1.0]) {
         assert!((v - expected).abs() < 1e-12, "{:?}", end.state.v);
     }
-    // With losses the first pair meets again and again, ever slower; momentum stays.
+    // With losses the first two balls collide repeatedly and ever more slowly. Momentum is preserved.
     let end = Dop853::new().end(&Row(Restitution::new(0.5).unwrap()), &start, 2.0).unwrap();
     assert!(
         (end.v.iter().sum::<f64>() - 1.0).abs() < 1e-12 && end.v[2] > end.v[1] && end.v[1] >= end.v[0],
@@ -312,7 +315,8 @@ fn impacts_at_one_instant_follow_each_other() {
     );
 }
 
-/// Largest disagreement of the derivative with differences of the flow, Richardson.
+/// Largest difference between the derivative of the flow and differences of the flow (Richardson
+/// extrapolation), over its largest entry.
 fn against_differences<M: Model>(model: &M, start: &State, end: f64) -> f64 {
     let n = model.dof();
     let solver = Dop853::new().rtol(1e-14).atol(1e-15);
@@ -342,13 +346,14 @@ fn against_differences<M: Model>(model: &M, start: &State, end: f64) -> f64 {
     worst
 }
 
-/// A pendulum of two links that swings against a wall that moves: the impact depends on time, coordinates and velocities.
+/// A pendulum of two links that swings against a moving wall: the impact depends on time, coordinates and
+/// velocities.
 struct Links {
     restitution: Restitution,
 }
 
 impl Links {
-    /// M⁻¹ x of unit links and masses, angles from the vertical.
+    /// M⁻¹ x for links of unit length and mass, with angles from the vertical.
     fn mobility(q: &[f64], x: [f64; 2]) -> [f64; 2] {
         let coupling = (q[0] - q[1]).cos();
         let det = 2.0 - coupling * coupling;
@@ -372,7 +377,7 @@ impl Model for Links {
     fn contacts(&self) -> usize {
         1
     }
-    /// The tip against the wall.
+    /// The tip of the second link against the wall.
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         let (wall, speed) = Links::wall(u);
         let rate = q[0].cos() * v[0] + q[1].cos() * v[1];
@@ -392,7 +397,8 @@ impl Model for Links {
     }
 }
 
-/// x'' = 1.2 cos 1.3t - x - (20 (x - 0.5) + 3 x') beyond a pad at 0.5, and a rigid stop at 0.6; with its pieces, or without.
+/// x'' = 1.2 cos 1.3 t - x - (20 (x - 0.5) + 3 x') beyond a pad at 0.5, with a rigid stop at 0.6. With or
+/// without fixed pieces.
 struct Padded {
     pieces: bool,
     restitution: Restitution,
@@ -448,7 +454,7 @@ fn the_derivative_of_impacting_motions() {
     let [a, b] = [&padded, &without].map(|model| Variation::new().run(model, &start, 12.0).unwrap().matrix);
     println!("{:e}", (&a - &b).amax() / a.amax());
     assert!((&a - &b).amax() < 1e-9 * a.amax());
-    // From a start on the stop, about to rebound: δ⁺ = S δ with S = [[-e, 0], [(a⁺ + e a)/v, -e]].
+    // From a start on the stop, just before the rebound: δ⁺ = S δ with S = [[-e, 0], [(a⁺ + e a)/v, -e]].
     let (t, v): (f64, f64) = (0.3, 0.7);
     let [a, behind] = [v, -0.8 * v].map(|v| (0.8 * t).cos() - 0.1 * v - 1.0);
     let s = DMatrix::from_row_slice(2, 2, &[-0.8, 0.0, (behind + 0.8 * a) / v, -0.8]);
@@ -457,7 +463,7 @@ fn the_derivative_of_impacting_motions() {
     assert!((&off.matrix * s - on.matrix).amax() < 1e-10 && (off.state.q[0] - on.state.q[0]).abs() < 1e-12);
 }
 
-/// Where a function of the parameter vanishes, by the secant method: `f` has to be smooth there.
+/// A zero of `f` by the secant method; `f` must be smooth there.
 fn secant(mut f: impl FnMut(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     let mut at_a = f(a);
     for _ in 0..30 {
@@ -469,10 +475,11 @@ fn secant(mut f: impl FnMut(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
             return b;
         }
     }
-    panic!("the secant method does not end")
+    panic!("the secant method does not converge")
 }
 
-/// The parameter p at a fold, from orbits on one side of it: p = p0 + a f² + b f³ by the distance f of a multiplier from 1.
+/// The parameter p at a fold, extrapolated from orbits on one side of it: p = p0 + a f² + b f³, where f is
+/// the distance of a multiplier from 1.
 fn fold(mut f: impl FnMut(f64) -> f64, start: [f64; 3]) -> f64 {
     let mut seen = start.map(|p| (f(p), p));
     let mut last = f64::NAN;
@@ -491,10 +498,10 @@ fn fold(mut f: impl FnMut(f64) -> f64, start: [f64; 3]) -> f64 {
         let next = at + a * (f2 / 4.0).powi(2);
         seen = [seen[1], seen[2], (f(next), next)];
     }
-    panic!("the fold is not met")
+    panic!("the extrapolation to the fold does not converge")
 }
 
-/// det(M - s), which vanishes where s is a multiplier.
+/// det(M - s), which is zero if s is a multiplier.
 fn characteristic(cycle: &ShootingOrbit, s: f64) -> f64 {
     let m = cycle.monodromy();
     s * s - s * m.trace() + m.determinant()
@@ -512,7 +519,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
             assert!((ours / wanted - 1.0).abs() < 1e-9, "{name}: {ours} {wanted}");
         };
         let shooting = Shooting::new().multiple(n);
-        // The orbit without impacts grows in proportion; it grazes where its top meets the stop.
+        // The orbit without impacts is proportional to A. It grazes when its maximum reaches the stop.
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
             let cycle = shooting.run(&model, &[State::at_rest(1)]).unwrap();
@@ -524,7 +531,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         let (low, high) = (0.1, 0.14);
         let graze = low + (1.0 - top(low)) * (high - low) / (top(high) - top(low));
         agrees(graze, "A_graze");
-        // The orbit of one impact at A = 1, and the speed behind it.
+        // The orbit of one impact at A = 1, and the velocity after the impact.
         let v = get("v_at_A_1").unwrap();
         let model = Oscillator::new(c, omega, 1.0);
         assert!((model.closed(n, v).1 - 1.0).abs() < 1e-12);
@@ -536,7 +543,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         };
         cycle.observe(&model, &mut watch).unwrap();
         agrees(speed, "v_at_A_1");
-        // Towards the bifurcation, each orbit from the one before.
+        // Towards the bifurcation, each orbit is found from the previous one.
         let mut orbit = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
             cycle = shooting.again(&model, &cycle).unwrap();
@@ -563,7 +570,8 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
     }
 }
 
-/// Orbits of one impact in n periods, their multipliers S M in closed form, for oscillators of all kinds.
+/// Orbits of one impact in n periods for 200 oscillators: trace and determinant of the monodromy matrix,
+/// which is S M in closed form. The sample contains stable and unstable orbits.
 #[test]
 fn multipliers_of_orbits_of_one_impact() {
     let mut counts = [0, 0];
@@ -585,7 +593,7 @@ fn multipliers_of_orbits_of_one_impact() {
             t + 1.001 * span,
         );
         if !met.is_ok_and(|met| met.len() == 1 && (met[0][0] - t - span).abs() < 1e-6) {
-            continue; // the stop is met before
+            continue; // another impact occurs before
         }
         let [before, behind] = [-v / e, v].map(|v| amplitude * (omega * t).cos() - c * v - 1.0);
         let s = DMatrix::from_row_slice(2, 2, &[-e, 0.0, (behind + e * before) / (-v / e), -e]);
@@ -599,7 +607,7 @@ fn multipliers_of_orbits_of_one_impact() {
             "{case}: c {c:.3} w {omega:.3} n {n} e {e:.3} v {v:.3} trace {:.4}, off {off:.1e}",
             closed.trace()
         );
-        // Stable orbits, and unstable ones that growth does not blur.
+        // The bound holds for stable and for unstable orbits.
         assert!(off < 1e-9, "{off}");
         counts[usize::from(cycle.stability() == Stability::Stable)] += 1;
     }
@@ -636,7 +644,8 @@ fn the_bouncing_ball_between_its_bounds() {
 
 #[test]
 fn exponents_of_a_ball_that_never_settles() {
-    // Between bounces areas stay, at each they shrink by r²: the exponents sum to ln r² times the rate of bounces.
+    // Between bounces areas are preserved; at each bounce they shrink by r². The exponents therefore sum to
+    // ln r² times the rate of bounces.
     let ball = Ball::new(5.0, 0.8);
     let period = ball.period();
     let exponents =
@@ -660,16 +669,16 @@ fn exponents_of_a_ball_that_never_settles() {
 fn stops_at_the_start_and_at_the_end_of_a_run() {
     let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, 0.5) };
     let solver = Dop853::new().rtol(1e-12).atol(1e-14);
-    // On the floor and moving into it: as from behind the impact.
+    // On the floor and moving into it: the same as after the impact.
     let hit = solver.end(&ball, &State::new(0.0, &[0.0], &[-1.0]), 0.3).unwrap();
     let behind = solver.end(&ball, &State::new(0.0, &[0.0], &[0.5]), 0.3).unwrap();
     assert!((hit.q[0] - behind.q[0]).abs() < 1e-15 && (hit.v[0] - behind.v[0]).abs() < 1e-15);
-    // A run that ends with an impact ends before it, and one that goes on begins with it.
+    // A run that ends at an impact ends before it; a run that continues begins with it.
     let halfway = solver.end(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.0).unwrap();
     assert!((halfway.v[0] + 1.0).abs() < 1e-12);
     let end = solver.end(&ball, &halfway, 1.5).unwrap();
     assert!((end.q[0] - 0.125).abs() < 1e-12 && end.v[0].abs() < 1e-12);
-    // The velocity jumps over a level at the impact.
+    // At the impact the velocity jumps across the level of the section.
     let mut section = Section::new(&ball, "v1", 0.0, Direction::Rising).unwrap();
     solver.run(&ball, &State::new(0.0, &[0.5], &[0.0]), 1.2, &mut section).unwrap();
     assert!(section.states().len() == 1 && (section.states()[0].t - 1.0).abs() < 1e-12);
@@ -679,7 +688,7 @@ fn stops_at_the_start_and_at_the_end_of_a_run() {
 fn what_rests_on_a_stop_ends_the_run_with_what_there_is() {
     for (e, until) in [(0.5, 3.0), (0.9, 19.0), (0.0, 1.0)] {
         let ball = Ball { amplitude: 0.0, ..Ball::new(0.0, e) };
-        // At a height: rounding is that of the height, not of zero.
+        // At a floor of -3 rounding is that of the height and not of zero.
         for floor in [0.0, -3.0] {
             struct On(Ball, f64);
             impl Model for On {
@@ -720,7 +729,7 @@ fn what_rests_on_a_stop_ends_the_run_with_what_there_is() {
             Err(IntegrateError::RestsOnStop { .. })
         ));
     }
-    // A table that sinks faster than the ball falls lets go of it.
+    // A table that sinks faster than the ball falls releases it.
     let ball = Ball::new(3.0, 0.0);
     assert!(Dop853::new().end(&ball, &State::new(0.0, &[0.8], &[0.0]), 1.6).is_ok());
 }

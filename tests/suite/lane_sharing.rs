@@ -1,10 +1,10 @@
-//! Models that share lanes give what each gives alone, whichever of their parameters differ.
+//! Models that share lanes give the rows of single runs, for a change of any parameter.
 
 use crate::api::*;
 
 type Change = fn(&mut NfgParams, f64);
 
-/// Every parameter of the pair, moved by a share.
+/// Every parameter of the pair, changed by a relative amount (the error by a multiple of 1e-5 m).
 const CHANGES: [(&str, Change); 12] = [
     ("module", |p, by| p.module *= 1.0 + by),
     ("eccentric ratio", |p, by| p.eccentric_ratio *= 1.0 + by),
@@ -20,6 +20,7 @@ const CHANGES: [(&str, Change); 12] = [
     ("speed", |p, by| p.speed *= 1.0 + by),
 ];
 
+/// Runs four members of a family in lanes and each of them alone, and compares the rows to the bit.
 fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
         let points = Points::on_axis(Axis::list("share", shares).unwrap());
@@ -50,13 +51,14 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
         assert_eq!(alone.contact(0), row.contact(0), "{what}");
     }
     let force = |i: usize| together.get(i).unwrap().channel("mesh force").unwrap();
-    assert_ne!(force(0), force(3), "{what} changes nothing");
+    assert_ne!(force(0), force(3), "{what} has no effect");
 }
 
 #[test]
 fn pairs_of_one_degree_of_freedom() {
     for reading in [NfgReading::exact(), NfgReading::published()] {
-        // As published, a constant error exerts no force and the radius is that of the pitch circle.
+        // In the published reading a constant error exerts no force, and the radius is that of the pitch
+        // circle.
         let matters =
             |what: &str| reading == NfgReading::exact() || !["error", "pressure angle"].contains(&what);
         for (what, change) in CHANGES.iter().filter(|(what, _)| matters(what)) {
@@ -71,7 +73,7 @@ fn pairs_of_one_degree_of_freedom() {
 
 #[test]
 fn pairs_of_two_degrees_of_freedom() {
-    // Its error has no mean, and its backlash is the same around the pitch curve.
+    // All parameters but the mean error, which only shifts the deflection by a constant.
     for (what, change) in CHANGES.iter().filter(|(what, _)| *what != "error") {
         each_alone(what, |by| {
             let mut params = NfgParams::table1();

@@ -1,4 +1,5 @@
-//! Contact laws: pieces and edges against the law itself, impacts in closed form, every kink of a law with several switches.
+//! Contact laws: pieces and edges against the law itself, impacts in closed form, every edge of a law with
+//! several switching functions.
 
 use crate::api::*;
 use approx::assert_relative_eq;
@@ -7,7 +8,7 @@ use std::ops::ControlFlow;
 
 use crate::data;
 
-/// m x'' = -k f(x, x') - g: a mass at a law, with all its switches as contacts.
+/// m x'' = -k f(x, x'): a mass on a contact law. Each switching function of the law is a contact.
 struct Mass<N> {
     law: N,
     mass: f64,
@@ -21,6 +22,7 @@ impl<N: Nonlinearity> Mass<N> {
 }
 
 impl<N: Nonlinearity> Mass<N> {
+    /// Writes one contact for each switching function.
     fn tell(&self, [x, rate, second]: [f64; 3], force: f64, out: &mut [Contact]) {
         let Edges { lower, upper, .. } = self.edges();
         let mesh = Contact { deflection: x, rate, lower, upper, force, ..Contact::default() };
@@ -53,7 +55,7 @@ impl<N: Nonlinearity> Model for Mass<N> {
     }
 }
 
-/// Times, contacts and states of the edges crossed until `end`.
+/// The crossings until `end`, with the states at them.
 fn crossings<N: Nonlinearity>(
     solver: &impl Integrator,
     model: &Mass<N>,
@@ -70,11 +72,12 @@ fn crossings<N: Nonlinearity>(
     seen
 }
 
+/// A solver of tight tolerance.
 fn fine() -> Dop853 {
     Dop853::new().rtol(1e-13).atol(1e-13)
 }
 
-/// The speed with which a mass leaves a flank that it met at `speed`, and the time in between.
+/// The speed of a mass after an impact on the upper flank at `speed`, and the duration of the contact.
 fn impact<N: Nonlinearity>(law: N, mass: f64, stiffness: f64, speed: f64, long: f64) -> (f64, f64) {
     let model = Mass { law, mass, stiffness };
     let upper = model.edges().upper;
@@ -86,7 +89,7 @@ fn impact<N: Nonlinearity>(law: N, mass: f64, stiffness: f64, speed: f64, long: 
 
 #[test]
 fn elastic_impacts_on_powers() {
-    // Depth d = (m v² (p + 1)/(2 k))^(1/(p + 1)), time 2 d/v ∫ du/√(1 - u^(p + 1)).
+    // Exponent p: depth d = (m v² (p + 1)/(2 k))^(1/(p + 1)), duration 2 d/v ∫ du/√(1 - u^(p + 1)).
     let (mass, stiffness, speed) = (1.3, 20.0, 0.7);
     for p in [1.0, 10.0 / 9.0, 1.5, 2.0, 3.0] {
         for reference in [1.0, 0.25] {
@@ -104,14 +107,16 @@ fn elastic_impacts_on_powers() {
 
 #[test]
 fn hunt_and_crossley_restitution_is_that_of_its_first_integral() {
-    // λ v - ln(1 + λ v) is the same at impact and, with v reversed, at the end, whatever the power; 1 - e = 2 λ v/3 for small λ v.
+    // λ v - ln(1 + λ v) has equal values at the start and, with v reversed, at the end of the contact, for
+    // any exponent. For small λ v it gives 1 - e = 2 λ v/3.
     for (p, loss, speed) in [(1.0, 0.3, 0.8), (1.5, 0.3, 0.8), (1.5, 2.0, 1.0), (10.0 / 9.0, 1e-3, 1.0)] {
         let law = Damped::by_force(PowerLaw::new(0.1, p, 1.0).unwrap(), loss).unwrap();
         let (away, _) = impact(law, 2.0, 50.0, speed, 3.0);
         let integral = |v: f64| loss * v - (loss * v).ln_1p();
         assert_relative_eq!(integral(speed), integral(-away), max_relative = 1e-9, epsilon = 1e-15);
         if loss * speed < 0.01 {
-            assert_relative_eq!(1.0 - away / speed, 2.0 / 3.0 * loss * speed, max_relative = 2e-3); // the next term is λ v/9
+            // The next term is λ v/9.
+            assert_relative_eq!(1.0 - away / speed, 2.0 / 3.0 * loss * speed, max_relative = 2e-3);
         }
     }
 }
@@ -126,7 +131,7 @@ fn damping_by_stiffness_has_the_restitution_of_a_damped_half_wave() {
     let (away, took) = impact(law, mass, stiffness, speed, 3.0);
     assert_relative_eq!(away, speed * (-PI * zeta / nu).exp(), max_relative = 1e-10);
     assert_relative_eq!(took, PI / (omega * nu), max_relative = 1e-10);
-    // Stops on one side are the same law.
+    // A stop on one side has the same law.
     let stop = Damped::by_stiffness(AsymmetricBacklash::stop_above(0.1).unwrap(), time).unwrap();
     assert_relative_eq!(impact(stop, mass, stiffness, speed, 3.0).0, away, max_relative = 1e-12);
     let mirrored = Mass {
@@ -138,14 +143,15 @@ fn damping_by_stiffness_has_the_restitution_of_a_damped_half_wave() {
     assert_relative_eq!(seen[1].1.v[0], away, max_relative = 1e-10);
 }
 
-/// The pieces on which the switches of a law stand.
+/// The pieces on which the switching functions of a law stand.
 fn pieces<N: Nonlinearity>(law: &N, deflection: f64, rate: f64) -> Vec<Piece> {
     let Edges { lower, upper, .. } = law.edges(0.0, Side::After);
     let mesh = Contact { deflection, rate, lower, upper, ..Contact::default() };
     (0..law.switches()).map(|switch| law.switch_contact(switch, mesh, 0.0).piece()).collect()
 }
 
-/// On the pieces where it stands a law is itself; each piece goes on smoothly past its edges; the same in lanes, to the bit.
+/// Checks that a law on its own pieces equals the law, that each piece continues smoothly past its edges, and
+/// that lanes give the same bits.
 fn fits_together<N: Nonlinearity>(law: &N) {
     let Edges { lower, upper, .. } = law.edges(0.0, Side::After);
     let middle = [lower, upper].into_iter().filter(|e| e.is_finite()).sum::<f64>() / 2.0;
@@ -168,9 +174,9 @@ fn fits_together<N: Nonlinearity>(law: &N) {
             let pieces = vec![piece; law.switches()];
             let force = |x: f64| law.force_on_all(&pieces, x, 0.3, lower, upper);
             let [left, right] = [-1e-7, 1e-7].map(|h| (force(edge + h) - force(edge)) / h);
-            // A kink of the dead zone would show as 1.
+            // A kink of the dead zone would give a difference of 1.
             assert!((left - right).abs() < 1e-2, "{piece:?} {left} {right}");
-            // One-sided differences of y^(10/9) still see (1e-7)^(1/9) = 0.17.
+            // For y^(10/9) one-sided differences still contain (1e-7)^(1/9) = 0.17.
             let slope = law
                 .force_on_all(&pieces, Dual::variable(edge), 0.3.into(), lower.into(), upper.into())
                 .slope[0];
@@ -235,7 +241,7 @@ fn no_pull_backlash_to_its_exact_times() {
         assert_relative_eq!(met(ends, Upper, Gap).q[0], exact("phi_torque_zero"), epsilon = 1e-10);
         assert_relative_eq!(met(ends, Upper, Gap).v[0], exact("w_gap"), epsilon = 1e-9);
         assert_relative_eq!(met(ends, Lower, Gap).v[0], exact("w_gap_2"), epsilon = 1e-9);
-        // The turning point: Newton on the speed.
+        // The turning point, by Newton's method on the velocity.
         let mut turn = 0.06;
         for _ in 0..6 {
             let (state, mut a) = (solver.end(&model, &start, turn).unwrap(), [0.0]);
@@ -251,7 +257,7 @@ fn no_pull_backlash_to_its_exact_times() {
     }
 }
 
-/// The same mass, driven: m x'' = -k f(x, x') - c x' + load + wave cos Ωt.
+/// The same mass with excitation and damping: m x'' = -k f(x, x') - 0.05 x' + load + 1.5 cos 1.1 t, m = 1.
 struct Driven {
     of: Mass<NoPullBacklash>,
     load: f64,
@@ -302,7 +308,7 @@ fn several_switches_serve_flows_and_shooting() {
     {
         assert_eq!(check_periodic(&model, &typical), []);
     }
-    // The derivative of the flow against Richardson differences of the flow.
+    // The derivative of the flow against differences of the flow (Richardson extrapolation).
     let (start, end) = (State::new(0.0, &[0.7], &[0.4]), 9.0);
     let flow = Variation::new().run(&model, &start, end).unwrap();
     assert!(flow.crossings >= 12, "{}", flow.crossings);
@@ -319,7 +325,7 @@ fn several_switches_serve_flows_and_shooting() {
             assert_relative_eq!((4.0 * near - far) / 3.0, flow.matrix[(i, j)], epsilon = 1e-8);
         }
     }
-    // A periodic orbit, and what is read off it.
+    // A periodic orbit, its crossings and its rattle state.
     let settled = fine().end(&model, &start, 60.0 * model.period()).unwrap();
     let orbit = Shooting::new().run(&model, &[State { t: 0.0, ..settled }]).unwrap();
     let around = fine().end(&model, &orbit.states()[0], model.period()).unwrap();
@@ -327,7 +333,7 @@ fn several_switches_serve_flows_and_shooting() {
     let mut rattle = Rattle::new(&model);
     fine().run(&model, &orbit.states()[0], model.period(), &mut rattle).unwrap();
     assert_eq!((orbit.crossings(), rattle.contact(0).rattle_state()), (12, RattleState::Bilateral));
-    // The balance of the same motion converges to it.
+    // The harmonic balance converges to this orbit.
     for integrals in [Integrals::Exact, Integrals::Kinks, Integrals::Panels] {
         let gap = [20, 40, 80].map(|orders| {
             let harmonics = Harmonics::up_to(orders);
@@ -335,7 +341,7 @@ fn several_switches_serve_flows_and_shooting() {
             let balanced = Balance::new(harmonics).integrals(integrals).solve(&model, &guess).unwrap();
             (balanced.state(0.0).q[0] - orbit.states()[0].q[0]).abs()
         });
-        // Its coefficients fall with the fourth power of the order, as the force has kinks.
+        // The coefficients fall with the fourth power of the order, since the force has kinks.
         assert!(gap.windows(2).all(|g| g[1] < g[0] / 6.0) && gap[2] < 1e-6, "{integrals:?} {gap:?}");
     }
 }
@@ -344,6 +350,7 @@ fn several_switches_serve_flows_and_shooting() {
 fn no_pull_loses_what_viscous_damping_does_where_both_are_weak() {
     for time in [1e-3, 1e-4] {
         let (away, _) = impact(NoPullBacklash::new(0.1, time).unwrap(), 2.0, 50.0, 1.0, 3.0);
-        assert_relative_eq!(1.0 - away, 0.5 * PI * time * 5.0, max_relative = 10.0 * time); // the next term is near 3 ζ, ζ = 2.5 τ
+        // The next term is about 3 ζ, with ζ = 2.5 τ.
+        assert_relative_eq!(1.0 - away, 0.5 * PI * time * 5.0, max_relative = 10.0 * time);
     }
 }

@@ -1,6 +1,7 @@
 //! Sweeps that are long: parts of them, what is kept of a cancelled one, points that fail on the way, and what may be looked at meanwhile.
 
 use crate::api::*;
+use crate::common::stored;
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
@@ -125,7 +126,6 @@ fn chunks_check_the_points_that_the_whole_checks() {
         for count in [2, 3, 7] {
             let merged = Rows::merge(chunks(&sweep, count)).unwrap();
             assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()), "{count} chunks");
-            assert_eq!(merged.to_bytes(), whole.to_bytes());
             for (a, b) in merged.iter().zip(whole.iter()) {
                 assert_eq!((a.error("q1"), a.is_sensitive()), (b.error("q1"), b.is_sensitive()));
             }
@@ -292,7 +292,7 @@ fn a_check_that_fails_is_told() {
     assert!(!one.is_sensitive() && !two.is_sensitive());
     let most = one.error("q1").unwrap().max(five.error("q1").unwrap());
     assert_eq!((two.error("q1"), three.error("q1")), (Some(most), Some(most)));
-    let back = sweep.rows_from_bytes(&rows.to_bytes()).unwrap();
+    let back = stored(&rows);
     assert_eq!(back.fingerprint(), rows.fingerprint());
     let (told, error) = (back.get(2).unwrap(), row.checked().unwrap().unwrap_err());
     assert_eq!(told.checked().unwrap().unwrap_err().to_string(), error.to_string());
@@ -307,7 +307,6 @@ fn rows_are_equal_whatever_ran_alone() {
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
-    assert_eq!(one.to_bytes(), two.to_bytes());
     // A line is as many as its points.
     assert_eq!(
         along(9).warm_start(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(),
@@ -359,11 +358,8 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.lyapunov(Lyapunov::new())),
     ];
     let parts = chunks(&sweep, 2);
-    let bytes = parts[1].to_bytes();
-    assert_eq!(sweep.rows_from_bytes(&bytes).unwrap(), parts[1]);
     for other in others {
-        assert_eq!(other.rows_from_bytes(&bytes), Err(SweepError::Bytes { at: 8 }), "{other:?}");
-        let resumed = other.runner(&LaneRk4::<4>::new(16), swing, rest).resume(parts[0].clone());
+        let resumed = other.runner(&LaneRk4::<4>::new(16), swing, rest).resume(stored(&parts[0]));
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
             let second = other.runner(&LaneRk4::<4>::new(16), swing, rest).chunk(1, 2).unwrap();
@@ -373,57 +369,6 @@ fn rows_of_another_sweep_are_refused() {
             );
         }
     }
-}
-
-/// The seal at the end of the bytes: FNV-1a over words, the length last.
-fn seal(bytes: &mut Vec<u8>) {
-    let word = |bytes: &[u8]| bytes.iter().rev().fold(0u64, |word, byte| word << 8 | u64::from(*byte));
-    let words = bytes.chunks(8).map(word).chain([bytes.len() as u64]);
-    let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| {
-        (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23)
-    });
-    bytes.extend(hash.to_le_bytes());
-}
-
-/// Bytes that are cut off or changed anywhere are an error; so are those that are whole and speak of points which are not there.
-#[test]
-fn bytes_are_taken_whole_or_not_at_all() {
-    let sweep = along(9).check_every(2);
-    let odd = |p: &Point<'_>| if p.index() == 6 { Err("odd") } else { swing(p).map_err(|_| "no swing") };
-    let rows = sweep.runner(&LaneRk4::<4>::new(16), odd, rest).chunk(1, 2).unwrap();
-    let bytes = rows.to_bytes();
-    let back = sweep.rows_from_bytes(&bytes).unwrap();
-    assert_eq!((back.fingerprint(), back.to_bytes()), (rows.fingerprint(), bytes.clone()));
-    assert_eq!(back.get(6).unwrap_err().to_string(), "no model: odd");
-    assert!(matches!(sweep.rows_from_bytes(&[&bytes[..], &[0; 8]].concat()), Err(SweepError::Bytes { .. })));
-    for place in 0..bytes.len() {
-        assert!(matches!(sweep.rows_from_bytes(&bytes[..place]), Err(SweepError::Bytes { .. })), "{place}");
-        for bit in [0x01, 0x80, 0xff] {
-            let mut bad = bytes.clone();
-            bad[place] ^= bit;
-            assert!(matches!(sweep.rows_from_bytes(&bad), Err(SweepError::Bytes { .. })), "{place}");
-        }
-    }
-    // Sealed again after a change of one word: an error, or rows that can be read from end to end.
-    let mut refused = 0;
-    for place in (0..bytes.len() / 8 - 1).map(|word| 8 * word) {
-        for value in [0, 1, 2, 3, 100, u64::MAX] {
-            let mut bad = bytes[..bytes.len() - 8].to_vec();
-            bad[place..place + 8].copy_from_slice(&u64::to_le_bytes(value));
-            seal(&mut bad);
-            let Ok(rows) = sweep.rows_from_bytes(&bad) else {
-                refused += 1;
-                continue;
-            };
-            for row in rows.iter() {
-                let _ = (row.error("q1"), row.is_sensitive(), row.strobes().count());
-                row.channel("q1").unwrap();
-                row.extremes("q1").unwrap();
-            }
-        }
-    }
-    // The head of 12 words at least, but for the values that stand there.
-    assert!(refused > 12 * 5 - 12, "{refused}");
 }
 
 /// Progress is that of the chunk, its checks and the points without a model included.
@@ -640,16 +585,13 @@ fn a_cancelled_run_is_resumed() {
                 assert!(done <= total && total <= 2 * (count - there) + count / 3 + 6, "{total}");
                 last.fetch_max(done, Relaxed);
             };
-            let read = sweep.rows_from_bytes(&part.to_bytes()).unwrap();
+            let read = stored(&part);
             let resumed = sweep
                 .runner(&engine, swing, rest)
                 .monitor(&Monitor::new().progress(&progress))
                 .resume(read)
                 .unwrap();
-            assert_eq!(
-                (&resumed, resumed.fingerprint(), resumed.to_bytes()),
-                (&whole, whole.fingerprint(), whole.to_bytes())
-            );
+            assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }
     // Nothing is missing: nothing is run.

@@ -1,9 +1,10 @@
-//! Runs do not depend on how coordinates are stored, nor on drives that are left out of further stages.
+//! Runs have the same bits with any number of further coordinates, and `Model::redrive` gives the drives of
+//! `Model::drive`.
 
 use crate::api::*;
 use std::f64::consts::TAU;
 
-/// Oscillators side by side, without coupling, each driven by time.
+/// Uncoupled oscillators that share one drive, time. Their constants repeat after three oscillators.
 struct Apart(usize);
 
 impl Model for Apart {

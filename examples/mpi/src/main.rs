@@ -59,7 +59,7 @@ fn lead(world: &SimpleCommunicator, sweep: &Sweep) -> Result<Rows, Box<dyn Error
             }
             let (rows, status) = world.any_process().receive_vec::<u8>();
             if !rows.is_empty() {
-                parts.push(sweep.rows_from_bytes(&rows)?);
+                parts.push(postcard::from_bytes(&rows)?);
             }
             let chunk = take();
             others -= i32::from(chunk.is_none());
@@ -84,7 +84,7 @@ fn follow(world: &SimpleCommunicator, sweep: &Sweep) -> Result<(), Box<dyn Error
         if chunk == NO_MORE {
             return Ok(());
         }
-        rows = compute(sweep, chunk, CHUNKS)?.to_bytes();
+        rows = postcard::to_stdvec(&compute(sweep, chunk, CHUNKS)?)?;
     }
 }
 

@@ -12,6 +12,8 @@ use crate::excitation::centre::InstantCentre;
 /// assert!((params.mean_base_radius() - 0.080_167_526_71).abs() < 1e-11);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct NfgParams {
     /// Module m `[m]`.
     pub module: f64,
@@ -209,6 +211,7 @@ impl NfgParams {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Radius {
     /// Pitch radius: L without cos α.
     Pitch,
@@ -234,6 +237,7 @@ pub enum Radius {
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum HalfWidth {
     /// b/L.
     Mean,
@@ -262,6 +266,7 @@ pub enum HalfWidth {
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ErrorForcing {
     /// e''/L.
     MeanRadius,
@@ -293,6 +298,7 @@ pub enum ErrorForcing {
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CentreForcing {
     /// The Fourier series up to an order, at most 10 000; `Series(2)` is Liu 2021, Eq. (22).
     Series(u32),
@@ -323,6 +329,7 @@ pub enum CentreForcing {
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Damping {
     /// Constant damping ratio ζ, as printed: 2 ζ q'.
     ConstantRatio,
@@ -348,6 +355,8 @@ pub enum Damping {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct NfgReading {
     /// Radius in L.
     pub radius: Radius,

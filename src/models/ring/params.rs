@@ -24,6 +24,8 @@ const MAX_GEARS: usize = 4095;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Shaft {
     /// Torsional stiffness [N m/rad], not negative.
     pub stiffness: f64,
@@ -50,6 +52,8 @@ impl Shaft {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Motor {
     /// Moment of inertia of the motor J_M [kg m²].
     pub inertia: f64,
@@ -70,6 +74,8 @@ pub struct Motor {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Load {
     /// Moment of inertia of the load J_L [kg m²].
     pub inertia: f64,
@@ -91,6 +97,8 @@ pub struct Load {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Gear {
     /// Moment of inertia of the gear J_i [kg m²].
     pub inertia: f64,
@@ -174,6 +182,8 @@ impl<N: Nonlinearity> RingParams<N> {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RingSet {
     /// Number of gears.
     pub gears: usize,

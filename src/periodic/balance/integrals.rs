@@ -11,6 +11,7 @@
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Integrals {
     /// Default: chooses an exact way for the model.
     ///

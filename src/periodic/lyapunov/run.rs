@@ -12,7 +12,6 @@ use crate::periodic::flow::variation::coarse;
 use crate::periodic::lyapunov::directions::{Directions, Failure, Flow};
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
-use std::fmt;
 use std::ops::ControlFlow;
 
 /// λ_i = lim 1/t Σ ln r_ii, with r_ii the lengths of the directions before each normalisation: Lyapunov
@@ -44,7 +43,9 @@ use std::ops::ControlFlow;
 /// assert!((exponents.values().iter().sum::<f64>() + 3.0).abs() < 1e-7); // the mean divergence
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Lyapunov {
     count: Option<usize>,
     settle: usize,
@@ -52,17 +53,8 @@ pub struct Lyapunov {
     periods: usize,
     renormalisations: usize,
     tolerance: f64,
+    #[cfg_attr(feature = "serde", serde(skip))]
     budget: Budget,
-}
-
-impl fmt::Debug for Lyapunov {
-    /// Shows all settings except the budget: those that determine the result.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Lyapunov { count, settle, align, periods, renormalisations, tolerance, budget: _ } = self;
-        let mut shown = f.debug_struct("Lyapunov");
-        shown.field("count", count).field("settle", settle).field("align", align).field("periods", periods);
-        shown.field("renormalisations", renormalisations).field("tolerance", tolerance).finish()
-    }
 }
 
 impl Default for Lyapunov {

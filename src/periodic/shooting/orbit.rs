@@ -31,20 +31,20 @@ use nalgebra::DMatrix;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShootingOrbit {
-    states: Vec<State>,
-    end: f64,
-    multiple: usize,
-    least: usize,
+    pub(crate) states: Vec<State>,
+    pub(crate) end: f64,
+    pub(crate) multiple: usize,
+    pub(crate) least: usize,
     /// Units of the coordinates and velocities in the integration.
-    scale: Vec<f64>,
-    range: Vec<f64>,
-    drift: [Vec<f64>; 2],
-    monodromy: DMatrix<f64>,
-    multipliers: Multipliers,
-    first: f64,
-    corrections: Vec<f64>,
-    crossings: u64,
-    flow: f64,
+    pub(crate) scale: Vec<f64>,
+    pub(crate) range: Vec<f64>,
+    pub(crate) drift: [Vec<f64>; 2],
+    pub(crate) monodromy: DMatrix<f64>,
+    pub(crate) multipliers: Multipliers,
+    pub(crate) first: f64,
+    pub(crate) corrections: Vec<f64>,
+    pub(crate) crossings: u64,
+    pub(crate) flow: f64,
 }
 
 /// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.

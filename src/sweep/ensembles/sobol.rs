@@ -134,6 +134,7 @@ pub struct SobolDesign {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SobolIndex {
     /// Name of the parameter.
     pub name: String,

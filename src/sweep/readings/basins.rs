@@ -57,6 +57,7 @@ pub struct Attractors {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attractor {
     /// Period multiple of the motion. All motions that do not repeat form one attractor with `None`.
     pub period: Option<usize>,

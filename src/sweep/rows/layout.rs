@@ -3,6 +3,7 @@
 /// Layout of a row: positions of its values in a list of numbers. Order: head, channels, contacts, Lyapunov
 /// exponent, strobed periods.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Layout {
     pub(crate) dof: usize,
     pub(crate) channels: usize,

@@ -49,7 +49,7 @@ impl Rows {
         if first.range.start > 0 {
             return Some(0);
         }
-        Some(last.range.end).filter(|end| *end != first.points.len())
+        Some(last.range.end).filter(|end| *end != first.points().len())
     }
 }
 

@@ -1,6 +1,5 @@
 //! The rows of a sweep: the results of its points.
 
-pub(crate) mod bytes;
 pub(crate) mod hash;
 pub(crate) mod layout;
 pub(crate) mod merge;

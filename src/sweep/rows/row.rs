@@ -41,7 +41,7 @@ impl Row<'_> {
     }
     /// The point.
     pub fn point(&self) -> Point<'_> {
-        self.rows.points.point(self.index)
+        self.rows.points().point(self.index)
     }
 
     /// Mean, RMS, extremes and deviation of a channel over the measured periods.
@@ -50,7 +50,7 @@ impl Row<'_> {
     /// [`ParameterError::NoSuchChannel`] for a channel that [`channels`](crate::Sweep::channels) did not
     /// request.
     pub fn channel(&self, name: &str) -> Result<Summary, ParameterError> {
-        let i = check::channel_index(&self.rows.names, name)?;
+        let i = check::channel_index(self.rows.sweep.names(), name)?;
         let at = self.rows.layout.channel(i);
         let [mean, rms, min, max, deviation] = std::array::from_fn(|k| self.data[at + k]);
         Ok(Summary { mean, rms, min, max, deviation })
@@ -175,7 +175,7 @@ impl Row<'_> {
     /// after it. `None` without checked points, for a channel that was not requested, or if the check of the
     /// point itself failed.
     pub fn error(&self, channel: &str) -> Option<f64> {
-        let i = self.rows.names.iter().position(|n| n == channel)?;
+        let i = self.rows.sweep.names().iter().position(|n| n == channel)?;
         let of = |index: usize| {
             let fine = self.rows.checks.get(&index)?.as_ref().ok()?;
             let (coarse, at) = (self.rows.done_row(index)?.data, self.rows.layout.channel(i));
@@ -205,7 +205,7 @@ impl Row<'_> {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`].
     pub fn extremes(&self, name: &str) -> Result<Vec<[f64; 2]>, ParameterError> {
-        let i = check::channel_index(&self.rows.names, name)?;
+        let i = check::channel_index(self.rows.sweep.names(), name)?;
         let layout = &self.rows.layout;
         Ok((0..layout.strobes)
             .map(|k| [self.data[layout.strobe(k) + 2 * i], self.data[layout.strobe(k) + 2 * i + 1]])

@@ -27,12 +27,30 @@ const MAX_FIGURES: usize = 1 << 28;
 /// assert!((row.channel("q1")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// With the feature `serde` rows are stored together with the points and settings of their sweep, and
+/// [`Runner::resume`](crate::sweep::Runner::resume) completes rows that were read. `serde_json` keeps every
+/// bit with its feature `float_roundtrip`. Errors of points are stored as their text.
+///
+/// ```
+/// # #[cfg(feature = "serde")] {
+/// # use gear_dynamics::{sweep::{Axis, LaneRk4, Points, Rows}, NfgPair, NfgParams, Sweep};
+/// # let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1"]).run(
+/// #     &LaneRk4::<16>::new(63 * 32),
+/// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+/// #     |_, pair| pair.static_start(),
+/// # )?;
+/// let text = serde_json::to_string(&rows)?;
+/// let read: Rows = serde_json::from_str(&text)?;
+/// assert_eq!(read, rows);
+/// # }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Rows {
-    /// Hash of the points and settings of the sweep; identifies the sweep.
-    pub(crate) sweep: u64,
-    pub(crate) points: Points,
-    pub(crate) names: Vec<String>,
+    /// Points and settings of the sweep, without budgets.
+    pub(crate) sweep: Sweep,
     pub(crate) layout: Layout,
     /// Indices of the points of this chunk.
     pub(crate) range: Range<usize>,
@@ -69,13 +87,13 @@ impl PartialEq for Rows {
         let checks =
             self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
         let errors = self.errors == other.errors && self.exponent_errors == other.exponent_errors;
-        let figures = same_bits(&self.data, &other.data) && self.done == other.done;
+        let done = self.done.contains(&true);
+        let figures = self.done == other.done && (!done || same_bits(&self.data, &other.data));
         figures
             && errors
             && checks
             && self.range == other.range
             && self.layout == other.layout
-            && self.points == other.points
             && self.sweep == other.sweep
     }
 }
@@ -84,9 +102,7 @@ impl Rows {
     /// Rows without results.
     pub(crate) fn new(sweep: &Sweep, layout: &Layout, range: Range<usize>) -> Self {
         Rows {
-            sweep: Hash::of(sweep),
-            points: sweep.points().clone(),
-            names: sweep.names().to_vec(),
+            sweep: sweep.without_budget(),
             layout: layout.clone(),
             data: vec![0.0; range.len() * layout.stride()],
             done: vec![false; range.len()],
@@ -160,7 +176,7 @@ impl Rows {
 
     /// The points of the whole sweep.
     pub fn points(&self) -> &Points {
-        &self.points
+        self.sweep.points()
     }
 
     /// Whether every point of these rows has a row or an error.
@@ -172,7 +188,7 @@ impl Rows {
     /// available had a model of equal shape. Such runs are slower.
     ///
     /// The number describes the execution, not the results: it depends on threads and chunks, is ignored by
-    /// `==`, and is not part of [`to_bytes`](Rows::to_bytes).
+    /// `==`, and is not stored.
     pub fn alone(&self) -> usize {
         self.alone
     }
@@ -191,7 +207,8 @@ impl Rows {
     /// Hash for the comparison of runs. It depends on every bit of all rows and checks, and on the indices of
     /// failed and missing points.
     pub fn fingerprint(&self) -> u64 {
-        let figures = self.data.iter().map(|x| x.to_bits());
+        let values: &[f64] = if self.done.contains(&true) { &self.data } else { &[] };
+        let figures = values.iter().map(|x| x.to_bits());
         let without =
             self.range.clone().zip(&self.done).filter(|(_, done)| !**done).map(|(index, _)| index as u64);
         let check = |(index, row): (&usize, &Result<Vec<f64>, PointError>)| {

@@ -7,7 +7,6 @@ use crate::sweep::engines::interface::SweepEngine;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::monitor::Monitor;
-use crate::sweep::rows::hash::Hash;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::table::Rows;
@@ -145,7 +144,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
     fn complete(&self, rows: &mut Rows) -> Result<(), SweepError> {
         let (sweep, engine) = (self.sweep, self.engine);
         sweep.check()?;
-        if rows.sweep != Hash::of(sweep) {
+        if rows.sweep != sweep.without_budget() {
             return Err(SweepError::Parts { row: rows.range.start });
         }
         let finer = if sweep.check_every > 0 { engine.finer() } else { None };

@@ -74,11 +74,11 @@ impl Axis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
     names: Vec<String>,
-    kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Grid(Vec<Axis>),
     /// The rows of all points, concatenated.
     List(Vec<f64>),
@@ -130,6 +130,10 @@ impl Points {
     pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
         if values.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), min: 1 });
+        }
+        let last = values.len() % names.len();
+        if last != 0 {
+            check::length("values of the last point", last, names.len())?;
         }
         for (i, row) in values.chunks(names.len()).enumerate() {
             if row.iter().any(|x| !x.is_finite()) {

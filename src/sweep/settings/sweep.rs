@@ -1,5 +1,6 @@
 //! The settings of a sweep: points, settling and measured periods, requested results.
 
+use crate::ode::budget::Budget;
 use crate::periodic::lyapunov::run::Lyapunov;
 use crate::sweep::error::SweepError;
 use crate::sweep::settings::points::Points;
@@ -26,6 +27,7 @@ use crate::sweep::settings::points::Points;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WarmStart {
     /// The start of its own point. Default.
     #[default]
@@ -122,6 +124,12 @@ impl Sweep {
         Sweep { check_every: count, ..self }
     }
 
+    /// The same sweep with the default budget: a budget does not change the results.
+    pub(crate) fn without_budget(&self) -> Self {
+        let lyapunov = self.lyapunov.clone().map(|lyapunov| lyapunov.budget(Budget::new()));
+        Sweep { lyapunov, ..self.clone() }
+    }
+
     pub(crate) fn names(&self) -> &[String] {
         &self.channels
     }
@@ -183,6 +191,8 @@ impl Sweep {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Sweep {
     pub(crate) points: Points,
     pub(crate) settle: usize,

@@ -1,12 +1,26 @@
-//! Small problems with known answers.
+//! Small models with known solutions.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
 pub mod oscillators;
 pub mod trains;
 
 use crate::api::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
-/// q'' = -(1 + t²/10) q + r(t), r chosen so that q = exp(-t/5) cos(t²/2 + t): non-autonomous in every term.
+/// The value after it was stored and read, as text and as bytes.
+pub fn stored<T: Serialize + DeserializeOwned>(value: &T) -> T {
+    let text = serde_json::to_string(value).unwrap();
+    let read: T = serde_json::from_str(&text).unwrap();
+    assert_eq!(serde_json::to_string(&read).unwrap(), text);
+    let bytes = postcard::to_stdvec(value).unwrap();
+    let read: T = postcard::from_bytes(&bytes).unwrap();
+    assert_eq!(postcard::to_stdvec(&read).unwrap(), bytes);
+    read
+}
+
+/// q'' = -0.3 t q' - (1 + t²/10) q + r(t). The function r is chosen so that q = exp(-t/5) cos(t²/2 + t) is a
+/// solution. All coefficients depend on time.
 pub struct Forced;
 
 impl Forced {
@@ -30,17 +44,19 @@ impl Model for Forced {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let t = u[0];
         let exact = Forced::jet(t);
-        // The forcing is a function of time alone; q and v enter through the restoring and damping terms.
+        // Here r(t) = exact'' + c exact' + k exact.
         let (k, c) = (1.0 + 0.1 * t * t, 0.3 * t);
         a[0] = exact.second + k * (exact.value - q[0]) + c * (exact.rate - v[0]);
     }
 }
 
+/// Error of q at `end`.
 pub fn fixed_error<I: Integrator>(solver: &I, end: f64) -> f64 {
     (solver.end(&Forced, &Forced::start(), end).unwrap().q[0] - Forced::q(end)).abs()
 }
 
-/// The order seen between successive step counts, rounded; all pairs must agree with the last to half an order.
+/// Order of convergence between the last two step counts, rounded. Prints the errors and the orders between
+/// all neighbouring counts.
 pub fn observed_order(error: &dyn Fn(f64) -> f64, counts: &[f64]) -> i64 {
     let errors: Vec<f64> = counts.iter().map(|n| error(*n)).collect();
     let orders: Vec<f64> = errors
@@ -52,7 +68,7 @@ pub fn observed_order(error: &dyn Fn(f64) -> f64, counts: &[f64]) -> i64 {
     orders[orders.len() - 1].round() as i64
 }
 
-/// x'' + g(x) = 0, g the dead zone of half width b.
+/// x'' + g(x) = 0, g the dead zone of half width b: free motion without damping.
 pub struct FreeDeadZone {
     pub b: f64,
 }
@@ -89,7 +105,8 @@ impl Model for FreeDeadZone {
     }
 }
 
-/// x'' + 0.1 x' + k g(x) = 0.25 + 0.25 cos 0.7 t with b = 1, k = 1: bilateral rattle that settles.
+/// x'' + 0.1 x' + g(x) = 0.25 + 0.25 cos 0.7 t, g the dead zone of half width 1: bilateral rattle that
+/// settles.
 pub struct Impact;
 
 impl Impact {

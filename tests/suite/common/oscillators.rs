@@ -1,9 +1,10 @@
-//! Oscillators of the literature, periodic in time.
+//! Oscillators of the literature, with periodic drives.
 
 use crate::api::*;
 use std::f64::consts::TAU;
 
-/// μ q'' + ζ q' + κ q + γ q³ = P cos Ωt, after Krack & Gross (2019), example 01: μ = 1, ζ = 0.05, κ = 1, γ = 0.1, P = 0.18.
+/// μ q'' + ζ q' + κ q + γ q³ = P cos Ωt with μ = 1, ζ = 0.05, κ = 1, γ = 0.1, P = 0.18.   Source: Krack &
+/// Gross (2019), example 01.
 pub struct Duffing {
     pub omega: f64,
 }
@@ -27,7 +28,8 @@ impl Periodic for Duffing {
     }
 }
 
-/// x'' + 2 ζ x' + (1 + a cos Ωt) g(x) = F + P cos Ωt, g the dead zone of half width 1.   After Kahraman & Singh (1990).
+/// x'' + 2 ζ x' + (1 + a cos Ωt) g(x) = F + P cos Ωt, g the dead zone of half width 1.   After Kahraman &
+/// Singh (1990).
 pub struct DeadZone {
     pub omega: f64,
     pub zeta: f64,
@@ -37,13 +39,14 @@ pub struct DeadZone {
 }
 
 impl DeadZone {
+    /// Stiffness 1 + a cos Ωt and force F + P cos Ωt.
     fn forces(&self, t: f64) -> (f64, f64) {
         let wave = (self.omega * t).cos();
         (1.0 + self.stiffness * wave, self.mean + self.amplitude * wave)
     }
 }
 
-/// x - edge on a flank, 0 in the gap, with its slope.
+/// Force of the dead zone of half width 1 on a given piece, and its derivative.
 fn tooth(piece: Piece, x: f64) -> (f64, f64) {
     match piece {
         Piece::Lower => (x + 1.0, 1.0),
@@ -107,7 +110,8 @@ impl Periodic for DeadZone {
     }
 }
 
-/// Two masses in a chain with cubic springs, forced on the first: Krack & Gross (2019), example 02. No Jacobian of its own.
+/// Two masses in a chain with cubic springs, excited on the first mass. The model has no Jacobian of its own.
+/// Source: Krack & Gross (2019), example 02.
 pub struct CubicChain {
     pub omega: f64,
 }
@@ -130,7 +134,7 @@ impl Periodic for CubicChain {
     }
 }
 
-/// x'' + 2 ζ x' + (1 + κ cos Ωt) x = 0.
+/// x'' + 2 ζ x' + (1 + κ cos Ωt) x = 0, the damped Mathieu equation.
 pub struct Mathieu {
     pub omega: f64,
     pub zeta: f64,
@@ -152,10 +156,11 @@ impl Periodic for Mathieu {
     }
 }
 
-/// p'' = M⁻¹ (F - w), w_i = c p_i' + (1 + a_i cos Ωt) g(p_i): two meshes on an idler, p their deflections.
+/// p'' = M⁻¹ (F - w) with w_i = 0.06 p_i' + (1 + a_i cos(Ωt + ψ_i)) g(p_i): an idler gear with two meshes, p
+/// their deflections, g the dead zone of half width 1.
 pub struct Idler {
     pub omega: f64,
-    /// Phase of the second mesh.
+    /// Phase ψ_2 of the second mesh [rad]; ψ_1 = 0.
     pub phase: f64,
 }
 
@@ -163,7 +168,7 @@ impl Idler {
     fn stiffness(&self, t: f64) -> [f64; 2] {
         [1.0 + 0.2 * (self.omega * t).cos(), 1.0 + 0.15 * (self.omega * t + self.phase).cos()]
     }
-    /// M⁻¹ of masses 1, 1.5, 0.8.
+    /// M⁻¹ w for the masses 1, 1.5 and 0.8.
     fn inverse(w: [f64; 2]) -> [f64; 2] {
         let (m1, m2, m3) = (1.0, 1.5, 0.8);
         [(1.0 / m1 + 1.0 / m2) * w[0] - w[1] / m2, -w[0] / m2 + (1.0 / m2 + 1.0 / m3) * w[1]]

@@ -1,10 +1,12 @@
-//! Gear trains in SI units, their contacts told in full.
+//! Gear trains in SI units, with contact forces and Jacobians.
 
 use crate::api::*;
 
-/// A mesh between coordinates: d = Σ g_j q_j - e sin ωt `[m]`, W = K g(d) + C d' [N], gap ±b.
+/// A mesh between coordinates: d = Σ_j γ_j q_j - e sin ωt `[m]`, W = K g(d) + C d' `[N]`, g the dead zone of
+/// half width b.
 #[derive(Clone, Copy)]
 pub struct Tooth<const N: usize> {
+    /// γ_j = ∂d/∂q_j `[m]`.
     pub gradient: [f64; N],
     pub stiffness: f64,
     pub damping: f64,
@@ -12,17 +14,19 @@ pub struct Tooth<const N: usize> {
     pub error: f64,
 }
 
-/// J q'' = T - shafts - Σ g W: meshes between inertias, any of them held by a shaft to the ground.
+/// J_j q_j'' = T_j - k_j q_j - Σ_i γ_ij W_i: inertias connected by meshes. A shaft of stiffness k_j connects
+/// inertia j to the ground.
 pub struct Train<const N: usize, const M: usize> {
     pub teeth: [Tooth<N>; M],
     pub inertia: [f64; N],
     pub torque: [f64; N],
-    /// Stiffness of the shafts to the ground.
+    /// Stiffness k_j of the shafts to the ground.
     pub shaft: [f64; N],
     pub omega: f64,
 }
 
 impl<const N: usize, const M: usize> Train<N, M> {
+    /// The contact of mesh `i`, on a given piece or, with `None`, on its own.
     fn reading(&self, i: usize, u: &[f64], q: &[f64], v: &[f64], piece: Option<Piece>) -> Contact {
         let tooth = &self.teeth[i];
         let sum = |x: &[f64]| tooth.gradient.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
@@ -37,6 +41,7 @@ impl<const N: usize, const M: usize> Train<N, M> {
         Contact { force: tooth.stiffness * elastic + tooth.damping * rate, ..contact }
     }
 
+    /// The accelerations, on given pieces or, with `None`, on the contacts' own.
     fn turn(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         for (j, a) in a.iter_mut().enumerate() {
             *a = self.torque[j] - self.shaft[j] * q[j];
@@ -110,8 +115,8 @@ impl<const N: usize, const M: usize> Periodic for Train<N, M> {
     }
 }
 
-/// A planetary set of three planets: sun, carrier, planets `[rad]`, the ring fixed. Meshes sun-planet, then ring-planet. The sun drives, a
-/// shaft holds the carrier.
+/// A planetary set of three planets. Coordinates: sun, carrier, planets `[rad]`; the ring is fixed. Contacts:
+/// the meshes of the sun, then those of the ring. A torque drives the sun; a shaft holds the carrier.
 pub fn planetary() -> Train<5, 6> {
     let (sun, planet) = (0.03, 0.02);
     let carrier = sun + planet;
@@ -135,9 +140,10 @@ pub fn planetary() -> Train<5, 6> {
     }
 }
 
-/// Where the planetary set stands under its torque.
+/// Static equilibrium of the planetary set under its torque.
 pub fn planetary_static_start() -> State {
-    // The sun pushes with T/(3 R_s) at each planet, which passes it on to the ring; the carrier bears both, 2 R_c T/R_s.
+    // Each planet transmits the mesh force T/(3 R_s) from the sun to the ring. The carrier takes both mesh
+    // forces of each planet, which is a torque of 2 R_c T/R_s.
     let (sun, planet, carrier, torque) = (0.03, 0.02, 0.05, 60.0);
     let d = 2e-5 + torque / (3.0 * sun) / 2e8;
     let angle = 2.0 * carrier * torque / sun / 1e6;
@@ -146,7 +152,8 @@ pub fn planetary_static_start() -> State {
     State::new(0.0, &[turn, angle, spin, spin, spin], &[0.0; 5])
 }
 
-/// Two stages: input, intermediate shaft, output `[rad]`; the second stage is met by the torque of the load.
+/// Two stages: input, intermediate shaft, output `[rad]`. The load of 600 N m on the output balances the
+/// input torque of 100 N m.
 pub fn two_stage() -> Train<3, 2> {
     let tooth =
         |gradient, stiffness| Tooth { gradient, stiffness, damping: 800.0, half_width: 3e-5, error: 4e-6 };
@@ -154,7 +161,8 @@ pub fn two_stage() -> Train<3, 2> {
     Train { teeth, inertia: [2e-3, 1e-2, 4e-2], torque: [100.0, 0.0, -600.0], shaft: [0.0; 3], omega: 2000.0 }
 }
 
-/// The two stages turned by an angle of the input `[rad]` and loaded, their teeth pressed `[m]`.
+/// State of the two stages at the input angle `angle` `[rad]`. `pressed` are the depths past the upper edges
+/// `[m]` before the transmission error is subtracted.
 pub fn two_stage_turned(angle: f64, pressed: [f64; 2]) -> State {
     let middle = (0.04 * angle - 3e-5 - pressed[0]) / 0.08;
     let output = (0.03 * middle - 3e-5 - pressed[1]) / 0.09;

@@ -1,11 +1,11 @@
-//! Equations within a budget.
+//! Equations that count against a budget.
 
 use crate::ode::budget::Meter;
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 
-/// Equations that count what is asked of them. Once the budget is spent they are no longer evaluated and give no numbers, so that any root
-/// finder ends.
+/// Equations of which every residual counts against a budget. When the budget is spent, the residual is NaN
+/// without an evaluation, so that any root finder ends.
 pub(crate) struct Metered<'e, 'b, R: ?Sized> {
     pub(crate) equations: &'e mut R,
     pub(crate) meter: &'e Meter<'b>,

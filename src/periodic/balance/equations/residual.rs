@@ -1,4 +1,4 @@
-//! The equations of a balance, ready for any root finder.
+//! The equations of a balance, for any root finder.
 
 use crate::contact::piece::Piece;
 use crate::error::check;
@@ -26,10 +26,13 @@ use crate::periodic::balance::switching::instants::Switching;
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 
-/// R(x) = coefficients of q'' - a(u(t), q, q'), every coordinate over its scale; with rigid motions, their mean accelerations are
-/// unknowns too and the mean position along them is fixed.
+/// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
 ///
-/// It is a [`Residual`], so that root finders of one's own and path following can use it.
+/// The unknowns x are the coefficients of every coordinate over its scale; equation i is divided by the scale of
+/// coordinate i. For each rigid motion there is one more unknown, its mean acceleration, and one more equation,
+/// which prescribes the mean position along it.
+///
+/// The equations are a [`Residual`], for your own root finders and for path following.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, roots::Newton, contact::Piece};
@@ -40,7 +43,7 @@ use crate::roots::residual::Residual;
 /// let x = equations.unknowns(&start);
 /// let root = Newton::new().solve(&mut equations, &x)?;
 /// let orbit = equations.orbit(&root.x);
-/// assert!(orbit.distance(&start) < 1e-9); // contact is not lost at 100 rad/s: the linear orbit is the orbit
+/// assert!(orbit.distance(&start) < 1e-9); // no contact loss at 100 rad/s: the linearised orbit is exact
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
@@ -52,17 +55,17 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(crate) switching: Switching,
     pub(crate) integration: Box<dyn Integration<M> + 'm>,
     coefficients: Vec<f64>,
-    /// Unknowns of the last evaluation: those of `spectra` and `switching`.
+    /// Unknowns at which `spectra` and `switching` were evaluated last; empty before the first evaluation.
     evaluated: Vec<f64>,
     /// Whether the last evaluation included the slopes.
     has_slopes: bool,
 }
 
-/// Stored entries of a Jacobian at most: two gigabytes.
+/// Maximum number of stored entries of a Jacobian: 2 GB.
 const MAX_ENTRIES: usize = 1 << 28;
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
-    /// `finer`: factor on the number of samples, or on that of the panels, that the orders ask for.
+    /// `finer`: factor on the number of samples, or on the number of panels, that the orders require.
     pub(crate) fn new(
         model: &'m M,
         harmonics: &Harmonics,
@@ -77,7 +80,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
-        // A single coordinate turns freely only if nothing holds it, which the Jacobian tells.
+        // With one coordinate no rigid motion is searched: if no stiffness acts on it, the Jacobian is singular.
         let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
@@ -115,7 +118,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         self
     }
 
-    /// The unknowns of an orbit.
+    /// The unknowns of an orbit. Its mean position along rigid motions is moved to the prescribed one.
     pub fn unknowns(&self, orbit: &FourierOrbit) -> Vec<f64> {
         let on = orbit.on(&self.layout.harmonics);
         let width = self.layout.harmonics.unknowns();
@@ -129,7 +132,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
             x.push(alpha / self.layout.rigid_scale);
         }
-        // The position along a rigid motion is fixed by one mean, which is zero: the guess has to stand there.
+        // For each rigid motion the mean of one coordinate is prescribed as zero: the orbit is moved there.
         for (rigid, &fixed) in self.layout.rigid.iter().zip(&self.layout.fixed) {
             let share = x[fixed * width] * self.layout.scales[fixed] / rigid[fixed];
             for (j, r) in rigid.iter().enumerate() {
@@ -139,7 +142,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         x
     }
 
-    /// The orbit of unknowns.
+    /// The orbit with the unknowns `x`.
     pub fn orbit(&self, x: &[f64]) -> FourierOrbit {
         let n = self.layout.dof;
         let width = self.layout.harmonics.unknowns();
@@ -163,7 +166,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         self.integration.integrals(self.grid.samples())
     }
 
-    /// Brings `spectra` and `switching` to the unknowns x; with the slopes if these are asked for.
+    /// Evaluates `spectra` and `switching` at the unknowns x, the slopes only if `slopes_too`. Results of the
+    /// last evaluation at the same unknowns are kept.
     fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
         let known = self.evaluated == x;
         if known && (self.has_slopes || !slopes_too) {
@@ -198,7 +202,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
     }
 
-    /// Whether, on this orbit, some contact never touches and nothing else holds the mean: then no mean is restored.
+    /// The first contact that stays in its gap along the orbit, if also nothing else restores the mean;
+    /// otherwise `None`.
     pub(crate) fn floating_contact(&mut self, x: &[f64]) -> Option<usize> {
         if !self.layout.harmonics.has_mean() {
             return None;
@@ -212,7 +217,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
-        // Mean stiffness over a coarse grid, rigid motions bordered.
+        // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|.
         let r = self.layout.rigid.len();
         let mut mean = nalgebra::DMatrix::zeros(n + r, n + r);
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
@@ -233,22 +238,22 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 mean[(i, n + k)] = rigid[i];
             }
         }
-        // In units of the stiffest coordinate.
         let samples = self.grid.samples().div_ceil(stride) as f64;
         if mean.iter().any(|x| !x.is_finite()) {
-            return None; // the residual says where
+            return None; // the solve then reports the equation or the slope that is not finite
         }
         (mean.singular_values().min() <= 1e-9 * samples).then_some(contact)
     }
 
-    /// Notes that hold for any orbit of these equations.
+    /// Notes that apply to every orbit of these equations.
     pub(crate) fn notes(&self) -> Vec<BalanceNote> {
         if self.slopes.differenced { vec![BalanceNote::Differences] } else { Vec::new() }
     }
 }
 
 impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with contact forces truncated to the kept orders before they meet the stiffness: sampled, as Liu 2021 does.
+    /// The same equations with truncated contact forces: the value of each contact law is sampled and truncated
+    /// to the kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let drives = self.grid.model.drives();

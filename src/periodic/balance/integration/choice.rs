@@ -21,33 +21,35 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Samples;
 use crate::periodic::balance::switching::stencil::NODES;
 
-/// Maximum number of samples of all coordinates: over a gigabyte, with their transforms.
+/// Maximum number of samples of all coordinates together. With their transforms they take more than 1 GB.
 const MAX_SAMPLES: usize = 1 << 23;
 
-/// A grid of samples and the integration on it.
+/// A grid of samples and the way of integration on it.
 pub(crate) type Choice<'m, M> = (Grid<'m, M>, Box<dyn Integration<M> + 'm>);
 
-/// The requirements of a balance.
+/// Input of the choice.
 pub(crate) struct Demand<'a, 'm, M: ?Sized> {
     pub(crate) model: &'m M,
     pub(crate) harmonics: &'a Harmonics,
     pub(crate) integrals: Integrals,
     /// The orbit from which the balance starts.
     pub(crate) near: &'a FourierOrbit,
-    /// Factor on the number of samples, or on that of the panels.
+    /// Factor on the number of samples, or on the number of panels.
     pub(crate) finer: usize,
-    /// Sizes of the coordinates and of the velocities.
+    /// Size of every coordinate.
     pub(crate) size: &'a [f64],
+    /// Size of every velocity.
     pub(crate) rates: &'a [f64],
     /// Whether the model has contacts and evaluates them on fixed pieces.
     pub(crate) holds: bool,
 }
 
 impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
-    /// The grid and the integration.
+    /// Chooses the grid and the way of integration.
     ///
     /// # Errors
-    /// Too few samples, too many samples, a way of integration that is not available for the model.
+    /// Too few samples, too many samples, too many drive edges, or a way of integration that is not available
+    /// for the model.
     pub(crate) fn choose(
         &self,
         couplings: &Couplings,
@@ -67,9 +69,9 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
                 return Err(BalanceError::Samples { samples, highest: harmonics.highest() });
             }
             Integrals::Sampled { samples } => samples,
-            // Without contacts a smooth acceleration has few more orders than the motion and the drives.
+            // Without contacts the accelerations contain few orders above those of the motion and the drives.
             Integrals::Exact if contacts == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
-            // Panels follow the drives themselves: their samples serve only to locate switches.
+            // Panels evaluate the drives at their own nodes. The samples serve only to locate switches.
             _ if by_panels => samples_following(&mut drives, Signals::Edges, harmonics),
             _ => samples_following(&mut drives, Signals::All, harmonics),
         };
@@ -106,7 +108,8 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         Ok((grid, integration))
     }
 
-    /// The sets of fixed pieces on which accelerations are sampled; the laws as they are if there are none.
+    /// The fixed pieces on which the accelerations are sampled, one entry for each evaluation. A model without
+    /// fixed pieces is evaluated by deflection (`None`).
     fn pieces(&self) -> Vec<Option<Vec<Piece>>> {
         if !self.holds {
             return vec![None];

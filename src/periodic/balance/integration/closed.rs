@@ -1,11 +1,14 @@
-//! Exact switching in closed form: accelerations that are linear on every piece, with drives of few harmonics.
+//! Exact switching in closed form, for accelerations that are linear on every piece and drives of few orders.
 //!
-//! q'' = α + A q + B q' + Σ_c Σ_flank χ (α_c + A_c q + B_c q'), where χ(t) is 1 while contact c is on that flank. With switches at θ_s the
-//! coefficients of χ close in the angles,
+//! q'' = α + A q + B q' + Σ_c Σ_f χ_cf (α_cf + A_cf q + B_cf q'),   c: contacts, f: lower and upper flank.
 //!
-//! χ_m = Σ_s ± e^{-i m θ_s}/(2π i m),   + where the contact enters, - where it leaves,
+//! χ_cf(t) is 1 while contact c stands on flank f and 0 otherwise. With switches at the angles θ_s its Fourier
+//! coefficients are
 //!
-//! and everything else is a product of short series.
+//! χ_m = Σ_s ± e^{-i m θ_s}/(2π i m), m ≠ 0,   + where the contact enters the flank, - where it leaves it.
+//!
+//! χ_0 is the share of the period on the flank. α, A and B, with or without indices, are periodic and have
+//! short Fourier series. The coefficients of q'' are products of these series with χ and with the motion.
 
 use crate::contact::piece::Piece;
 use crate::model::couplings::{Couplings, Slope, is_linear_on_pieces};
@@ -24,33 +27,43 @@ use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Instants at which a model is looked at beside the samples.
+/// Number of instants between the samples at which the series are compared with the model. Also the number of
+/// samples that show which accelerations and slopes a contact changes.
 const LOOKS: usize = 5;
 
-/// How closely the series have to give it there.
+/// Largest deviation of the sum of the series from the model, as a share of the sum of all absolute values
+/// `[1]`.
 const AGREE: f64 = 1e-11;
 
-/// A model in closed form.
+/// Integration in closed form: the series of a model, and scratch.
 pub(crate) struct Closed {
+    /// α, A and B: all contacts in their gaps.
     base: Part,
-    /// Per contact: lower and upper flank.
+    /// α_cf, A_cf and B_cf of every contact, on the lower and on the upper flank.
     flanks: Vec<[Part; 2]>,
-    /// χ_m of the flank at hand.
+    /// χ_m of one contact on one flank, m = 0, 1, ...
     indicator: Vec<Complex64>,
-    /// Of its switches: angle and sign, phasors, and what turns these from order to order.
+    /// Switches of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it leaves.
     switches: Vec<(f64, f64)>,
+    /// ± e^{-i m θ_s} of these switches.
     phasors: Vec<Complex64>,
+    /// e^{-i θ_s} of these switches.
     turns: Vec<Complex64>,
+    /// Coefficients of the periodic slopes A + Σ χ A_cf and B + Σ χ B_cf.
     slopes: Vec<Vec<Complex64>>,
+    /// Coefficients of the accelerations at rest, α + Σ χ α_cf.
     accelerations: Vec<Vec<Complex64>>,
     sides: BothSides,
 }
 
-/// Samples of the drives tried at most.
+/// Maximum number of samples of the drives.
 const MAX: usize = 16_384;
 
 impl Closed {
-    /// `None` if the model is not linear on its pieces, its contacts do not add up, or its drives have too many harmonics.
+    /// Finds the series of a model.
+    ///
+    /// `None` if the accelerations are not linear on the pieces, the contributions of the contacts do not add
+    /// up, or the drives have too many orders.
     pub(crate) fn find<'m, M: Periodic + ?Sized>(
         model: &'m M,
         harmonics: &Harmonics,
@@ -77,6 +90,8 @@ impl Closed {
         None
     }
 
+    /// The series from this number of samples. `None` if the samples are too few for them, or if they do not
+    /// agree with the model between the samples.
     fn sampled<'m, M: Periodic + ?Sized>(
         model: &'m M,
         couplings: &Couplings,
@@ -94,7 +109,7 @@ impl Closed {
         let base = gap.series(None, None)?;
         let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut look)).collect();
         let mut flanks: Vec<Option<[Part; 2]>> = (0..contacts).map(|_| None).collect();
-        // Contacts that reach nothing in common are looked at together.
+        // Contacts that change no acceleration and no slope in common are evaluated together.
         while let Some(first) = flanks.iter().position(Option::is_none) {
             let mut group: Vec<usize> = Vec::new();
             let mut taken = vec![false; reaches[first].len()];
@@ -129,14 +144,14 @@ impl Closed {
             accelerations: Vec::new(),
             sides: BothSides::new(model.dof(), contacts),
         };
-        // Orders that the samples fold onto lower ones show between the samples.
+        // Aliased orders show as deviations between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper]
             .into_iter()
             .all(|piece| closed.agrees(&mut look, piece))
             .then_some(closed)
     }
 
-    /// Whether the series give what the model gives between samples, all contacts on one piece.
+    /// Whether the series agree with the model between the samples, with all contacts on one piece.
     fn agrees<M: Periodic + ?Sized>(&self, look: &mut Look<'_, '_, M>, piece: Piece) -> bool {
         let parts = || {
             let flank = |on: &'_ [Part; 2]| match piece {
@@ -162,6 +177,7 @@ impl Closed {
         })
     }
 
+    /// Length of the longest series.
     fn longest(&self) -> usize {
         let parts = std::iter::once(&self.base).chain(self.flanks.iter().flatten());
         parts.flat_map(|p| p.force.iter().chain(&p.slopes)).map(Vec::len).max().unwrap_or(0)
@@ -175,7 +191,8 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     fn check(&self) -> Check {
         Check::Unnecessary
     }
-    /// The accelerations are products of the slopes and the motion: both are found here.
+    /// Also writes the coefficients of the periodic slopes, because the accelerations are products of these
+    /// slopes and the motion.
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
         let Motion { grid, switching, couplings, coefficients } = motion;
         let harmonics = grid.harmonics();
@@ -225,7 +242,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
                 write(&mut force[harmonics.place(i)..], order, *value);
             }
         }
-        // What is linear in the motion: the same products that fill the Jacobian.
+        // Adds the terms that are linear in the motion, by the same products as in the Jacobian.
         for c in &couplings.list {
             let part = &coefficients[c.j * width..(c.j + 1) * width];
             let force = &mut out.accelerations[c.i];
@@ -256,7 +273,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     }
 }
 
-/// χ_m of a contact on a flank; `false` if it is never there.
+/// Computes χ_m of a contact on a flank. `false` if the contact never stands on this flank.
 fn indicate(
     switching: &Switching,
     contact: usize,
@@ -277,7 +294,7 @@ fn indicate(
     }
     let share: f64 = switches.iter().map(|(angle, sign)| -sign * angle).sum();
     chi[0] = (share / TAU + f64::from(u8::from(there_at_first))).into();
-    // All switches side by side, order by order.
+    // For each order, the phasors of all switches are turned at once: they do not depend on each other.
     phasors.clear();
     phasors.extend(switches.iter().map(|&(_, sign)| Complex64::new(sign, 0.0)));
     turns.clear();
@@ -293,7 +310,7 @@ fn indicate(
     true
 }
 
-/// χ at any order, of either sign.
+/// χ_m at orders m of either sign; χ_{-m} is the conjugate of χ_m.
 struct Indicator<'a>(&'a [Complex64]);
 
 impl Indicator<'_> {
@@ -303,7 +320,8 @@ impl Indicator<'_> {
         if m < 0 { value.conj() } else { value }
     }
 
-    /// Order k of χ times a series.
+    /// Coefficient of order k of the product of χ and a series. Order l of the series is order l p of the
+    /// orbit, with the number p of `periods`.
     #[inline]
     fn times(&self, series: &[Complex64], periods: usize, k: usize) -> Complex64 {
         let k = k as isize;

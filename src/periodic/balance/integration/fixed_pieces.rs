@@ -1,4 +1,4 @@
-//! Uniform samples of the contact laws on fixed pieces: the linearised model.
+//! Uniform samples of the accelerations on fixed pieces, for linearised orbits and their Jacobian.
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
@@ -7,6 +7,7 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 
+/// Integration on uniform samples, with every contact on a fixed piece.
 pub(crate) struct OnFixedPieces {
     pub(crate) samples: Samples,
     /// The piece of every contact.

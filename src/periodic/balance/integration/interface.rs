@@ -13,7 +13,7 @@ use crate::roots::matrix::Matrix;
 pub(crate) struct Motion<'a, 'm, M: ?Sized> {
     /// Drives, coordinates and velocities at uniform samples.
     pub(crate) grid: &'a mut Grid<'m, M>,
-    /// Switches of the motion, located if the integration asks for them.
+    /// Switches of the motion. They are located only if [`Integration::follows_switches`] is `true`.
     pub(crate) switching: &'a Switching,
     /// Pattern of the Jacobian of the accelerations.
     pub(crate) couplings: &'a Couplings,
@@ -21,21 +21,25 @@ pub(crate) struct Motion<'a, 'm, M: ?Sized> {
     pub(crate) coefficients: &'a [f64],
 }
 
-/// How a balance finds out whether the integrals are fine enough.
+/// Check whether the integrals are fine enough.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Check {
-    /// The integrals are exact, or other notes cover them.
+    /// No check: the integrals are exact, or another note reports their error.
     Unnecessary,
-    /// By the accelerations between the samples, then by twice as many samples.
+    /// Compares the accelerations between the samples with their interpolation. If they differ, compares the
+    /// integrals with those of twice as many samples.
     BetweenSamples,
-    /// By integrals twice as fine.
+    /// Compares the integrals with integrals twice as fine.
     Finer,
 }
 
-/// A way of integrating: gives the Fourier coefficients of the accelerations along a motion,
-/// a_k = (2/T) ∫ a(u(t), q(t), q'(t)) e^{-ikωt} dt, and those of their slopes.
+/// A way of integration: computes the Fourier coefficients of the accelerations along a motion, and those of
+/// their slopes.
+///
+/// c_k - i s_k = (2/(pT)) ∫ a(u(t), q(t), q'(t)) e^{-ikωt} dt over the period pT of the orbit. The mean c_0 is
+/// half of this.
 pub(crate) trait Integration<M: ?Sized> {
-    /// The public name of this way, on a grid of so many samples.
+    /// The public name of this way of integration, on a grid of `samples` samples.
     fn integrals(&self, samples: usize) -> Integrals;
 
     /// Whether switches must be located before each evaluation. Default: yes.
@@ -43,10 +47,11 @@ pub(crate) trait Integration<M: ?Sized> {
         true
     }
 
-    /// How the resolution is checked.
+    /// The check of the resolution.
     fn check(&self) -> Check;
 
-    /// The accelerations at the uniform samples (coordinate x sample), if nothing but these is integrated.
+    /// The accelerations at the uniform samples (coordinate x sample), if the integrals are sums over these
+    /// alone. Default: `None`.
     fn plain_samples(&self) -> Option<&[Vec<f64>]> {
         None
     }
@@ -54,10 +59,10 @@ pub(crate) trait Integration<M: ?Sized> {
     /// Writes the coefficients of the accelerations.
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra);
 
-    /// Writes the coefficients of the periodic slopes and the jumps at switches. `accelerations` was called for
-    /// the same motion before.
+    /// Writes the coefficients of the periodic slopes, and the jumps at switches. The caller has called
+    /// `accelerations` for the same motion before.
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra);
 
-    /// Adds to the Jacobian what the products of slopes do not contain. Default: nothing.
+    /// Adds to the Jacobian the terms that do not follow from the periodic slopes. Default: none.
     fn add_jacobian(&self, _layout: &Layout, _out: &mut Matrix) {}
 }

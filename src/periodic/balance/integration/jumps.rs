@@ -1,4 +1,4 @@
-//! Jumps of the accelerations at switches, for damping that acts only in contact.
+//! Jumps of the accelerations at switches, for example of damping that acts only in contact.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -38,7 +38,8 @@ impl BothSides {
         }
     }
 
-    /// Sets the pieces before and after a switch. Other contacts stand on their piece at the sample before it.
+    /// Sets the pieces before and after a switch. Every other contact stands on its piece at the sample before
+    /// the switch.
     pub(crate) fn stand_on(&mut self, event: &Event, switching: &Switching) {
         for side in &mut self.pieces {
             for (c, piece) in side.iter_mut().enumerate() {
@@ -49,8 +50,8 @@ impl BothSides {
         self.pieces[1][event.contact] = event.to;
     }
 
-    /// Writes the jumps of the accelerations at all switches. A jump below 1e-9 of the largest acceleration is
-    /// rounding.
+    /// Writes the jumps of the accelerations at all switches. A jump of at most 1e-9 of the largest
+    /// acceleration counts as rounding and is left out.
     pub(crate) fn jumps<M: Periodic + ?Sized>(
         &mut self,
         grid: &Grid<'_, M>,
@@ -83,7 +84,7 @@ impl BothSides {
             if (0..n).all(|i| change(&self.a, i).abs() <= 1e-9 * largest_a) {
                 continue;
             }
-            // Deflections are linear in the coordinates: a difference of any width is exact.
+            // Deflections are linear in the coordinates, so that a difference of any width is exact.
             let here = self.deflection(grid.model, event.contact);
             let mut row = vec![0.0; n];
             for (j, slope) in row.iter_mut().enumerate() {

@@ -1,9 +1,10 @@
 //! Exact switching on uniform samples: the rectangle rule with a correction around every kink.
 //!
-//! Across a switch at t_s an acceleration is f + Δ H(t - t_s), H the unit step. Δ is smooth, since both pieces
-//! continue past their edge. The error of the sum over the samples is a functional of Δ e^{-ikωt} near t_s.
-//! Weights on sixteen samples around the switch give this functional to rounding for every order at once.
-//! The samples are corrected first; one transform then gives all orders.
+//! Near a switch at t_s an acceleration is f + Δ H(t - t_s), with the unit step H. Δ is smooth, because both
+//! pieces continue smoothly past their edge. The error of the sum over the samples is a functional of
+//! Δ e^{-ikωt} near t_s. The weights of the Euler-Maclaurin formula on sixteen samples around the switch
+//! ([`Stencil::weights`]) give this functional to rounding for every order at once. The samples are corrected
+//! first; one transform then gives all orders.
 
 use crate::model::equations::Periodic;
 use crate::model::slopes::{Slopes, accelerate};
@@ -13,6 +14,7 @@ use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::stencil::{NODES, Stencil};
 
+/// Integration on uniform samples that are corrected around every switch.
 pub(crate) struct Kinks {
     samples: Samples,
     sides: BothSides,
@@ -25,6 +27,7 @@ impl Kinks {
         Kinks { samples, sides, stencil: Stencil::get() }
     }
 
+    /// Adds w_i Δ_i to the sixteen samples around every switch.
     fn correct_accelerations<M: Periodic + ?Sized>(&mut self, motion: &Motion<'_, '_, M>) {
         let (grid, switching, stencil) = (&*motion.grid, motion.switching, self.stencil);
         for event in switching.events() {
@@ -52,6 +55,7 @@ impl Kinks {
         }
     }
 
+    /// Adds the same correction to the samples of the periodic slopes.
     fn correct_slopes<M: Periodic + ?Sized>(
         &mut self,
         motion: &Motion<'_, '_, M>,

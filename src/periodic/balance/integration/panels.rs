@@ -15,11 +15,11 @@ use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Panels between the drive edges, and scratch.
+/// Integration by panels: their ends and their number, and scratch.
 pub(crate) struct Panels {
     /// Drive edges inside the span, and ends of the panels of pulses.
     edges: Vec<f64>,
-    /// The order that the panels resolve.
+    /// The order that the panels resolve. It determines their width.
     order: usize,
     breaks: Vec<f64>,
     q: Vec<f64>,
@@ -33,8 +33,8 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// Panels as narrow as the kept orders and the drives require, divided by `finer`. `pulses`: further ends of
-    /// panels.
+    /// Panels as narrow as the kept orders and the drives require, divided by `finer`. `pulses`: further ends
+    /// of panels.
     pub(crate) fn new<M: Periodic + ?Sized>(
         grid: &Grid<'_, M>,
         varying: usize,
@@ -63,7 +63,7 @@ impl Panels {
         }
     }
 
-    /// Integrates the accelerations, and the slopes if these are given.
+    /// Integrates the accelerations, and the periodic slopes if `slopes` is given.
     fn integrate<M: Periodic + ?Sized>(
         &mut self,
         motion: &Motion<'_, '_, M>,
@@ -110,7 +110,7 @@ impl Panels {
         }
     }
 
-    /// Coordinates and velocities at the instant of the phasors.
+    /// Computes coordinates and velocities at the instant of the phasors.
     fn move_to<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, coefficients: &[f64]) {
         let harmonics = grid.harmonics();
         for (j, part) in coefficients.chunks_exact(harmonics.unknowns()).enumerate() {

@@ -1,6 +1,7 @@
-//! Uniform samples of the contact laws as they are: the alternating frequency-time scheme.
+//! Uniform samples of the accelerations, evaluated by deflection: the alternating frequency-time scheme.
 //!
-//! a_k ≈ (2/M) Σ_s a(u(t_s), q(t_s), q'(t_s)) e^{-ikωt_s},   t_s = s pT/M.
+//! c_k - i s_k ≈ (2/M) Σ_n a(u(t_n), q(t_n), q'(t_n)) e^{-ikωt_n},   t_n = n pT/M. The mean c_0 is half of
+//! this.
 
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
@@ -8,13 +9,15 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 
+/// Integration on uniform samples.
 pub(crate) struct Sampled {
     samples: Samples,
     check: Check,
 }
 
 impl Sampled {
-    /// `contacts`: number of contacts. Samples of a contact law alias; a note of its own reports that.
+    /// `contacts`: number of contacts. Samples of a contact law cause aliasing. The note `Aliased` reports it,
+    /// so that no check of the resolution is needed.
     pub(crate) fn new(samples: Samples, contacts: usize) -> Self {
         Sampled { samples, check: if contacts > 0 { Check::Unnecessary } else { Check::BetweenSamples } }
     }

@@ -1,4 +1,5 @@
-//! The contact force truncated to the kept orders before it meets the stiffness, as Liu 2021 does.
+//! Uniform samples with truncated contact forces: the value of each contact law is truncated to the kept orders
+//! before it is multiplied by the stiffness.   Source: Liu 2021.
 
 use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::nonlinearity::Nonlinearity;
@@ -21,33 +22,36 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
 
-/// Directions that one evaluation gives: coordinates, velocities and forces.
+/// Number of directions that one evaluation with dual numbers differentiates along. The directions are the
+/// coordinates, the velocities and the truncated values.
 const DIRECTIONS: usize = 4;
 
 type Number = Dual<DIRECTIONS>;
 
-/// f_c, and what depends on what, of every contact.
+/// Integration with the truncated values f_c of the contact laws, and the derivatives for the Jacobian.
 pub(crate) struct Truncated {
     accelerations: Samples,
-    /// Truncated forces per contact x M.
+    /// f_c at all samples: contact x sample.
     forces: Vec<Vec<f64>>,
-    /// ∂a_i/∂q_j and ∂a_i/∂v_j at given forces: i, j, half.
+    /// ∂a_i/∂q_j and ∂a_i/∂v_j at constant f_c. Sequence of the indices: i, then q or v, then j.
     direct: Vec<Table>,
-    /// ∂a_i/∂f_c.
+    /// ∂a_i/∂f_c. Sequence of the indices: i, then c.
     levers: Vec<Table>,
-    /// ∂f_c/∂q_j and ∂f_c/∂v_j: c, j, half.
+    /// Derivatives of the contact law c before truncation, with respect to q_j and v_j. Sequence of the indices:
+    /// c, then q or v, then j.
     slopes: Vec<Table>,
     contacts: usize,
     dof: usize,
     /// One list of samples for each table, in the order direct, levers, slopes.
     samples: Vec<Vec<f64>>,
     buffer: Vec<Complex64>,
-    /// Coefficients of one force.
+    /// Coefficients of one f_c.
     part: Vec<f64>,
-    /// q, v, a and given forces.
+    /// q, v, a and f_c at one sample.
     values: Vec<f64>,
+    /// Values of the contact laws in the last evaluation, before truncation.
     seen: Vec<Cell<f64>>,
-    /// Drives, q, v, given forces and a.
+    /// Drives, q, v, f_c and a at one sample.
     duals: Vec<Number>,
     seen_duals: Vec<Cell<Number>>,
 }
@@ -80,7 +84,7 @@ impl Truncated {
         }
     }
 
-    /// To the kept orders and back.
+    /// Truncates every f_c: computes its coefficients at the kept orders, then its samples from these.
     fn truncate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
         for force in &mut self.forces {
             self.buffer.iter_mut().zip(&*force).for_each(|(z, f)| *z = (*f).into());
@@ -95,6 +99,7 @@ impl Truncated {
         }
     }
 
+    /// Computes the tables from the samples of the derivatives, two lists in one transform.
     fn transform<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
         let mut tables = self.direct.iter_mut().chain(&mut self.levers).chain(&mut self.slopes);
         for pair in self.samples.chunks(2) {
@@ -206,7 +211,8 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
                     for (index, &order) in harmonics.orders().iter().enumerate() {
                         let (at, rate) = (harmonics.place(index), order as f64 * layout.omega);
                         for parity in 0..if order == 0 { 1 } else { 2 } {
-                            // Of a velocity: c cos turns to -kω c sin, s sin to +kω s cos.
+                            // The velocity of c cos kωt is -kω c sin kωt; the velocity of s sin kωt is
+                            // kω s cos kωt.
                             let (column, share) = match (half, parity) {
                                 (0, _) => (at + parity, 1.0),
                                 _ if order == 0 => continue,
@@ -227,7 +233,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     }
 }
 
-/// What a periodic factor does to kept harmonics.
+/// Matrix of the product with a periodic factor, for coefficients at the kept orders.
 fn operator(table: &Table, harmonics: &Harmonics) -> DMatrix<f64> {
     let width = harmonics.unknowns();
     let mut matrix = DMatrix::zeros(width, width);
@@ -240,7 +246,7 @@ fn operator(table: &Table, harmonics: &Harmonics) -> DMatrix<f64> {
     matrix
 }
 
-/// The laws as they are, their forces written down.
+/// Evaluation by deflection that records the value of every law.
 struct Recorded<'a, S>(&'a [Cell<S>]);
 
 impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
@@ -254,7 +260,7 @@ impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
     }
 }
 
-/// Truncated as given, those of the laws written down.
+/// Evaluation that uses the truncated values and records the values of the laws by deflection.
 struct Given<'a, S> {
     forces: &'a [S],
     seen: &'a [Cell<S>],
@@ -270,7 +276,7 @@ impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
     }
 }
 
-/// q, v, a and what comes after.
+/// Splits into q, v, a and the rest.
 #[inline(always)]
 fn split(values: &mut [f64], n: usize) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64]) {
     let (q, rest) = values.split_at_mut(n);

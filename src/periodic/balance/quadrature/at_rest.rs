@@ -1,4 +1,5 @@
-//! A model at rest with contacts fixed: the short series that closed integrals are made of.
+//! Accelerations and slopes of a model at rest on fixed pieces: the short series of the integration in closed
+//! form. At rest: all coordinates and velocities are 0.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
@@ -9,22 +10,24 @@ use crate::periodic::balance::series::transform::{Transform, unpack};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Coefficients of a real periodic function, k = 0, 1, ... in the model's period.
+/// Fourier coefficients of a real periodic function, k = 0, 1, ..., over the period of the model.
 pub(crate) type Series = Vec<Complex64>;
 
-/// What one piece adds: forces at rest per coordinate, and periodic slopes by number. Empty series are zero.
+/// Contribution of one piece: the acceleration at rest of every coordinate, and the periodic slopes in the
+/// sequence of [`Couplings::varying`]. An empty series is zero.
 pub(crate) struct Part {
     pub(crate) force: Vec<Series>,
     pub(crate) slopes: Vec<Series>,
 }
 
-/// Coefficients below this share of the largest are rounding.
+/// Coefficients up to this share of the largest count as rounding `[1]`.
 const ROUNDING: f64 = 4e-16;
 
-/// The highest quarter of the samples' orders must fall below this share.
+/// Maximum of the coefficients in the highest quarter of the orders, as a share of the largest `[1]`. If they
+/// exceed it, the samples are too few.
 const SETTLED: f64 = 1e-13;
 
-/// Looks at a model at rest, with contacts fixed.
+/// Sampler of a model at rest, with contacts on fixed pieces.
 pub(crate) struct Look<'a, 'm, M: ?Sized> {
     model: &'m M,
     couplings: &'a Couplings,
@@ -52,7 +55,7 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
         Look { model, couplings, slopes, drives }
     }
 
-    /// At one instant, given as a share of the period, all contacts on one piece.
+    /// Evaluates the model at one instant, a share of the period, with all contacts on one piece.
     pub(crate) fn between(&mut self, piece: Piece, share: f64) -> Seen {
         let mut u = vec![0.0; self.model.drives()];
         self.model.drive(self.model.period() * share, Side::After, &mut u);
@@ -62,7 +65,7 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
         seen
     }
 
-    /// The first samples.
+    /// Evaluates the model at the first `samples` samples.
     pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> Seen {
         let n = self.model.dof();
         let (rest, mut a) = (vec![0.0; n], vec![0.0; n]);
@@ -84,13 +87,16 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
 }
 
 impl Seen {
-    /// What differs from another look at any of these samples: forces, then slopes.
+    /// Whether each acceleration, then each slope, differs from the one of `other` at any of these samples.
     pub(crate) fn touched(&self, other: &Seen) -> Vec<bool> {
         let both = self.force.iter().chain(&self.slopes).zip(other.force.iter().chain(&other.slopes));
         both.map(|(x, y)| x.iter().zip(y).any(|(x, y)| x != y)).collect()
     }
 
-    /// The series of what is more than in another look, of the parts that are asked for; `None` if they are too long for the samples.
+    /// The series of the differences from `less`, or of the values themselves without `less`.
+    ///
+    /// `only` selects accelerations, then slopes; the series of the others are empty. `None` if a series is too
+    /// long for the samples.
     pub(crate) fn series(&self, less: Option<&Seen>, only: Option<&[bool]>) -> Option<Part> {
         let wanted = |k: usize| only.is_none_or(|only| only[k]);
         let samples = self.force.first().or(self.slopes.first()).map_or(0, Vec::len);
@@ -113,7 +119,8 @@ impl Seen {
     }
 }
 
-/// The coefficients of samples, trailing zeros left out; `None` if they do not end.
+/// The coefficients of samples, without trailing zeros; `None` if the highest quarter of the orders has not
+/// decayed.
 pub(crate) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Option<Series> {
     let samples = buffer.len();
     transform.analyse(buffer);
@@ -128,7 +135,7 @@ pub(crate) fn series(transform: &mut Transform, buffer: &mut [Complex64]) -> Opt
     Some(series)
 }
 
-/// A series at a share of the period.
+/// Value of a series at a share of the period.
 pub(crate) fn value_at(series: &[Complex64], share: f64) -> f64 {
     let term = |(k, c): (usize, &Complex64)| {
         let (sin, cos) = libm::sincos(TAU * (k as f64 * share).fract());

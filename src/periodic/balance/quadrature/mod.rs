@@ -1,4 +1,4 @@
-//! Gauss panels, and how finely a model must be sampled.
+//! Gauss quadrature on panels, and the number of samples and panels that a model requires.
 
 pub(crate) mod at_rest;
 pub(crate) mod panels;

@@ -1,11 +1,12 @@
-//! Gauss quadrature between the jumps of the drives.
+//! Gauss quadrature between drive edges.
 
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
 use crate::numeric::gauss::ten;
 use std::f64::consts::TAU;
 
-/// The panels between the breaks, as middles and half widths. Half a panel turns twice `order`, as the Jacobian holds it, by 3 rad.
+/// The panels between the breaks, as (middle, half width). Orders of up to twice `order` appear in the Jacobian:
+/// in half a panel they turn by at most 3 rad.
 pub(crate) fn panels(breaks: &[f64], span: f64, order: usize) -> impl Iterator<Item = (f64, f64)> {
     breaks.windows(2).flat_map(move |stretch| {
         let (start, length) = (stretch[0], stretch[1] - stretch[0]);
@@ -15,7 +16,8 @@ pub(crate) fn panels(breaks: &[f64], span: f64, order: usize) -> impl Iterator<I
     })
 }
 
-/// Ten Gauss points on every panel between the breaks, with their weights as shares of the span.
+/// (1/span) ∫ f dt ≈ Σ_i w_i f(t_i): calls `at(t_i, w_i)` at ten Gauss points of every panel between the
+/// breaks.
 pub(crate) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl FnMut(f64, f64)) {
     for (middle, half) in panels(breaks, span, order) {
         for (node, weight) in ten() {
@@ -24,10 +26,11 @@ pub(crate) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl F
     }
 }
 
-/// Jumps of the drives in one span that a balance takes.
+/// Maximum number of drive edges in one span of a balance.
 pub(crate) const MAX_EDGES: usize = 100_000;
 
-/// Instants of a span at which a drive jumps, one more than are taken at most; one at its beginning is met again at its end.
+/// Drive edges in (0, span], at most `MAX_EDGES` + 1. An edge at time 0 appears at the end of the span, since the
+/// drives repeat.
 pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
     let mut edges = Vec::new();
     let mut t = 0.0;
@@ -41,11 +44,11 @@ pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64
     edges
 }
 
-/// Whether a drive jumps in a span at all; more jumps than are taken are refused.
+/// Whether a span contains drive edges. More than `MAX_EDGES` are an error.
 pub(crate) fn any_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Result<bool, ParameterError> {
     let edges = drive_edges(model, span).len();
     if edges > MAX_EDGES {
-        let (name, allowed) = ("number of jumps of the drives in the span of an orbit".into(), "0 to 100000");
+        let (name, allowed) = ("number of drive edges in the span of an orbit".into(), "[0, 100000]");
         return Err(ParameterError::OutOfRange { name, value: edges as f64, allowed });
     }
     Ok(edges > 0)

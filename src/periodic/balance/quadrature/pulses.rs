@@ -10,25 +10,28 @@ use crate::periodic::balance::quadrature::panels::{drive_edges, panels};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::harmonics::Harmonics;
 
-/// Instants of a period that are looked at: what is wider than 1/130 000 of it is met.
+/// Number of instants of a period at which the drives are searched. Every pulse wider than 1/130 000 of the
+/// period contains one of them.
 const LOOKS: usize = 1 << 17;
 
-/// What departs from the interpolation of the panels by more than this share of the largest value at their nodes is a pulse: with a width of
-/// 1e-5 less of it weighs less than 1e-8.
+/// Smallest departure of a pulse from the interpolation on the panels, as a share of the largest value at their
+/// nodes `[1]`. A smaller departure over 1e-5 of the period changes the integrals by less than 1e-8.
 const DEPARTS: f64 = 1e-3;
 
-/// Halves that change the integrals by less than this share need no further halving.
+/// Halving ends when it changes the integrals by at most this share `[1]`.
 const AGREE: f64 = 1e-12;
 
-/// Halvings of a pulse: down to the rounding of time.
+/// Maximum number of halvings of a pulse. Its parts then reach the rounding of time.
 const DEEPEST: usize = 40;
 
-/// Ends of panels that one pulse may have, and all of them together.
+/// Maximum number of ends of panels of one pulse.
 const MAX: usize = 1 << 12;
 
+/// Maximum number of ends of panels of all pulses together.
 const MAX_OF_ALL: usize = 1 << 16;
 
-/// Ends of panels within one span that resolve what panels of the kept orders and of the drives pass over.
+/// Ends of additional panels within one span. They resolve pulses of the drives that lie between the nodes of
+/// the panels for the kept orders and the orders of the drives.
 pub(crate) fn pulses<M: Periodic + ?Sized>(
     model: &M,
     near: &FourierOrbit,
@@ -48,17 +51,19 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     (0..harmonics.periods()).flat_map(|k| within.iter().map(move |end| k as f64 * period + end)).collect()
 }
 
+/// Search for pulses in one period.
 struct Looks<'m, M: ?Sized> {
     drives: DriveSampler<'m, M>,
     period: f64,
 }
 
 impl<M: Periodic + ?Sized> Looks<'_, M> {
+    /// Ends of the additional panels within one period.
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
         let signals = self.drives.signals();
         let (basis, nodes) = (lagrange(), ten());
-        // The polynomial of every signal on every panel, as the coefficients of x^m.
+        // Interpolating polynomial of every signal on every panel: coefficients of x^m, x in [-1, 1].
         let (mut foreseen, mut largest) =
             (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
         let mut now = vec![0.0; signals];
@@ -73,7 +78,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         }
         let apart = self.period / LOOKS as f64;
         let mut ends = Vec::new();
-        // The last pulse as it grows.
+        // Start and end of the last pulse. Departures at neighbouring instants extend it.
         let mut pulse: Option<(f64, f64)> = None;
         let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
             if let Some((start, end)) = pulse {
@@ -111,7 +116,8 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         ends
     }
 
-    /// Halves a stretch until its integrals settle.
+    /// Halves an interval, and its halves again, until the integrals no longer change or a limit is reached. At
+    /// least three times.
     fn halve(
         &mut self,
         (start, end): (f64, f64),
@@ -138,7 +144,7 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         self.halve((middle, end), largest, depth + 1, most, ends);
     }
 
-    /// ∫ f and ∫ |f| of every signal by one panel.
+    /// ∫ f dt and ∫ |f| dt of every signal by one panel of ten Gauss points.
     fn integrals(&mut self, start: f64, end: f64) -> [Vec<f64>; 2] {
         let signals = self.drives.signals();
         let (mut sums, mut now) = ([vec![0.0; signals], vec![0.0; signals]], vec![0.0; signals]);

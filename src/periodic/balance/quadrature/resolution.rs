@@ -1,4 +1,5 @@
-//! How finely a model has to be sampled: the highest orders that its drives hold, as accelerations and tooth edges show them.
+//! Number of samples and width of panels that a model requires. They follow from the highest orders of the
+//! accelerations and of the distances from the tooth edges at a fixed state, which are those of the drives.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -14,44 +15,49 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for};
 
-/// Orders of the model's own frequency.
+/// Orders of the drives of a model, as multiples of 1/period.
 pub(crate) struct Orders {
-    /// The highest that is more than rounding.
+    /// Highest order k with |c_k| above rounding.
     pub(crate) highest: usize,
-    /// The highest for polynomials of degree 15, whose error grows like k^16: weak orders weigh less, k (c_k/c)^(1/16).
+    /// max_k k (|c_k|/|c|)^(1/16), |c| the largest coefficient: the order that polynomials of degree 15 must
+    /// resolve. Their error grows like k^16, so that weak orders weigh less.
     pub(crate) weighed: usize,
 }
 
-/// What is looked at.
+/// Signals whose orders are determined.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Signals {
-    /// How far contacts are from their edges.
+    /// Distances of the contacts from their edges.
     Edges,
-    /// That, and accelerations.
+    /// Distances of the contacts from their edges, and accelerations.
     All,
 }
 
-/// Samples of a period tried at most.
+/// Maximum number of samples of a period.
 const MAX: usize = 16_384;
 
-/// Instants looked at between the samples.
+/// Number of instants between the samples at which the series are compared with the model.
 const LOOKS: usize = 4;
 
-/// How closely the series have to give the model there.
+/// Largest deviation of the series from the model at these instants, as a share of the sum of all |c_k| `[1]`.
+/// Also the largest change of the integrals by panels of half the width, as a share of the integral of the
+/// absolute value `[1]`.
 const AGREE: f64 = 1e-11;
 
-/// Shares of the largest coefficient that count.
+/// Coefficients up to this share of the largest count as rounding `[1]`.
 const COUNTS: f64 = 1e-13;
 
-/// Multiples of the state at which panels are tried.
+/// Factors on the coordinates at which the panels are tested.
 const STATES: [f64; 3] = [1.0, -4.0, 4.0];
 
-/// A model at one state, seen through its drives.
+/// Sampler of a model at one fixed state, so that only the drives vary.
 pub(crate) struct DriveSampler<'m, M: ?Sized> {
     model: &'m M,
-    /// How contacts stand when accelerations are asked for.
+    /// Fixed pieces on which the accelerations are evaluated, one entry for each evaluation; `None`: evaluation
+    /// by deflection.
     ways: Vec<Option<Vec<Piece>>>,
     q: Vec<f64>,
+    /// The coordinates times a factor of `STATES`.
     far: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
@@ -60,7 +66,8 @@ pub(crate) struct DriveSampler<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
-    /// At a state of the size of coordinates and velocities.
+    /// A sampler at a state within the given sizes of coordinates and velocities. `ways`: fixed pieces for the
+    /// accelerations, or `None` for evaluation by deflection.
     pub(crate) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
         let part = |half: usize| {
             size[half].iter().enumerate().map(|(j, s)| s * (2.0 * weyl(0, 1 + 2 * j + half) - 1.0)).collect()
@@ -77,12 +84,14 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         }
     }
 
-    /// Numbers that one look gives: the distances to both edges of every contact, then the accelerations of every way.
+    /// Number of signals: the distances of every contact from its two edges, then the accelerations for every
+    /// entry of `ways`.
     pub(crate) fn signals(&self) -> usize {
         2 * self.contacts.len() + self.ways.len() * self.a.len()
     }
 
-    /// How far contacts are from their edges, then accelerations as far as `out` reaches, at an instant whose drives may be known.
+    /// Writes the signals at time t to `out`: the distances of the contacts from their edges, then as many
+    /// accelerations as `out` has entries for. `drives`: the drives at t, if they are known.
     pub(crate) fn read(&mut self, t: f64, drives: Option<&[f64]>, out: &mut [f64]) {
         let u = match drives {
             Some(u) => u,
@@ -105,8 +114,8 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         }
     }
 
-    /// The highest orders, found by sampling with growing powers of two until the spectra end; `None` if they do not. `known`: a grid whose
-    /// drives may be taken.
+    /// The orders of the signals. The number of samples is doubled until the spectra have decayed; `None` if
+    /// they have not decayed with `MAX` samples. `known`: a grid whose drives may be used.
     pub(crate) fn orders(&mut self, of: Signals, known: Option<&Grid<'_, M>>) -> Option<Orders> {
         let mut samples = 64;
         loop {
@@ -122,6 +131,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         }
     }
 
+    /// The orders from this number of samples; `None` if the samples are too few.
     fn settled(&mut self, of: Signals, samples: usize, known: Option<&Grid<'_, M>>) -> Option<Orders> {
         let accelerations = if of == Signals::Edges { 0 } else { self.ways.len() * self.a.len() };
         let (period, mut now) = (self.model.period(), vec![0.0; 2 * self.contacts.len() + accelerations]);
@@ -145,7 +155,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
                 weighed = weighed.max(k as f64 * (c.norm() / largest).sqrt().sqrt().sqrt().sqrt());
             }
         }
-        // Orders that the samples fold onto lower ones show between the samples.
+        // Aliased orders show as deviations between the samples.
         for look in 0..LOOKS {
             let share = weyl(look, 0);
             self.read(period * share, None, &mut now);
@@ -161,8 +171,11 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         Some(Orders { highest, weighed: weighed.ceil() as usize })
     }
 
-    /// The order whose panels integrate accelerations to rounding between jumps of the drives, `least` or more; `least` itself if none does.
-    /// States well past the tooth edges show what a model that hides its pieces does on its flanks.
+    /// The order whose panels integrate the accelerations to `AGREE` between drive edges: the first of `least`,
+    /// 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
+    ///
+    /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces is
+    /// thus also evaluated on its flanks.
     pub(crate) fn panel_order(&mut self, breaks: &[f64], span: f64, least: usize) -> usize {
         let n = self.a.len();
         let mut integrals = |order: usize| {
@@ -200,7 +213,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 }
 
-/// Samples for located switches: fine enough for the kept orders and for those of the drives.
+/// Number of samples for located switches: it resolves the kept orders and the orders of the drives.
 pub(crate) fn samples_following<M: Periodic + ?Sized>(
     drives: &mut DriveSampler<'_, M>,
     of: Signals,
@@ -210,7 +223,7 @@ pub(crate) fn samples_following<M: Periodic + ?Sized>(
     samples_for(harmonics.highest().max(of_drives))
 }
 
-/// Samples that show where an orbit meets the tooth edges.
+/// Number of samples that resolves the switches of an orbit.
 pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();

@@ -1,0 +1,80 @@
+//! The stored form of the orbit of a balance.
+
+use crate::error::check;
+use crate::periodic::balance::note::BalanceNote;
+use crate::periodic::balance::orbit::FourierOrbit;
+use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::stored::number::Number;
+use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Serialize, Serializer};
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Harmonics")]
+struct StoredHarmonics {
+    orders: Vec<usize>,
+    /// Number of periods of the model in one base period.
+    periods: usize,
+}
+
+impl Serialize for Harmonics {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        StoredHarmonics { orders: self.orders().to_vec(), periods: self.periods() }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Harmonics {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let StoredHarmonics { orders, periods } = StoredHarmonics::deserialize(deserializer)?;
+        Harmonics::list(&orders).and_then(|h| h.over_periods(periods)).map_err(D::Error::custom)
+    }
+}
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "FourierOrbit")]
+struct StoredOrbit {
+    harmonics: Harmonics,
+    span: f64,
+    /// One list for each coordinate.
+    coefficients: Vec<Vec<f64>>,
+    mean_acceleration: Vec<f64>,
+    notes: Vec<BalanceNote>,
+    iterations: usize,
+    evaluations: usize,
+    residual: Number,
+}
+
+impl Serialize for FourierOrbit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let stored = StoredOrbit {
+            harmonics: self.harmonics().clone(),
+            span: self.span(),
+            coefficients: (0..self.dof()).map(|j| self.coefficients(j).to_vec()).collect(),
+            mean_acceleration: self.mean_acceleration.clone(),
+            notes: self.notes.clone(),
+            iterations: self.iterations,
+            evaluations: self.evaluations,
+            residual: Number(self.residual),
+        };
+        stored.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for FourierOrbit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let stored = StoredOrbit::deserialize(deserializer)?;
+        let orbit = FourierOrbit::new(&stored.harmonics, stored.span, &stored.coefficients);
+        let orbit = orbit.map_err(D::Error::custom)?;
+        let mean_acceleration = stored.mean_acceleration;
+        check::length("mean accelerations", mean_acceleration.len(), orbit.dof())
+            .map_err(D::Error::custom)?;
+        check::quantities("mean acceleration", &mean_acceleration).map_err(D::Error::custom)?;
+        Ok(FourierOrbit {
+            mean_acceleration,
+            notes: stored.notes,
+            iterations: stored.iterations,
+            evaluations: stored.evaluations,
+            residual: stored.residual.0,
+            ..orbit
+        })
+    }
+}

@@ -1,0 +1,66 @@
+//! Numbers that need not be finite. Text formats such as JSON have no infinity and no NaN.
+
+use serde::de::{Deserialize, Deserializer, Error, Visitor};
+use serde::ser::{Serialize, Serializer};
+use std::fmt;
+
+/// A number. Text formats store one that is not finite as "inf", "-inf" or "NaN".
+#[derive(Clone, Copy)]
+pub(crate) struct Number(pub(crate) f64);
+
+/// A list as [`Number`]s.
+pub(crate) fn numbers(values: &[f64]) -> Vec<Number> {
+    values.iter().map(|x| Number(*x)).collect()
+}
+
+/// A list of [`Number`]s as plain numbers.
+pub(crate) fn plain(values: Vec<Number>) -> Vec<f64> {
+    values.into_iter().map(|x| x.0).collect()
+}
+
+impl Serialize for Number {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() && !self.0.is_finite() {
+            serializer.collect_str(&self.0)
+        } else {
+            serializer.serialize_f64(self.0)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            deserializer.deserialize_any(NumberOrText)
+        } else {
+            f64::deserialize(deserializer).map(Number)
+        }
+    }
+}
+
+struct NumberOrText;
+
+impl Visitor<'_> for NumberOrText {
+    type Value = Number;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, \"inf\", \"-inf\" or \"NaN\"")
+    }
+    fn visit_f64<E: Error>(self, x: f64) -> Result<Number, E> {
+        Ok(Number(x))
+    }
+    fn visit_i64<E: Error>(self, x: i64) -> Result<Number, E> {
+        Ok(Number(x as f64))
+    }
+    fn visit_u64<E: Error>(self, x: u64) -> Result<Number, E> {
+        Ok(Number(x as f64))
+    }
+    fn visit_str<E: Error>(self, text: &str) -> Result<Number, E> {
+        match text {
+            "inf" => Ok(Number(f64::INFINITY)),
+            "-inf" => Ok(Number(f64::NEG_INFINITY)),
+            "NaN" => Ok(Number(f64::NAN)),
+            _ => Err(E::custom(format!("\"{text}\" is not a number"))),
+        }
+    }
+}

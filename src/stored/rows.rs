@@ -1,0 +1,121 @@
+//! The stored form of rows.
+
+use crate::stored::number::{Number, numbers, plain};
+use crate::sweep::error::PointError;
+use crate::sweep::rows::layout::Layout;
+use crate::sweep::rows::table::Rows;
+use crate::sweep::settings::sweep::Sweep;
+use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Serialize, Serializer};
+use std::collections::BTreeMap;
+
+/// Version of the stored form. A change that older readers cannot read increases it.
+const VERSION: u32 = 1;
+
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Rows")]
+struct StoredRows {
+    version: u32,
+    /// Points and settings of the whole sweep.
+    sweep: Sweep,
+    /// Index of the first point of these rows.
+    first: usize,
+    layout: Layout,
+    /// The values of each point, in the order of the layout; none for a point without a row.
+    rows: Vec<Option<Vec<Number>>>,
+    /// Texts of the errors of points without a row.
+    errors: Vec<(usize, String)>,
+    /// Results with a quarter of the step.
+    checks: Vec<(usize, Result<Vec<Number>, String>)>,
+    /// Texts of the errors of Lyapunov exponents.
+    exponent_errors: Vec<(usize, String)>,
+}
+
+impl Serialize for Rows {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let stride = self.layout.stride();
+        let row =
+            |(place, done): (usize, &bool)| done.then(|| numbers(&self.data[place * stride..][..stride]));
+        let texts = |errors: &BTreeMap<usize, PointError>| {
+            errors.iter().map(|(index, error)| (*index, error.to_string())).collect()
+        };
+        let check = |(index, row): (&usize, &Result<Vec<f64>, PointError>)| {
+            (*index, row.as_ref().map(|row| numbers(row)).map_err(PointError::to_string))
+        };
+        let stored = StoredRows {
+            version: VERSION,
+            sweep: self.sweep.clone(),
+            first: self.range.start,
+            layout: self.layout.clone(),
+            rows: self.done.iter().enumerate().map(row).collect(),
+            errors: texts(&self.errors),
+            checks: self.checks.iter().map(check).collect(),
+            exponent_errors: texts(&self.exponent_errors),
+        };
+        stored.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Rows {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        StoredRows::deserialize(deserializer)?.read().map_err(D::Error::custom)
+    }
+}
+
+impl StoredRows {
+    /// The rows, if all parts fit together.
+    fn read(self) -> Result<Rows, String> {
+        if self.version != VERSION {
+            return Err(format!("version {} of stored rows: version {VERSION} can be read", self.version));
+        }
+        self.sweep.check().map_err(|error| format!("settings of the sweep: {error}"))?;
+        let (sweep, layout) = (&self.sweep, &self.layout);
+        let end = self.first.checked_add(self.rows.len()).filter(|end| *end <= sweep.points().len());
+        let end = end.ok_or_else(|| {
+            let (rows, points) = (self.rows.len(), sweep.points().len());
+            format!("{rows} rows from point {}: the sweep has {points} points", self.first)
+        })?;
+        let done = self.rows.iter().any(Option::is_some);
+        // Rows without any result may have the layout of a sweep without a model.
+        if done && (layout.channels != sweep.names().len() || layout.exponents != sweep.exponents()) {
+            return Err("the layout of the rows does not fit the settings of the sweep".into());
+        }
+        Rows::check_room(self.rows.len(), layout.stride_checked()).map_err(|error| error.to_string())?;
+        let stride = layout.stride();
+        let fits = |index: usize, row: &[Number]| {
+            if row.len() == stride {
+                Ok(())
+            } else {
+                Err(format!("the row of point {index} has {} values: {stride} are needed", row.len()))
+            }
+        };
+        let mut rows = Rows::new(sweep, &Layout::default(), self.first..end);
+        rows.layout = layout.clone();
+        // Without any result no memory is allocated: a damaged layout cannot exhaust it.
+        rows.data = vec![0.0; if done { rows.done.len() * stride } else { 0 }];
+        for (place, row) in self.rows.into_iter().enumerate() {
+            if let Some(row) = row {
+                fits(self.first + place, &row)?;
+                rows.put(self.first + place, &Ok(plain(row)));
+            }
+        }
+        let (first, has_row) = (self.first, rows.done.clone());
+        let belongs = |index: usize, with_row: bool| {
+            let place = index.checked_sub(first).filter(|place| has_row.get(*place) == Some(&with_row));
+            place.map(|_| index).ok_or_else(|| format!("an entry for point {index} does not fit its row"))
+        };
+        for (index, text) in self.errors {
+            rows.errors.insert(belongs(index, false)?, PointError::Text(text));
+        }
+        for (index, check) in self.checks {
+            if let Ok(row) = &check {
+                fits(index, row)?;
+            }
+            rows.checks.insert(belongs(index, true)?, check.map(plain).map_err(PointError::Text));
+        }
+        for (index, text) in self.exponent_errors {
+            rows.exponent_errors.insert(belongs(index, true)?, PointError::Text(text));
+        }
+        Ok(rows)
+    }
+}
