@@ -195,8 +195,7 @@ fn main() -> Outcome<()> {
     let mut panels = Vec::new();
     for (name, set) in sets {
         let (_, values) = history(&ring(&set(1000.0))?, &["deflection 1"], 4.0, 2.5e-5)?;
-        let samples = &values[0][..160_000];
-        let spectrum = Spectrum::new(samples, 2.5e-5, Window::Hann)?;
+        let spectrum = Spectrum::new(&values[0], 2.5e-5, Window::Hann)?;
         let lines: Vec<(f64, f64)> = spectrum
             .frequencies()
             .iter()

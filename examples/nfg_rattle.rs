@@ -74,7 +74,7 @@ fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
     let q = turn.channel(pair, "q1")?;
     let history = times.iter().zip(&q).map(|(t, q)| ((t - t0) / pair.period(), *q)).collect();
     let phase = turn.phase_portrait(0);
-    let spectrum = Spectrum::new(&q[..SAMPLES], pair.period() / SAMPLES as f64, Window::Rectangular)?;
+    let spectrum = Spectrum::new(&q, pair.period() / SAMPLES as f64, Window::Rectangular)?;
     let orders = spectrum.orders(1.0 / pair.period())?;
     let lines = orders.iter().zip(spectrum.amplitudes()).skip(1).take(260).map(|(o, a)| (*o, *a)).collect();
     Ok([

@@ -1,6 +1,6 @@
 //! Parameters carried from end to end.
 
-use crate::motions::{Point, converged, paper, paper_orbit, paper_point};
+use crate::nfg_balance::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::{Outcome, coarse};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::FourierOrbit;

@@ -6,7 +6,10 @@ use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// A window by its usual name. All windows are in the periodic form, for spectra, not in the symmetric form
-/// for filters. Default: rectangular.   Source: Harris, Proc. IEEE 66 (1978) 51.
+/// for filters. Default: rectangular.
+///
+/// Source: Harris, Proc. IEEE 66 (1978) 51; flat top: D'Antona and Ferrero, Digital Signal Processing for
+/// Measurement Systems, 2006, p. 70.
 ///
 /// ```
 /// let hann = gear_dynamics::analysis::Window::Hann.coefficients(4)?;

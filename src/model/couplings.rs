@@ -34,10 +34,13 @@ pub(crate) struct Couplings {
     pub(crate) stiffest: f64,
 }
 
-/// Number of instants.
+/// Number of instants at which the Jacobian is evaluated.
 const LOOKS: usize = 16;
 
 impl Couplings {
+    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `holds`: the
+    /// Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank; otherwise
+    /// by deflection.
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, holds: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;
@@ -111,7 +114,10 @@ pub(crate) fn even(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
-/// Whether fixed accelerations are linear in the state, and contacts add up.
+/// Whether the accelerations on fixed pieces are linear in coordinates and velocities, and the contributions
+/// of the contacts add up.
+///
+/// Both are tested to 1e-9 at eight instants, with pieces, coordinates and velocities that vary.
 pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
     let (n, contacts) = (model.dof(), model.contacts());
     let rest = vec![0.0; n];
@@ -148,7 +154,7 @@ pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut 
         if (0..n).any(|i| parts(linear(i) - a[0][i], size(i))) {
             return false;
         }
-        // The same contact by contact.
+        // The sum of the contributions of single contacts must give the same accelerations.
         let mut fixed = vec![Piece::Gap; contacts];
         model.accel_on_pieces(&fixed, &u, &q, &v, &mut a[1]);
         let (gap, mut sum) = (a[1].clone(), a[1].clone());

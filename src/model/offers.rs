@@ -1,10 +1,11 @@
-//! What a model offers beyond its accelerations. The model is asked here and nowhere else.
+//! Optional parts of a model: fixed pieces, Jacobian, rigid stops. Only this module tests for them.
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
 
-/// The optional parts of a model, each asked for by one call at the origin and time 0.
+/// Tests for the optional parts of a model. Each test calls the method of the part at time 0 with all
+/// coordinates and velocities 0.
 pub(crate) struct Offers<'m, M: ?Sized>(&'m M);
 
 impl<'m, M: Model + ?Sized> Offers<'m, M> {
@@ -12,14 +13,15 @@ impl<'m, M: Model + ?Sized> Offers<'m, M> {
         Offers(model)
     }
 
-    /// The drives at time 0, and coordinates or velocities at the origin.
+    /// The drives at time 0, and zeros for the coordinates or the velocities.
     fn origin(&self) -> (Vec<f64>, Vec<f64>) {
         let mut u = vec![0.0; self.0.drives()];
         self.0.drive(0.0, Side::After, &mut u);
         (u, vec![0.0; self.0.dof()])
     }
 
-    /// Whether the accelerations are available on fixed pieces. A model without contacts has no pieces: `true`.
+    /// Whether the accelerations are available on fixed pieces. `true` for a model without contacts, which
+    /// has no pieces.
     pub(crate) fn fixed_pieces(&self) -> bool {
         let pieces = vec![Piece::Gap; self.0.contacts()];
         if pieces.is_empty() {
@@ -29,7 +31,7 @@ impl<'m, M: Model + ?Sized> Offers<'m, M> {
         self.0.accel_on_pieces(&pieces, &u, &rest, &rest, &mut rest.clone())
     }
 
-    /// Whether the model gives its own Jacobian.
+    /// Whether the model provides its Jacobian.
     pub(crate) fn jacobian(&self) -> bool {
         let (u, rest) = self.origin();
         self.0.jacobian(None, &u, &rest, &rest, &mut Jacobian::new(rest.len()))
@@ -49,7 +51,7 @@ impl<'m, M: Model + ?Sized> Offers<'m, M> {
         if all.iter().any(|rigid| *rigid != [false; 2]) { all } else { Vec::new() }
     }
 
-    /// The first contact with a rigid stop. Methods that do not locate edges refuse such a model.
+    /// The first contact with a rigid stop. Methods that do not locate edges reject such a model.
     pub(crate) fn first_stop(&self) -> Option<usize> {
         self.rigid_edges().iter().position(|rigid| *rigid != [false; 2])
     }

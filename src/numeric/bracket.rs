@@ -21,7 +21,7 @@ impl Bracket {
         (next > self.lo && next < self.hi).then_some(next)
     }
 
-    /// x - f/f', or the middle of the bracket if the iterate lies outside: convergence is quadratic near a simple
+    /// x - f/f', or the middle of the bracket if that lies outside it. Convergence is quadratic near a simple
     /// root and never slower than bisection in the long run.
     ///
     /// Source: Press et al., Numerical Recipes, 3rd ed., Sect. 9.4 (`rtsafe`).
@@ -40,7 +40,8 @@ impl Bracket {
 mod tests {
     use super::Bracket;
 
-    /// f = x³ - 2 x - 5, the example of Wallis (1685), and atan, on which Newton's method alone diverges from 2.
+    /// f = x³ - 2 x - 5, the example of Wallis (1685), and atan, for which Newton's method alone diverges
+    /// from 2.
     #[test]
     fn iterates_stay_inside_and_converge() {
         type Function = fn(f64) -> (f64, f64);

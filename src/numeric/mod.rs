@@ -1,4 +1,4 @@
-//! Numerical tools that several rooms share.
+//! Numerical tools that several modules use.
 
 pub(crate) mod bracket;
 pub(crate) mod gauss;

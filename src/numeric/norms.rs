@@ -11,15 +11,17 @@ pub(crate) fn largest(x: &[f64]) -> f64 {
     if any_nan { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
 }
 
-/// x - r (rᵀ x), r of length 1.
+/// x ← x - r (rᵀ x), r of length 1: removes the component along r.
 pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
     let along = dot(r, x);
     x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
 }
 
-/// If U is singular to rounding, the largest entry of its null vector.
+/// Index of the largest entry of the null vector of U, an upper triangular matrix of size n; `None` if U is
+/// not singular to rounding.
 pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
-    // Each pivot against its own column: equations may be of very different size.
+    // Each pivot is compared with its own column and not with the whole matrix, because equations and
+    // unknowns may have very different sizes.
     let vanishes = |i: usize| {
         let size = (0..=i).fold(0.0, |m: f64, k| m.max(u(k, i).abs()));
         u(i, i).is_nan() || u(i, i).abs() <= 16.0 * f64::EPSILON * size

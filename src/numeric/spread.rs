@@ -1,4 +1,4 @@
-//! Evenly spread points without a period: samples that fall into step with no wave.
+//! Evenly spread points without a period. Samples at such points are not in phase with any wave.
 
 /// 1/φ = (√5 - 1)/2 of the golden ratio φ.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -23,9 +23,11 @@ pub(crate) const GOLDEN_POINTS: [f64; 8] = [
     0.944_271_909_999_159,
 ];
 
-/// frac((i + 1) √(2 d + 3) + 0.137 d): points evenly spread over (0, 1), a sequence of its own in every direction d.
+/// frac((i + 1) √(2 d + 3) + 0.137 d): points evenly spread over (0, 1), a different sequence for each
+/// direction d.
 ///
-/// Weyl's sequence of square roots.   Source: Kuipers and Niederreiter, Uniform Distribution of Sequences, Sect. 1.6.
+/// Weyl's sequence of square roots.   Source: Kuipers and Niederreiter, Uniform Distribution of Sequences,
+/// Sect. 1.6.
 pub(crate) fn weyl(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }

@@ -149,10 +149,11 @@ pub struct Failed {
     pub trajectory: Box<Trajectory>,
 }
 
-/// t_i = t0 + i (t1 - t0)/count, i = 0 .. count: `count + 1` equally spaced times, both ends included.
+/// t_i = t0 + i (t1 - t0)/count, i = 0 .. count - 1: `count` equally spaced times, without the end t1. Over a
+/// period they are the samples of a [`Spectrum`](crate::analysis::Spectrum) with the spacing (t1 - t0)/count.
 ///
 /// ```
-/// assert_eq!(gear_dynamics::ode::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75, 2.0]);
+/// assert_eq!(gear_dynamics::ode::uniform_times(1.0, 2.0, 4)?, [1.0, 1.25, 1.5, 1.75]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 ///
@@ -165,9 +166,7 @@ pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, Paramet
     check::count("steps of time", &[count], check::NUMBERS)?;
     check::all_finite("ends of the time", &[t0, t1])?;
     check::representable("distance from start to end of the time", t1 - t0, &[t0, t1])?;
-    Ok((0..=count)
-        .map(|i| if i == count { t1 } else { t0 + (t1 - t0) * (i as f64 / count as f64) })
-        .collect())
+    Ok((0..count).map(|i| t0 + (t1 - t0) * (i as f64 / count as f64)).collect())
 }
 
 /// Checks that output times are finite, do not decrease, and do not lie before `start`.

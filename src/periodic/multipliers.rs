@@ -1,5 +1,6 @@
 //! Floquet multipliers, and the stability that follows from them.
 
+use crate::error::{ParameterError, check};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -41,7 +42,7 @@ impl std::fmt::Display for Stability {
 /// ```
 /// use gear_dynamics::periodic::{Multipliers, Stability};
 /// let turn = nalgebra::DMatrix::from_row_slice(2, 2, &[0.0, 0.5, -0.5, 0.0]);
-/// let multipliers = Multipliers::from_monodromy(&turn, 1e-9).ok_or("not finite")?;
+/// let multipliers = Multipliers::from_monodromy(&turn, 1e-9)?;
 /// assert!((multipliers.values()[0].im.abs() - 0.5).abs() < 1e-15);
 /// assert_eq!(multipliers.stability(), Stability::Stable);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -65,15 +66,25 @@ impl Multipliers {
 
     /// Eigenvalues of a monodromy matrix, with a given error.
     ///
-    /// `None` if the matrix is not square, an entry is not finite, the error is NaN, or the eigenvalues
-    /// cannot be computed.
-    pub fn from_monodromy(monodromy: &DMatrix<f64>, error: f64) -> Option<Self> {
-        if error.is_nan() || !monodromy.is_square() || monodromy.iter().any(|x| !x.is_finite()) {
-            return None;
+    /// # Errors
+    /// A matrix that is not square; an entry that is not finite; an error that is NaN; eigenvalues that
+    /// overflow.
+    pub fn from_monodromy(monodromy: &DMatrix<f64>, error: f64) -> Result<Self, ParameterError> {
+        check::length("columns of the monodromy matrix", monodromy.ncols(), monodromy.nrows())?;
+        check::all_finite("monodromy matrix", monodromy.as_slice())?;
+        if error.is_nan() {
+            return Err(ParameterError::NotFinite { name: "error of the multipliers".into(), value: error });
         }
+        Multipliers::eigenvalues(monodromy, error).ok_or_else(|| ParameterError::Overflow {
+            name: "eigenvalues of the monodromy matrix".into(),
+            value: monodromy.amax(),
+        })
+    }
+
+    fn eigenvalues(monodromy: &DMatrix<f64>, error: f64) -> Option<Self> {
         if monodromy.iter().any(|x| x.abs() > LARGE) {
             // Division by a power of two is exact, and the squares of the quotients do not overflow.
-            let scaled = Multipliers::from_monodromy(&(monodromy / LARGE), error)?;
+            let scaled = Multipliers::eigenvalues(&(monodromy / LARGE), error)?;
             let values: Vec<Complex64> = scaled.values().iter().map(|value| value * LARGE).collect();
             return values.iter().all(|value| value.is_finite()).then(|| Multipliers::new(values, error));
         }
@@ -101,14 +112,14 @@ impl Multipliers {
     /// span into itself with multipliers 1, 1. The span is projected out.
     pub(crate) fn without(monodromy: &DMatrix<f64>, rigid: &DMatrix<f64>, error: f64) -> Option<Self> {
         if rigid.ncols() == 0 {
-            return Multipliers::from_monodromy(monodromy, error);
+            return Multipliers::from_monodromy(monodromy, error).ok();
         }
         // [R Z] is orthogonal and the span of R is invariant: Zᵀ M Z has the other eigenvalues.
         let (m, k) = rigid.shape();
         let mut basis = DMatrix::identity(m, m);
         rigid.clone().qr().q_tr_mul(&mut basis);
         let z = basis.rows(k, m - k).transpose();
-        Multipliers::from_monodromy(&(z.transpose() * monodromy * z), error)
+        Multipliers::from_monodromy(&(z.transpose() * monodromy * z), error).ok()
     }
 
     /// All multipliers, the largest |μ| first.

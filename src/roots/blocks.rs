@@ -1,13 +1,14 @@
-//! Elimination by blocks.
+//! Blocks of a matrix: dense ones, and pairs of rows along the diagonal.
 
 use faer::{Mat, MatMut, MatRef};
 use std::ops::Range;
 
-/// Pairs of rows along the diagonal: what a constant coefficient does to cosines and sines. An odd width begins with a single row.
+/// A block of 2 x 2 matrices along the diagonal: the product of a constant coefficient with the cosine and
+/// sine of every order. A block of odd width begins with a single row, that of the mean.
 #[derive(Clone, Debug)]
 pub(crate) struct Pairs {
     width: usize,
-    /// [a, b; c, d] row by row.
+    /// Entries a, b, c, d of the matrices [a, b; c, d]; a, 0, 0, 1 for the single row.
     list: Vec<[f64; 4]>,
 }
 
@@ -23,7 +24,7 @@ impl Pairs {
         first..first + 2
     }
 
-    /// From two entries for each column.
+    /// Reads two entries per column. Of a single row the second entry is not used.
     pub(crate) fn new(values: &[f64], width: usize) -> Self {
         let odd = width % 2;
         let mut list = Vec::with_capacity(width.div_ceil(2));
@@ -34,7 +35,7 @@ impl Pairs {
         Pairs { width, list }
     }
 
-    /// Every pair with its rows.
+    /// All pairs with their rows.
     pub(crate) fn each(&self) -> impl Iterator<Item = (Range<usize>, &[f64; 4])> {
         let odd = self.width % 2;
         self.list.iter().enumerate().map(move |(p, m)| match p {
@@ -43,7 +44,7 @@ impl Pairs {
         })
     }
 
-    /// The inverse, or the row that nothing holds.
+    /// The inverse. Error: the first row of a pair that is singular to rounding.
     pub(crate) fn inverse(&self) -> Result<Self, usize> {
         let mut list = Vec::with_capacity(self.list.len());
         for (rows, &[a, b, c, d]) in self.each() {
@@ -69,7 +70,7 @@ impl Pairs {
         Pairs { width: self.width, list: self.list.iter().zip(&other.list).map(product).collect() }
     }
 
-    /// From the left, on every column.
+    /// x ← A x, with A this block.
     pub(crate) fn on_rows(&self, mut x: MatMut<'_, f64>) {
         for j in 0..x.ncols() {
             for (rows, &[a, b, c, d]) in self.each() {
@@ -84,7 +85,7 @@ impl Pairs {
         }
     }
 
-    /// From the right, on every row.
+    /// x ← x A, with A this block.
     pub(crate) fn on_columns(&self, x: &mut Mat<f64>) {
         for (columns, &[a, b, c, d]) in self.each() {
             let j = columns.start;
@@ -101,7 +102,7 @@ impl Pairs {
     }
 }
 
-/// A block of any kind.
+/// A block of a matrix.
 #[derive(Clone, Debug)]
 pub(crate) enum Block {
     Dense(Mat<f64>),
@@ -141,7 +142,7 @@ impl Block {
         }
     }
 
-    /// x - y, where no block yet means zero.
+    /// x - y; `None` stands for zero.
     pub(crate) fn less(x: Option<Block>, y: Block) -> Block {
         match (x, y) {
             (None, Block::Dense(y)) => Block::Dense(-&y),
@@ -159,7 +160,7 @@ impl Block {
         }
     }
 
-    /// y -= A x.
+    /// y ← y - A x.
     pub(crate) fn subtract_product(&self, x: &[f64], y: &mut [f64]) {
         match self {
             Block::Dense(a) => {

@@ -6,7 +6,7 @@ use crate::roots::matrix::Matrix;
 use crate::roots::residual::{Residual, is_root, jacobian_of};
 use crate::roots::root::{Root, RootError, check_share};
 
-/// The Jacobian that Broyden's method starts from.
+/// First Jacobian of [`Broyden`].
 ///
 /// ```
 /// use gear_dynamics::roots::{Broyden, Equations, FirstJacobian};
@@ -20,24 +20,29 @@ use crate::roots::root::{Root, RootError, check_share};
 pub enum FirstJacobian {
     /// The identity.
     Identity,
-    /// The equations' own at the guess, by differences if they offer none.
+    /// The Jacobian of the equations at the guess, by differences if they provide none.
     Own,
-    /// Given, as that of a linearised problem.
+    /// A given matrix, for example the Jacobian of a linearised problem.
     Given(Matrix),
 }
 
-/// Broyden's method: J is corrected by rank one so that it explains the last step.
+/// Broyden's method: x ← x - B r, where B approximates J⁻¹ and receives a rank-one update after every step.
 ///
-/// good: B ← B + (s - B y) sᵀB/(sᵀB y),   bad: B ← B + (s - B y) yᵀ/(yᵀy),   B = J⁻¹, s = Δx, y = Δr
+/// good: B ← B + (s - B y) sᵀB/(sᵀB y),   bad: B ← B + (s - B y) yᵀ/(yᵀy),   s = Δx, y = Δr
 ///
-/// Source: Broyden 1965; Kelley, Iterative Methods for Linear and Nonlinear Equations, ch. 7. The solver of Liu 2021.
+/// After either update B y = s.   Source: Broyden, Mathematics of Computation 19 (1965) 577; Kelley,
+/// Iterative Methods for Linear and Nonlinear Equations, ch. 7. Liu 2021 uses this method.
 ///
-/// A small step does not prove a root: a B that has become too small makes every step small. The last iterate is therefore judged by the
-/// equations' own Jacobian there, or by differences; where that asks for a larger correction, iterations go on from it.
+/// A small step alone does not show that x is a root, because a B that has become too small makes every step
+/// small. The last iterate is therefore tested with the Jacobian of the equations at that place, or with
+/// differences. If this Jacobian requires a larger correction, the iteration continues with it in place of B.
 ///
 /// ```
 /// use gear_dynamics::roots::{Broyden, Equations};
-/// let mut equations = Equations::new(2, |x, r| { r[0] = x[0] + 0.1 * x[1] * x[1] - 1.0; r[1] = x[1] - 0.2 * x[0]; });
+/// let mut equations = Equations::new(2, |x, r| {
+///     r[0] = x[0] + 0.1 * x[1] * x[1] - 1.0;
+///     r[1] = x[1] - 0.2 * x[0];
+/// });
 /// let root = Broyden::new().solve(&mut equations, &[0.0, 0.0])?;
 /// assert!((root.x[0] - 5.0 * root.x[1]).abs() < 1e-11);
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
@@ -58,7 +63,8 @@ impl Default for Broyden {
 }
 
 impl Broyden {
-    /// The good method from the identity, to a correction of 1e-10 of the largest unknown in at most 300 iterations, never restarted.
+    /// Defaults: the good method, the identity as first Jacobian, tolerance 1e-10, at most 300 iterations, no
+    /// restart.
     pub fn new() -> Self {
         Broyden {
             tolerance: 1e-10,
@@ -68,37 +74,39 @@ impl Broyden {
             first: FirstJacobian::Identity,
         }
     }
-    /// The bad method.
+    /// Uses the bad method. Default: the good method.
     pub fn bad(self) -> Self {
         Broyden { bad: true, ..self }
     }
-    /// The Jacobian to start from.
+    /// First Jacobian. Default: the identity.
     pub fn first(self, first: FirstJacobian) -> Self {
         Broyden { first, ..self }
     }
-    /// The same for equations of another size, which a given Jacobian does not fit: their own takes its place.
+    /// The same method for equations of another size. A given Jacobian no longer fits; the Jacobian of the
+    /// equations replaces it.
     pub(crate) fn resized(self) -> Self {
         let first = if let FirstJacobian::Given(_) = self.first { FirstJacobian::Own } else { self.first };
         Broyden { first, ..self }
     }
-    /// Forget all updates after this many.
+    /// Number of updates after which all updates are discarded, at least 1. Default: never.
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }
     }
-    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate. The correction that the equations' own
-    /// Jacobian at the root asks for is held to the same size.
+    /// Maximum of the last correction, as a share of the largest unknown of the guess or the iterate `[1]`,
+    /// above 0 and below 1. It is also the maximum of the correction by the Jacobian of the equations at the
+    /// root. Default: 1e-10.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Broyden { tolerance, ..self }
     }
-    /// The limit on iterations.
+    /// Maximum number of iterations. Default: 300.
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Broyden { max_iterations, ..self }
     }
 
-    /// Solves from a guess.
+    /// Solves r(x) = 0 from a guess.
     ///
     /// # Errors
-    /// [`RootError`], with the last iterate.
+    /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
         check_share("tolerance", self.tolerance)?;
         if self.restart == 0 {
@@ -149,7 +157,7 @@ impl Broyden {
                 if root.residual == 0.0 || is_root(equations, &x, &r, bound, matrix) {
                     return Ok(root);
                 }
-                // The updates have gone astray: they begin anew from the Jacobian here.
+                // B is too inaccurate: the iteration continues from the Jacobian at this iterate.
                 inverse.factors = match Factors::new(matrix) {
                     Ok(factors) => Some(factors),
                     Err(floating) => return Err(root.singular(floating, matrix)),
@@ -165,8 +173,9 @@ impl Broyden {
     }
 }
 
-/// B = J⁻¹ as the factors of the first J and a list of rank-one updates.
+/// B as the factors of the first Jacobian and a list of rank-one updates.
 struct Inverse {
+    /// `None`: the identity.
     factors: Option<Factors>,
     bad: bool,
     /// good: B ← (I + a bᵀ) B;   bad: B ← B + a bᵀ.
@@ -174,6 +183,7 @@ struct Inverse {
 }
 
 impl Inverse {
+    /// x ← B x.
     fn apply(&self, x: &mut [f64]) {
         let shares: Vec<f64> =
             if self.bad { self.updates.iter().map(|(_, b)| dot(b, x)).collect() } else { Vec::new() };
@@ -186,12 +196,13 @@ impl Inverse {
         }
     }
 
+    /// Adds the update for a step s and the change y of the residual.
     fn update(&mut self, s: Vec<f64>, y: &[f64]) {
         let mut by = y.to_vec();
         self.apply(&mut by);
         let denominator = if self.bad { dot(y, y) } else { dot(&s, &by) };
         if denominator == 0.0 {
-            return; // nothing to be learnt from this step
+            return; // the update is not defined
         }
         let a = s.iter().zip(&by).map(|(s, b)| (s - b) / denominator).collect();
         self.updates.push((a, if self.bad { y.to_vec() } else { s }));

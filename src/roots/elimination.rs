@@ -1,4 +1,4 @@
-//! Elimination by blocks.
+//! Gaussian elimination by blocks.
 
 use crate::numeric::norms::{floating, largest};
 use crate::roots::blocks::{Block, Pairs};
@@ -8,15 +8,19 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Factors of a matrix in blocks: Gaussian elimination, cheap blocks and those with few neighbours first, pivots inside diagonal blocks.
-/// Leaves that hang on a chain or a ring fill nothing in, so that the cost is linear in their number.
+/// Factors of a matrix in blocks, by Gaussian elimination with pivots inside the diagonal blocks.
 ///
-/// Without pivoting between blocks this is safe where every diagonal block outweighs what stands beside it, as inertia and own stiffness of
-/// a gear do, and stays so during elimination. A block near to singular makes others grow: [`is_sound`](Elimination::is_sound) tells.
+/// Diagonal blocks that are pairs are eliminated first, and among equals those with the fewest neighbours.
+/// The leaves of a chain or a ring then add no blocks, and the cost is linear in their number.
+///
+/// There is no pivoting between blocks. This is safe if every diagonal block outweighs the blocks beside it
+/// and continues to do so during the elimination; inertia and own stiffness of a gear have this effect. A
+/// nearly singular diagonal block makes other blocks grow, and [`is_sound`](Elimination::is_sound) returns
+/// `false`.
 pub(crate) struct Elimination(Vec<Step>);
 
 impl Elimination {
-    /// The factors, or the row that nothing holds.
+    /// The factors. Error: a row of a diagonal block that is missing or singular to rounding.
     pub(crate) fn new(a: &Matrix) -> Result<Self, usize> {
         let n = a.block_rows();
         let range = |i: usize| a.start(i)..a.start(i) + a.height(i);
@@ -59,7 +63,8 @@ impl Elimination {
         Ok(Elimination(steps))
     }
 
-    /// Whether a system of known solution is solved to a backward error of 1e-10: |A x - b| against |A| |x| + |b|, row by row.
+    /// Whether the solution x of a test system A x = b has a backward error of at most 1e-10:
+    /// |A x - b|_i <= 1e-10 (Σ_j |A_ij| max |x_j| + |b_i|) in every row i.
     pub(crate) fn is_sound(&self, a: &Matrix) -> bool {
         let x: Vec<f64> = (0..a.size()).map(|i| 1.5 - (0.618_033_988_749_894_9 * i as f64).fract()).collect();
         let b = a.times(&x);
@@ -74,7 +79,7 @@ impl Elimination {
         again.iter().zip(&b).zip(&size).all(close)
     }
 
-    /// x becomes A⁻¹ x.
+    /// x ← A⁻¹ x.
     pub(crate) fn solve(&self, x: &mut [f64]) {
         for step in &self.0 {
             step.divisor.divide_vector(&mut x[step.rows.clone()]);
@@ -92,7 +97,7 @@ impl Elimination {
     }
 }
 
-/// A diagonal block, ready to divide by.
+/// Factors of a diagonal block.
 pub(crate) enum Divisor {
     Dense(PartialPivLu<f64>),
     Pairs(Pairs),
@@ -133,16 +138,16 @@ impl Divisor {
 pub(crate) struct Step {
     rows: Range<usize>,
     divisor: Divisor,
-    /// Blocks below the diagonal one.
+    /// Blocks below the diagonal block, with their rows.
     left: Vec<(Range<usize>, Block)>,
-    /// Blocks beside it, divided.
+    /// Blocks to the right of the diagonal block, divided by it, with their columns.
     right: Vec<(Range<usize>, Block)>,
 }
 
-/// Largest backward error of factors that are used.
+/// Maximum backward error of factors that are used `[1]`.
 pub(crate) const SOUND: f64 = 1e-10;
 
-/// Two stretches of x that do not overlap: one to read, one to write.
+/// Two ranges of x that do not overlap: one to read, one to write.
 pub(crate) fn apart<'a>(
     x: &'a mut [f64],
     read: &Range<usize>,

@@ -14,10 +14,10 @@ pub(crate) enum Factors {
     Blocks(Elimination),
 }
 
-/// The unknown that the equations leave free.
+/// Index of an unknown that the equations do not determine.
 pub(crate) struct Floating(pub(crate) usize);
 
-/// Up to this size plain elimination beats blocks.
+/// Maximum size of a dense matrix for the LU factors of nalgebra. For larger ones those of faer are faster.
 const SMALL: usize = 40;
 
 impl Factors {
@@ -30,12 +30,13 @@ impl Factors {
         match Elimination::new(a) {
             Ok(blocks) if blocks.is_sound(a) => Ok(Factors::Blocks(blocks)),
             Err(unknown) if !finite => Err(Floating(unknown)),
-            // A pivot has to be sought outside its block.
+            // A diagonal block is singular or the factors are inaccurate: pivots outside the block are
+            // needed.
             _ => Factors::of_dense(DMatrix::from(a).as_slice(), a.size()),
         }
     }
 
-    /// With pivots from the whole column.
+    /// LU factors of a dense matrix, with pivots from the whole column.
     fn of_dense(values: &[f64], n: usize) -> Result<Self, Floating> {
         let (found, factors) = if n <= SMALL {
             let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
@@ -49,7 +50,7 @@ impl Factors {
         found.map_or(Ok(factors), |unknown| Err(Floating(unknown)))
     }
 
-    /// x becomes A⁻¹ x.
+    /// x ← A⁻¹ x.
     pub(crate) fn solve(&self, x: &mut [f64]) {
         let n = x.len();
         match self {
@@ -75,7 +76,7 @@ mod tests {
     use crate::roots::factors::Factors;
     use crate::roots::residual::Residual;
 
-    /// Along a run no gear loses its neighbours, and blocks need no pivots from outside.
+    /// In a state of a run every gear remains coupled to its neighbours: no block needs pivots from outside.
     #[test]
     fn rings_are_eliminated_in_blocks() -> Result<(), Box<dyn std::error::Error>> {
         let set = RingSet { error: 1e-5, ..RingSet::set_a(8, 3000.0) };

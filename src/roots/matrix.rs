@@ -1,17 +1,19 @@
-//! Jacobians: dense, or of blocks of which most are missing.
+//! Matrices for Jacobians: dense, or in blocks of which only some are stored.
 
 use crate::error::{ParameterError, check};
 use crate::roots::blocks::{Block, Pairs};
 use nalgebra::DMatrix;
 
-/// A square matrix in blocks; a dense one is a single block. Entries are stored column by column inside each block.
+/// A square matrix in blocks. A dense matrix is a single block. Inside each block the entries are stored
+/// column by column; blocks that are not stored are zero.
 ///
-/// [`Newton`](crate::roots::Newton) and [`Broyden`](crate::roots::Broyden) eliminate block by block, with pivots sought inside diagonal blocks only: cheap and
-/// accurate where these outweigh their neighbours. Where a trial solve shows that they do not, the whole is taken as one dense matrix.
+/// [`Newton`](crate::roots::Newton) and [`Broyden`](crate::roots::Broyden) eliminate block by block, with
+/// pivots inside the diagonal blocks only. This is cheap, and accurate if the diagonal blocks outweigh the
+/// others. If a test system shows that it is inaccurate, the matrix is factored as one dense matrix.
 ///
 /// ```
 /// use gear_dynamics::roots::Matrix;
-/// // A chain of three pairs of unknowns: the first and the last know nothing of each other.
+/// // A chain of three pairs of unknowns: the first and the last pair are not coupled.
 /// let mut chain = Matrix::blocks(&[2, 2, 2], &[(0, 0), (1, 1), (2, 2), (0, 1), (1, 0), (1, 2), (2, 1)])?;
 /// chain.block_mut(0, 1).copy_from_slice(&[1.0, 0.0, 0.0, 4.0]);
 /// assert_eq!(chain.size(), 6);
@@ -20,17 +22,17 @@ use nalgebra::DMatrix;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Matrix {
-    /// Where each block row begins; one more at the end.
+    /// First row of each block row; the last entry is the size.
     starts: Vec<usize>,
     parts: Vec<Part>,
-    /// The block row to be eliminated last, if it matters.
+    /// The block row that is eliminated last; `None`: the elimination chooses it.
     last: Option<usize>,
 }
 
-/// The largest dense matrix: 34 GB.
+/// Maximum size of a dense matrix: 34 GB.
 const MAX_DENSE: usize = 1 << 16;
 
-/// Stored entries of a matrix in blocks at most: 2 GB.
+/// Maximum number of stored entries of a matrix in blocks: 2 GB.
 const MAX_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
@@ -38,7 +40,7 @@ const MAX_ENTRIES: usize = 1 << 28;
 pub(crate) struct Part {
     pub(crate) i: usize,
     pub(crate) j: usize,
-    /// Only pairs of rows on the diagonal are stored: two entries a column.
+    /// Whether only pairs of rows on the diagonal are stored, two entries per column.
     pub(crate) pairs: bool,
     pub(crate) values: Vec<f64>,
 }
@@ -47,9 +49,9 @@ impl Matrix {
     /// A dense matrix of zeros.
     ///
     /// # Panics
-    /// If it is larger than 65 536.
+    /// If `size` is larger than 65 536.
     pub fn dense(size: usize) -> Self {
-        assert!(size <= MAX_DENSE, "a dense matrix of size {size}: at most {MAX_DENSE} are stored");
+        assert!(size <= MAX_DENSE, "the size of a dense matrix is {size}: it must be at most {MAX_DENSE}");
         Matrix {
             starts: vec![0, size],
             parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }],
@@ -57,10 +59,12 @@ impl Matrix {
         }
     }
 
-    /// Zeros in blocks of the given heights; `pattern` lists (block row, block column) of those that are stored.
+    /// A matrix of zeros with block rows of the given heights. `pattern` lists the stored blocks as (block
+    /// row, block column).
     ///
     /// # Errors
-    /// A block outside the matrix, or twice; heights of more than 2²⁸ in sum, or more than 2²⁸ stored entries.
+    /// A block outside the matrix or listed twice; a sum of the heights above 2²⁸; more than 2²⁸ stored
+    /// entries.
     pub fn blocks(heights: &[usize], pattern: &[(usize, usize)]) -> Result<Self, ParameterError> {
         let size = heights.iter().fold(0usize, |size, &height| size.saturating_add(height));
         check::count("sum of the heights", &[size], MAX_ENTRIES)?;
@@ -70,9 +74,9 @@ impl Matrix {
             if i.max(j) >= heights.len() || pattern[..k].contains(&(i, j)) {
                 let value = if i >= heights.len() { i } else { j } as f64;
                 return Err(ParameterError::OutOfRange {
-                    name: format!("block {k}"),
+                    name: format!("row or column of block {k} of the pattern"),
                     value,
-                    allowed: "the matrix, each block once",
+                    allowed: "the matrix, and each block must be listed once",
                 });
             }
             entries = entries.saturating_add(heights[i].saturating_mul(heights[j]));
@@ -82,7 +86,7 @@ impl Matrix {
         Ok(matrix)
     }
 
-    /// No blocks yet.
+    /// A matrix without stored blocks.
     pub(crate) fn of_heights(heights: &[usize]) -> Self {
         let mut starts = vec![0];
         for height in heights {
@@ -91,6 +95,7 @@ impl Matrix {
         Matrix { starts, parts: Vec::new(), last: None }
     }
 
+    /// Stores block (i, j) as zeros. `pairs`: only pairs of rows on the diagonal.
     pub(crate) fn add_part(&mut self, i: usize, j: usize, pairs: bool) {
         let entries = self.height(j) * if pairs { 2 } else { self.height(i) };
         self.parts.push(Part { i, j, pairs, values: vec![0.0; entries] });
@@ -118,12 +123,12 @@ impl Matrix {
     pub(crate) fn parts_mut(&mut self) -> &mut [Part] {
         &mut self.parts
     }
-    /// The single block of a dense matrix.
+    /// The entries of a dense matrix; `None` for a matrix in blocks.
     pub(crate) fn single(&self) -> Option<&[f64]> {
         self.parts.first().filter(|part| self.block_rows() == 1 && !part.pairs).map(|part| &part.values[..])
     }
 
-    /// Rows, equal to columns.
+    /// Number of rows, equal to the number of columns.
     pub fn size(&self) -> usize {
         self.starts[self.starts.len() - 1]
     }
@@ -133,7 +138,7 @@ impl Matrix {
         self.parts.iter().map(|part| part.values.len()).sum()
     }
 
-    /// The entries of a block, column by column.
+    /// The entries of block (i, j), column by column.
     ///
     /// # Panics
     /// If the block is not stored.
@@ -163,7 +168,7 @@ impl Matrix {
         &self.parts[0].values[j * n..(j + 1) * n]
     }
 
-    /// Sets every stored entry of column j.
+    /// Sets every stored entry of column j to `value(row)`.
     pub(crate) fn set_column(&mut self, j: usize, value: impl Fn(usize) -> f64) {
         let starts = &self.starts;
         for part in &mut self.parts {
@@ -182,7 +187,7 @@ impl Matrix {
         }
     }
 
-    /// A x.
+    /// The product A x.
     pub fn times(&self, x: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; self.size()];
         self.each(|row, column, value| product[row] += value * x[column]);
@@ -214,6 +219,7 @@ impl Matrix {
         found
     }
 
+    /// A stored block in the form for the elimination.
     pub(crate) fn block(&self, part: &Part) -> Block {
         let (height, width) = (self.height(part.i), self.height(part.j));
         if part.pairs {
@@ -225,7 +231,7 @@ impl Matrix {
 }
 
 impl From<&Matrix> for DMatrix<f64> {
-    /// All entries, missing ones zero.
+    /// The dense matrix. Entries that are not stored are zero.
     fn from(a: &Matrix) -> Self {
         let mut full = DMatrix::zeros(a.size(), a.size());
         a.each(|row, column, value| full[(row, column)] += value);

@@ -6,15 +6,23 @@ use crate::roots::matrix::Matrix;
 use crate::roots::residual::{Residual, is_root, jacobian_of};
 use crate::roots::root::{Root, RootError, check_share};
 
-/// Newton's method with the damping of the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|, which no scaling of the
-/// equations can mislead. While corrections shrink to a half the factors are kept, and what the last steps did to the residual is learnt by
-/// updates of rank one, so that such corrections converge faster than linearly. Where a Jacobian that jumps brings it to a crawl, it begins anew
-/// from the guess and halves corrections until |r|₂ falls.
-/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Secs. 2.1.2, 2.1.4 and 3.3.
+/// Newton's method with damping: x ← x + λ Δx, J Δx = -r(x).
+///
+/// The damping λ satisfies the natural monotonicity test |J⁻¹ r(x + λ Δx)| <= (1 - λ/4) |Δx|. The test does
+/// not depend on the scaling of the equations.
+///
+/// While each correction is at most half of the last one, the factors of J are kept and receive rank-one
+/// updates from the last steps. The convergence with updates is superlinear.
+///
+/// If λ becomes very small, because J jumps, the iteration restarts from the guess. Corrections are then
+/// halved until |r|₂ falls.
+///
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 2.1.2, 2.1.4 and 3.3.
 ///
 /// ```
 /// use gear_dynamics::roots::{Equations, Newton};
-/// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[3.0])?; // undamped it diverges
+/// // Without damping the iteration diverges from this guess.
+/// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[3.0])?;
 /// assert!(root.x[0].abs() < 1e-9);
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
 /// ```
@@ -31,34 +39,35 @@ impl Default for Newton {
     }
 }
 
-/// A correction of at most this share of the one before keeps the factors.
+/// Maximum ratio of a correction to the last one with which the factors are kept `[1]`.
 const FAST: f64 = 0.5;
 
 impl Newton {
-    /// To a correction of 1e-10 of the largest unknown, in at most 50 iterations.
+    /// Defaults: tolerance 1e-10, at most 50 iterations, minimum damping 1e-4.
     pub fn new() -> Self {
         Newton { tolerance: 1e-10, max_iterations: 50, min_damping: 1e-4 }
     }
-    /// The size of the last correction, as a share of the largest unknown of the guess or the iterate.
+    /// Maximum of the last correction, as a share of the largest unknown of the guess or the iterate `[1]`,
+    /// above 0 and below 1. Default: 1e-10.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Newton { tolerance, ..self }
     }
-    /// The limit on iterations.
+    /// Maximum number of iterations. Default: 50.
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Newton { max_iterations, ..self }
     }
-    /// The shortest share λ of a correction that is tried.
+    /// Minimum damping λ `[1]`, above 0 and below 1. Default: 1e-4.
     pub fn min_damping(self, min_damping: f64) -> Self {
         Newton { min_damping, ..self }
     }
 
-    /// Solves from a guess.
+    /// Solves r(x) = 0 from a guess.
     ///
     /// # Errors
-    /// [`RootError`], with the last iterate.
+    /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
         check_share("tolerance", self.tolerance)?;
-        check_share("least damping", self.min_damping)?;
+        check_share("minimum damping", self.min_damping)?;
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
@@ -67,12 +76,12 @@ impl Newton {
         let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let mut factors: Option<Factors> = None;
         let mut taken = Taken::default();
-        // While it is none, the test of natural monotonicity decides.
+        // `None`: the natural monotonicity test decides on the damping.
         let mut descent: Option<Descent> = None;
         let mut crawled = 0;
         while root.iterations < self.max_iterations {
             let (kept, stale) = match factors.take() {
-                // The next correction is known already.
+                // `step` is already the next correction, by the kept factors and their updates.
                 Some(kept) => (kept, true),
                 None => {
                     jacobian_of(equations, &root.x, &mut matrix);
@@ -136,11 +145,12 @@ impl Newton {
                     break Some(f64::INFINITY);
                 }
             };
-            // Factors that no longer serve are made anew, at the same place.
+            // The kept factors are too inaccurate: new ones are computed at the same iterate.
             let Some(contraction) = contraction else { continue };
             crawled = if damping < CRAWL { crawled + 1 } else { 0 };
             if contraction == f64::INFINITY || crawled == CRAWLS {
-                // What this Jacobian foresees ends at once, and did so from the start: the descent begins there.
+                // The linearisation is valid over tiny steps only, perhaps since the guess. The descent
+                // therefore begins at the guess.
                 if descent.is_some() {
                     return Err(root.stuck(&trial));
                 }
@@ -155,9 +165,9 @@ impl Newton {
             if damping == 1.0 {
                 taken.push(&step);
                 let serves = contraction <= FAST && taken.update(&mut next);
-                // The next correction estimates the error that is left.
+                // The next correction is an estimate of the remaining error.
                 let near = largest(&next) <= bound;
-                // A correction within the tolerance has been judged above.
+                // If `size` is within the tolerance, the test was already made above.
                 if near && size > bound && is_met(equations, &x, &r, &step, bound, &mut matrix) {
                     return Ok(root);
                 }
@@ -169,8 +179,8 @@ impl Newton {
     }
 }
 
-/// Whether x is a root to `bound`: every residual is at most half of Σ_j |J_ij s_j|, with the Jacobian at hand and the correction s that led
-/// here, or the Jacobian at x itself asks for no correction above `bound`.
+/// Whether x is a root to `bound`. This is so if every |r_i| is at most half of Σ_j |J_ij s_j|, with the last
+/// Jacobian J and the correction s that led to x, or if x satisfies [`is_root`] with the Jacobian at x.
 fn is_met<R: Residual + ?Sized>(
     equations: &mut R,
     x: &[f64],
@@ -185,37 +195,42 @@ fn is_met<R: Residual + ?Sized>(
         || is_root(equations, x, r, bound, jacobian)
 }
 
-/// The natural monotonicity test of a step with damping λ: |J⁻¹ r(x + λ s)| ≤ (1 - λ/4) |s|, with the correction s
-/// and the Jacobian J at x. `contraction` is the ratio of the two lengths.
+/// The natural monotonicity test of a step with damping λ: |J⁻¹ r(x + λ s)| <= (1 - λ/4) |s|, with the
+/// correction s and the Jacobian J at x. `contraction` is the ratio |J⁻¹ r(x + λ s)|/|s|.
 ///
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sect. 3.3.
 pub(crate) fn is_monotone(contraction: f64, damping: f64) -> bool {
     contraction <= 1.0 - 0.25 * damping
 }
 
-/// Where a Jacobian jumps, as that of a sampled dead zone does, the test of natural monotonicity passes no share of a correction, or only tiny
-/// ones: what J foresees ends at the jump. Then |r|₂ has to fall, and where no share makes it, a short step to below the largest of the last
-/// |r|₂ is taken all the same.   Source: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986) 707.
+/// Damping by |r|₂, for a Jacobian that jumps, for example that of a sampled dead zone. The linearisation
+/// ends at the jump, so that the natural monotonicity test accepts no damping or only tiny ones.
+///
+/// λ is halved until |r|₂ falls. If no λ achieves this, a step with λ <= 1/8 is accepted that leads to less
+/// than the largest of the last five |r|₂.   Source: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23
+/// (1986) 707.
 #[derive(Default)]
 struct Descent {
-    /// The last |r|₂², in turn.
+    /// The last values of |r|₂²; a new one overwrites the oldest.
     last: [f64; WINDOW],
     steps: usize,
 }
 
-/// A step damped below this share crawls; after `CRAWLS` of them in a row the descent begins.
+/// Steps with a smaller λ are counted `[1]`.
 const CRAWL: f64 = 1.0 / 16.0;
 
+/// Number of such steps in a row after which the descent begins.
 const CRAWLS: usize = 4;
 
-/// How many of the last |r|₂ count.
+/// Number of the last values of |r|₂ that are kept.
 const WINDOW: usize = 5;
 
-/// The longest share that is tried without descent.
+/// Maximum λ of a step that does not reduce |r|₂ `[1]`.
 const SHORT: f64 = 0.125;
 
 impl Descent {
-    /// Moves x from the iterate, if a share serves.
+    /// Writes the next iterate to `x` and its residual to `trial`. `false`: no λ of at least `least` is
+    /// accepted.
     fn step<R: Residual + ?Sized>(
         &mut self,
         equations: &mut R,
@@ -265,8 +280,10 @@ impl Taken {
         self.squares.push(dot(step, step));
     }
 
-    /// Turns a correction by the factors into that of Broyden's good updates of them; `false` if it does not shrink, and they no longer serve.
-    /// Source: Deuflhard, Algorithm QNERR, Sec. 2.1.4.
+    /// Replaces a correction by the kept factors with the correction after Broyden's good updates of the
+    /// factors. `false`: it is more than half of the last one, and the factors are not kept.
+    ///
+    /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sect. 2.1.4, Algorithm QNERR.
     fn update(&self, correction: &mut [f64]) -> bool {
         let mut steps = self.steps.chunks_exact(correction.len()).zip(&self.squares).peekable();
         while let Some((step, square)) = steps.next() {
@@ -274,7 +291,8 @@ impl Taken {
             match steps.peek() {
                 Some((after, _)) => correction.iter_mut().zip(*after).for_each(|(c, s)| *c += share * s),
                 None => {
-                    // Θ <= 1/2 before the last update, so that share is at most 1/2 too.
+                    // If Θ = |c|/|s| <= 1/2 before the last update, `share` is at most 1/2 and the divisor at
+                    // least 1/2.
                     let serves = dot(correction, correction) <= FAST * FAST * square;
                     correction.iter_mut().for_each(|c| *c /= 1.0 - share);
                     return serves;

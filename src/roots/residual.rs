@@ -4,7 +4,7 @@ use crate::numeric::norms::largest;
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
 
-/// Equations r(x) = 0, as many as unknowns. Working arrays may live in `self`.
+/// Equations r(x) = 0, as many as unknowns. `self` may contain working arrays.
 ///
 /// ```
 /// use gear_dynamics::roots::{Matrix, Newton, Residual};
@@ -27,23 +27,25 @@ use crate::roots::matrix::Matrix;
 pub trait Residual {
     /// Number of unknowns.
     fn size(&self) -> usize;
-    /// r(x).
+    /// Writes r(x) to `r`.
     fn residual(&mut self, x: &[f64], r: &mut [f64]);
-    /// An empty Jacobian of the right pattern; dense unless said otherwise.
+    /// An empty Jacobian with the blocks that are not zero. Default: dense.
     ///
     /// # Panics
-    /// As it stands for more than 65 536 unknowns, see [`Matrix::dense`]: equations as large as that have a pattern of their own.
+    /// The default panics for more than 65 536 unknowns, see [`Matrix::dense`]. Implement the method for
+    /// larger equations.
     fn matrix(&self) -> Matrix {
         Matrix::dense(self.size())
     }
-    /// ∂r_i/∂x_j into every stored entry. `false`: not offered, differences are used.
+    /// Writes ∂r_i/∂x_j to every stored entry. `false`: not available; differences are used instead. Default:
+    /// `false`.
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
         let _ = (x, out);
         false
     }
 }
 
-/// Equations given by a closure, with differences for a Jacobian.
+/// Equations given by a closure. Their Jacobian is computed by differences.
 ///
 /// ```
 /// use gear_dynamics::roots::{Broyden, Equations};
@@ -58,7 +60,7 @@ pub struct Equations<F> {
 }
 
 impl<F: FnMut(&[f64], &mut [f64])> Equations<F> {
-    /// `residual(x, r)` in `size` unknowns.
+    /// Equations in `size` unknowns; `residual(x, r)` writes r(x) to `r`.
     pub fn new(size: usize, residual: F) -> Self {
         Equations { size, residual }
     }
@@ -73,7 +75,7 @@ impl<F: FnMut(&[f64], &mut [f64])> Residual for Equations<F> {
     }
 }
 
-/// The Jacobian of any equations: their own, or central differences.
+/// Computes the Jacobian of any equations: the one that they provide, or central differences.
 pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], out: &mut Matrix) {
     if equations.jacobian(x, out) {
         return;
@@ -93,8 +95,10 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
     }
 }
 
-/// Whether x is a root: |J⁻¹ r| <= `bound` with the Jacobian of this very place, which `jacobian` then holds. A Jacobian taken elsewhere may be
-/// so much larger that every correction looks small. Where J is singular, |r_i| <= `bound` Σ_j |J_ij| decides alone.
+/// Whether x is a root: |r_i| <= `bound` Σ_j |J_ij| for all i and, if J is not singular, |J⁻¹ r| <= `bound`.
+///
+/// J is the Jacobian at x and is written to `jacobian`. A Jacobian at another place may be so much larger
+/// that every correction by it is small.
 pub(crate) fn is_root<R: Residual + ?Sized>(
     equations: &mut R,
     x: &[f64],

@@ -1,4 +1,4 @@
-//! Roots, and why there is none.
+//! Roots of equations, and the errors of root finders.
 
 use crate::numeric::norms::largest;
 use crate::roots::factors::Floating;
@@ -6,7 +6,7 @@ use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 use thiserror::Error;
 
-/// A root, with what it took.
+/// A root, with its residual and the number of iterations.
 ///
 /// ```
 /// use gear_dynamics::roots::{Equations, Newton};
@@ -16,80 +16,93 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Root {
-    /// The root.
+    /// The root; in a [`RootError`] the last iterate.
     pub x: Vec<f64>,
-    /// max |r_i| there.
+    /// max |r_i| at `x`.
     pub residual: f64,
-    /// Corrections made.
+    /// Number of corrections.
     pub iterations: usize,
-    /// Residuals evaluated, those of differences not counted.
+    /// Number of evaluations of the residual, without those for differences.
     pub evaluations: usize,
-    /// max |r_i| at every iterate, the guess first.
+    /// max |r_i| of every iterate, the guess first.
     pub history: Vec<f64>,
 }
 
-/// Why no root is returned. The last iterate is handed back.
+/// Errors of [`Newton`](crate::roots::Newton) and [`Broyden`](crate::roots::Broyden).
 ///
 /// ```
 /// use gear_dynamics::roots::{Equations, Newton, RootError};
 /// let error = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].exp()), &[0.0]).unwrap_err();
 /// assert!(matches!(error, RootError::NotConverged { .. }));
-/// assert!(error.last().is_some_and(|last| last.history[0] == 1.0 && last.iterations == 50 && last.x[0] < -39.0));
+/// assert!(
+///     error.last().is_some_and(|last| last.history[0] == 1.0 && last.iterations == 50 && last.x[0] < -39.0)
+/// );
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RootError {
-    /// A guess of the wrong length.
-    #[error("the guess has {found} unknowns: the equations have {expected}")]
+    /// The guess or a given first Jacobian has the wrong size.
+    #[error("the guess or the first Jacobian has the size {found}: the equations have {expected} unknowns")]
     Length {
-        /// Unknowns of the equations.
+        /// Number of unknowns of the equations.
         expected: usize,
-        /// Entries of the guess.
+        /// Size of the guess or of the first Jacobian.
         found: usize,
     },
-    /// No equations.
+    /// There are no equations.
     #[error("there are no equations: at least one is needed")]
     Empty,
-    /// A setting that cannot be used.
+    /// A setting is not allowed.
     #[error("{name} is {value}: it must be {allowed}")]
     Setting {
-        /// Which one.
+        /// Name of the setting.
         name: &'static str,
-        /// What it was.
+        /// The value given.
         value: f64,
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A residual that is not a number at the guess, or so far out that no shorter step helped.
-    #[error("equation {equation} is not finite after {} iterations", last.iterations)]
+    /// A residual is NaN or infinite: at the guess, after a step of Broyden's method, or after a step of
+    /// Newton's method with the minimum damping.
+    #[error("the residual of equation {equation} is not finite after {} iterations", last.iterations)]
     NotFinite {
-        /// Which equation.
+        /// Index of the equation, from 0.
         equation: usize,
-        /// The last iterate that was good, or the guess.
+        /// The last iterate with finite residuals, or the guess.
         last: Box<Root>,
     },
-    /// A slope that is not a number.
-    #[error("the slope of equation {equation} in unknown {unknown} is {value} after {} iterations", last.iterations)]
+    /// An entry of the Jacobian is NaN or infinite.
+    #[error(
+        "the slope of equation {equation} with respect to unknown {unknown} is {value} after {} iterations: \
+         it must be a finite number",
+        last.iterations
+    )]
     Slope {
-        /// Which equation.
+        /// Index of the equation, from 0.
         equation: usize,
-        /// Which unknown.
+        /// Index of the unknown, from 0.
         unknown: usize,
-        /// NaN or an infinity.
+        /// The entry: NaN or infinite.
         value: f64,
-        /// The iterate.
+        /// The last iterate.
         last: Box<Root>,
     },
-    /// A Jacobian that leaves an unknown free.
-    #[error("the Jacobian is singular after {} iterations: nothing holds unknown {unknown}", last.iterations)]
+    /// The Jacobian is singular.
+    #[error(
+        "the Jacobian is singular after {} iterations: the equations do not determine unknown {unknown}",
+        last.iterations
+    )]
     Singular {
-        /// The unknown that takes the largest part in the free motion.
+        /// Index of the unknown with the largest share in the undetermined direction, from 0.
         unknown: usize,
-        /// The iterate.
+        /// The last iterate.
         last: Box<Root>,
     },
-    /// The limit on iterations, or no descent.
-    #[error("no convergence: the largest residual is {} after {} iterations, {} at the guess", last.residual, last.iterations, last.history[0])]
+    /// The maximum number of iterations is reached, or no damping is accepted.
+    #[error(
+        "no convergence: the largest residual is {} after {} iterations and {} at the guess",
+        last.residual, last.iterations, last.history[0]
+    )]
     NotConverged {
         /// The last iterate.
         last: Box<Root>,
@@ -97,7 +110,7 @@ pub enum RootError {
 }
 
 impl RootError {
-    /// The last iterate, with the history of residuals.
+    /// The last iterate, with the history of residuals; `None` for `Length`, `Empty` and `Setting`.
     pub fn last(&self) -> Option<&Root> {
         match self {
             RootError::NotFinite { last, .. }
@@ -110,7 +123,7 @@ impl RootError {
 }
 
 impl Root {
-    /// The guess, checked.
+    /// Checks the guess and evaluates its residual.
     pub(crate) fn start<R: Residual + ?Sized>(
         equations: &mut R,
         guess: &[f64],
@@ -139,7 +152,7 @@ impl Root {
         self.iterations += 1;
     }
 
-    /// Why a Jacobian has no factors: a slope that is no number, or a free unknown.
+    /// The error for a Jacobian without factors: an entry is not finite, or an unknown is not determined.
     pub(crate) fn singular(self, Floating(unknown): Floating, jacobian: &Matrix) -> RootError {
         let last = Box::new(self);
         match jacobian.not_finite() {
@@ -148,7 +161,7 @@ impl Root {
         }
     }
 
-    /// No share of a correction helps; the last was tried with these residuals.
+    /// The error if no damping is accepted. `tried`: residuals of the last trial.
     pub(crate) fn stuck(self, tried: &[f64]) -> RootError {
         match tried.iter().position(|r| !r.is_finite()) {
             Some(equation) => RootError::NotFinite { equation, last: Box::new(self) },
@@ -161,7 +174,7 @@ impl Root {
     }
 }
 
-/// A share of the unknowns or of a correction.
+/// Checks that a setting lies above 0 and below 1.
 pub(crate) fn check_share(name: &'static str, value: f64) -> Result<(), RootError> {
     if value > 0.0 && value < 1.0 {
         Ok(())

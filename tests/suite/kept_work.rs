@@ -1,9 +1,10 @@
-//! What has been computed is not lost when something else fails, and stops on one side alone.
+//! Rows and results that are kept after an error; standard deviations beside a large mean; contact laws with
+//! a stop on one side.
 
 use crate::api::*;
 use crate::common::stored;
 
-/// x'' + 0.3 x' + k x = cos t, and nothing but NaN from the variational equations where the jacobian is asked for.
+/// x'' + 0.3 x' + k x = cos t. With `no_slope` the Jacobian is NaN, so that the variational equations fail.
 struct Swing {
     stiffness: f64,
     no_slope: bool,
@@ -58,7 +59,7 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
         assert_eq!(row.lyapunov_failure().is_some(), row.index() == 1);
     }
     assert!(matches!(rows.exponent_errors()[&1], PointError::Lyapunov(_)), "{:?}", rows.exponent_errors());
-    // In bytes, in parts and resumed as well.
+    // The same after storing, in chunks and resumed.
     let back = stored(&rows);
     assert_eq!(back.fingerprint(), rows.fingerprint());
     assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
@@ -78,19 +79,20 @@ fn rows_that_are_refused_come_back() {
     parts.push(part(1));
     let whole = Rows::merge(parts).unwrap();
     assert_eq!(whole, sweep().run(&engine, family, rest).unwrap());
-    // Of another sweep; with an engine that cannot be used.
+    // Rows of another sweep, and an engine that cannot be used.
     let other =
         sweep().measure(3).runner(&engine, family, rest).monitor(&watch).resume(whole.clone()).unwrap_err();
     assert_eq!((other.error, &other.rows[..]), (SweepError::Parts { row: 0 }, &[whole.clone()][..]));
     let none = sweep().runner(&TableRk4::new(0), family, rest).monitor(&watch).resume(part(1)).unwrap_err();
     assert!(matches!(none.error, SweepError::Table(TableError::Size { steps: 0, .. })), "{}", none.error);
     assert_eq!(none.rows, [part(1)]);
-    // `?` where a sweep's error is wanted.
+    // `?` converts the error to a `SweepError`.
     let merged = || -> Result<Rows, SweepError> { Ok(Rows::merge(vec![part(0)])?) };
     assert_eq!(merged(), Err(SweepError::Parts { row: 1 }));
 }
 
-/// x = 10⁹ + sin t, whatever counts it: lanes, tables, located steps, samples.
+/// x = mean + √2 sin t: the standard deviation is 1 with lanes, tables, located edges and samples, also for a
+/// mean of 10⁹.
 #[test]
 fn a_deviation_is_not_lost_in_a_large_mean() {
     #[derive(PartialEq)]
@@ -140,7 +142,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     assert!((Summary::from_samples(&samples).unwrap().standard_deviation() - 1.0).abs() < 1e-7);
 }
 
-/// A ball between a stop and nothing: the law with an infinite edge does what one with an edge out of reach does.
+/// A stop on one side: a law with an infinite edge gives the results of a law with an edge out of reach.
 #[test]
 fn a_stop_on_one_side_alone() {
     let (infinite, nan) = (f64::INFINITY, f64::NAN);
@@ -179,7 +181,7 @@ fn a_stop_on_one_side_alone() {
         [Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)),
         [-4.0, 0.0, 0.0]
     );
-    // In a ring, by every way to run it.
+    // In a ring, with located edges and in lanes.
     let ring = |lower: f64| {
         let set =
             RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::set_a(4, 6000.0) };
@@ -202,7 +204,8 @@ fn a_stop_on_one_side_alone() {
         (end, rattle.contacts().to_vec())
     };
     let ((a, one), (b, other)) = (end(&stop), end(&far));
-    // Edges are met within a share of the gap, which the other edge enters: equal to the tolerance of the solver.
+    // The other edge enters the tolerance of locating through the width of the gap, so that the runs agree to
+    // the tolerance of the solver.
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs().max(1e-3));
     assert!(near(&a.q, &b.q) && near(&a.v, &b.v), "{a:?} {b:?}");
     assert!(

@@ -1,4 +1,5 @@
-//! Counts without bound and values beyond use: typed errors that name the bound, before memory is asked for.
+//! Counts above their maximum and values outside their range: typed errors that name the bound, before memory
+//! is allocated.
 
 use crate::api::*;
 use gear_dynamics::ParameterError as P;
@@ -48,7 +49,7 @@ fn counts_without_bound_are_refused_by_name() {
         let wave = RectangularWave::new(1.0, 2.0, 0.5).unwrap();
         too_many("series of a wave", wave.series(count));
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
-        // Runs: refused before they begin.
+        // Runs are refused before they begin.
         let solver = Dop853::new();
         let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
         assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
@@ -71,7 +72,7 @@ fn counts_without_bound_are_refused_by_name() {
     assert!(uniform_times(0.0, 1.0, 0).is_err() && Distribution::new().histogram(3).is_err());
 }
 
-/// A chunk of a grid has its rows in memory; the grid itself has not.
+/// Only the rows of a chunk are in memory, not the grid.
 #[test]
 fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
@@ -85,7 +86,7 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
 }
 
-/// A run long enough for more samples than there is room for.
+/// The waterfall checks its channel and the number of its samples before the run begins.
 #[test]
 fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     struct NoRun;
@@ -97,7 +98,7 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
             _: f64,
             _: &mut O,
         ) -> Result<Finish, IntegrateError> {
-            panic!("it runs");
+            panic!("the run began");
         }
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
@@ -106,9 +107,10 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     let run = |end, channel| {
         Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err()
     };
-    assert!(
-        matches!(run(1e5, "deflexion"), WaterfallError::Parameter(P::NoSuchChannel { name, .. }) if name == "deflexion")
-    );
+    assert!(matches!(
+        run(1e5, "deflexion"),
+        WaterfallError::Parameter(P::NoSuchChannel { name, .. }) if name == "deflexion"
+    ));
     for end in [1e12, 1e50] {
         assert!(matches!(run(end, "deflection"), WaterfallError::Parameter(P::TooMany { .. })), "{end}");
     }
@@ -130,15 +132,15 @@ fn a_time_that_the_bands_do_not_have_is_an_error() {
     assert!(bands.at("q1", 4).is_ok());
 }
 
-/// An ensemble with more distributions than there is room for says so before a member is run.
+/// An ensemble with more distributions than the maximum is refused before a member runs.
 #[test]
 fn an_ensemble_bounds_its_distributions() {
-    let family = |_: u64| -> Result<(Swing, State), P> { panic!("it runs") };
+    let family = |_: u64| -> Result<(Swing, State), P> { panic!("a member ran") };
     let bands = Ensemble::new(2, 1.0, 1 << 18).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family);
     assert!(matches!(bands, Err(EnsembleError::Parameter(P::TooMany { max: 262_144, .. }))));
 }
 
-/// Whatever the pair accepts has a period and drives that are finite.
+/// Every accepted pair has a finite period, finite drives and finite accelerations.
 #[test]
 fn a_pair_that_is_accepted_can_be_evaluated() {
     let (mut accepted, mut refused) = (0, 0);
@@ -250,7 +252,7 @@ fn figures_that_overflow_are_errors() {
         Spectrum::new(&[1.0, 2.0], 5e-324, Window::Hann).is_err()
             && Spectrum::new(&[1.0, 2.0], f64::MAX, Window::Hann).is_err()
     );
-    // Values of any size have a mean with its standard error; their variance may be beyond all numbers.
+    // Values of any size have a mean and its standard error; their variance may overflow.
     for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {
         let all = Distribution::from_samples(values);
         let exact = values.iter().map(|x| x / 4.0).sum::<f64>();
@@ -269,7 +271,7 @@ fn figures_that_overflow_are_errors() {
     assert!((small.variance().unwrap() - 7.0 / 3.0).abs() < 1e-15);
 }
 
-/// A stiffness with jumps beyond counting is refused where its mean is taken, and a ring has no more gears than its matrices have room for.
+/// A stiffness with too many jumps is refused when its mean is computed; a ring has at most 4095 gears.
 #[test]
 fn a_ring_bounds_jumps_and_gears() {
     let mut params = RingSet::set_a(4, 1000.0).params().unwrap();
@@ -280,20 +282,24 @@ fn a_ring_bounds_jumps_and_gears() {
         Ring::new(&params)
     };
     assert!(with(10).is_ok());
-    assert!(
-        matches!(with(100_000), Err(P::TooMany { name, max: 10_000, .. }) if name == "jumps of meshes[1].stiffness in a mesh period")
-    );
-    assert!(
-        matches!(wave.clone().per_turn(1_000_001), Err(P::TooMany { name, max: 1_000_000, .. }) if name == "order of a wave")
-    );
-    assert!(
-        matches!(wave.per_turn(1_000_000), Err(P::TooMany { name, .. }) if name == "edges of a wave in a turn")
-    );
+    assert!(matches!(
+        with(100_000),
+        Err(P::TooMany { name, max: 10_000, .. })
+            if name == "jumps of meshes[1].stiffness in a mesh period"
+    ));
+    assert!(matches!(
+        wave.clone().per_turn(1_000_001),
+        Err(P::TooMany { name, max: 1_000_000, .. }) if name == "order of a wave"
+    ));
+    assert!(matches!(
+        wave.per_turn(1_000_000),
+        Err(P::TooMany { name, .. }) if name == "edges of a wave in a turn"
+    ));
     assert!(matches!(RingSet::set_a(4096, 1000.0).params(), Err(P::TooMany { max: 4095, .. })));
 }
 
-/// x'' + c x' - x = cos t from rest grows without end: the growth of differences is exactly that of the equation, and rounding of the motion, which is
-/// soon far above any tolerance about its start, holds up no step.
+/// x'' + 0.06 x' - x = cos t from rest grows without limit. The exponents are those of the equation. The
+/// rounding of the motion soon exceeds the tolerance at the start and must not reduce the step.
 #[test]
 fn exponents_of_a_motion_that_grows() {
     struct Growing;
@@ -343,7 +349,7 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");
 }
 
-/// The time of a phase is when the phase is reached, however fast or slow the law runs between its knots.
+/// `time` inverts `phase`, for laws of any speed between their knots.
 #[test]
 fn times_of_phases_at_any_scale() {
     let laws = [
@@ -365,9 +371,9 @@ fn times_of_phases_at_any_scale() {
 #[test]
 fn multipliers_with_an_error_that_is_no_number_are_none() {
     let matrix = nalgebra::DMatrix::identity(2, 2);
-    assert!(Multipliers::from_monodromy(&matrix, f64::NAN).is_none());
-    assert!(Multipliers::from_monodromy(&matrix, 0.0).is_some());
-    // Entries whose squares overflow: eigenvalues 3 and -1 times 1e200.
+    assert!(Multipliers::from_monodromy(&matrix, f64::NAN).is_err());
+    assert!(Multipliers::from_monodromy(&matrix, 0.0).is_ok());
+    // Entries whose squares overflow: the eigenvalues are 3e200 and -1e200.
     let large = nalgebra::DMatrix::from_row_slice(2, 2, &[1e200, 2e200, 2e200, 1e200]);
     let values = Multipliers::from_monodromy(&large, 0.0).unwrap();
     assert!(
@@ -376,13 +382,14 @@ fn multipliers_with_an_error_that_is_no_number_are_none() {
     );
 }
 
-/// A quantity of 1e51 or of 1e-51 that is divided by is refused by name, with its range.
+/// A quantity outside its range is refused by name with the range.
 #[test]
 fn quantities_have_a_range() {
     for bad in [1e51, -1e51, 1e300, f64::MAX] {
-        assert!(
-            matches!(Constant::new(bad), Err(P::OutOfRange { value, allowed: "[-1e50, 1e50]", .. }) if value == bad)
-        );
+        assert!(matches!(
+            Constant::new(bad),
+            Err(P::OutOfRange { value, allowed: "[-1e50, 1e50]", .. }) if value == bad
+        ));
         assert!(Fourier::new(0.0, &[[bad, 0.0]]).is_err() && Cubic::new(1.0, bad).is_err());
     }
     for bad in [1e51, 1e-51, 5e-324] {
@@ -392,7 +399,7 @@ fn quantities_have_a_range() {
     assert!(Constant::new(1e50).is_ok());
 }
 
-/// A run beyond all times is refused: its steps times its rates would overflow.
+/// A run to a time beyond 1e50 is refused: products of its steps and rates would overflow.
 #[test]
 fn runs_end_within_a_bounded_time() {
     struct Idle;
@@ -414,7 +421,7 @@ fn runs_end_within_a_bounded_time() {
     assert!(solver.end(&Idle, &State::at_rest(1), 1e50).is_ok());
 }
 
-/// x'' + .5 x⁹ = cos t, run away from by a tolerance that takes any step.
+/// x'' + 0.5 x⁹ = cos t. With a large tolerance the steps are so long that the motion diverges.
 struct Stiffening;
 
 impl Model for Stiffening {

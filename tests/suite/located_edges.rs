@@ -1,11 +1,12 @@
-//! Contacts: grazing, several at once, in-contact damping, edges without pieces, stalls.
+//! Location of edges: grazing, simultaneous crossings, damping in contact, models without fixed pieces,
+//! stalls, moving edges, times and angles far from zero.
 
 use crate::api::*;
 use crate::common::{FreeDeadZone, Impact};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Hides the pieces of a model, so that edges are found by re-stepping.
+/// The same model without fixed pieces: edges are found by stepping again.
 struct Unheld<M>(M);
 
 impl<M: Model> Model for Unheld<M> {
@@ -39,7 +40,8 @@ fn without_pieces_edges_are_found_by_re_stepping() {
     assert!(a.1 < c.1);
 }
 
-/// A ball thrown up that just does, or just does not, reach a ceiling: q'' = -1 from q = 0 with v, apex v²/2, spring above 1.
+/// q'' = -1 from q = 0 with the velocity v, below a spring at q = 1. The highest point is v²/2, just below or
+/// just above the spring.
 struct Thrown;
 
 impl Model for Thrown {
@@ -61,7 +63,8 @@ impl Model for Thrown {
     }
 }
 
-/// The whole flight fits in one step of a method that is exact for parabolas: only a look inside finds the touch.
+/// The whole flight takes one step of a method that is exact for parabolas. The contact is found only by
+/// checks inside the step.
 #[test]
 fn grazing_inside_a_step_is_seen() {
     let crossings = |apex: f64| {
@@ -74,12 +77,13 @@ fn grazing_inside_a_step_is_seen() {
     assert_eq!(crossings(1.0 + 1e-3), 2);
 }
 
-/// Bounce in closed form: contact lasts half a period of the spring with gravity, speed is kept.
+/// A bounce in closed form: the duration of the contact follows from the spring with gravity, and the speed
+/// is kept.
 #[test]
 fn a_short_contact_inside_a_long_step() {
     let (v0, k) = (1.6f64, 1e4f64);
     let start = State::new(0.0, &[0.0], &[v0]);
-    // Reaches the ceiling with speed v at t1; in contact x'' = -1 - k x from x = 0.
+    // The mass reaches the spring with speed v at t1. In contact x'' = -1 - k x from x = 0.
     let v = (v0 * v0 - 2.0).sqrt();
     let t1 = v0 - v;
     let w = k.sqrt();
@@ -97,7 +101,7 @@ fn a_short_contact_inside_a_long_step() {
         .unwrap();
     assert_eq!(times.len(), 2);
     assert!((times[0] - t1).abs() < 1e-11, "{} {t1}", times[0]);
-    // From the upper turning point of the shifted spring the contact lasts 2 (π - φ') with φ' on the far side.
+    // The phase of the shifted spring has two branches; the duration is that of one of them.
     let expected = [contact, 2.0 * (std::f64::consts::PI - phase) / w];
     assert!(
         expected.iter().any(|e| (times[1] - times[0] - e).abs() < 1e-10),
@@ -106,7 +110,7 @@ fn a_short_contact_inside_a_long_step() {
     );
 }
 
-/// Two equal oscillators cross at the same instant, exactly.
+/// Two equal oscillators cross their edges at the same instant.
 #[test]
 fn contacts_that_cross_together() {
     struct Twins;
@@ -154,7 +158,8 @@ fn contacts_that_cross_together() {
     assert_eq!(finish.state.q[0], -finish.state.q[1]);
 }
 
-/// Damping only in contact makes the force jump: energy is then lost only there, and the edge is met closely.
+/// With damping in contact only the force jumps at the edges. The result is accurate and differs from that
+/// with permanent damping.
 #[test]
 fn damping_that_acts_only_in_contact() {
     let mesh = |damping| {
@@ -172,10 +177,11 @@ fn damping_that_acts_only_in_contact() {
     let always = tight.end(&mesh(ContactDamping::Always), &State::at_rest(9), 0.005).unwrap();
     let change = always.v.iter().zip(&truth.v).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
     println!("error {error:.1e}, in contact against always {change:.1e}");
-    assert!(error < 1e-6 && change > 1e-3); // 27 crossings; later on the jumps make the motion sensitive
+    // The run has 27 crossings; later the jumps make the motion sensitive.
+    assert!(error < 1e-6 && change > 1e-3);
 }
 
-/// Without backlash the two flanks meet: b = 0 is an ordinary linear spring, and the gap is passed in no time.
+/// Without backlash, b = 0, the contact is a linear spring.
 #[test]
 fn no_backlash_is_a_linear_spring() {
     let run = Dop853::new()
@@ -186,7 +192,7 @@ fn no_backlash_is_a_linear_spring() {
     assert!((run.last().unwrap().q[0] - 10f64.cos()).abs() < 1e-11);
 }
 
-/// A contact whose two sides both push across the edge cannot go on: it is named, not looped over.
+/// A contact that would cross its edge on both sides cannot continue: a typed error names it.
 #[test]
 fn a_stall_is_a_typed_error() {
     struct Stuck;
@@ -200,7 +206,7 @@ fn a_stall_is_a_typed_error() {
         fn contacts(&self) -> usize {
             1
         }
-        // The rate is wrong on purpose: it says that the deflection always leaves its piece.
+        // The rate has the wrong sign on purpose: the deflection always seems to leave its piece.
         fn contact(&self, _: &[f64], q: &[f64], _: &[f64], out: &mut [Contact]) {
             let rate = if q[0] > 0.0 { -1.0 } else { 1.0 };
             out[0] = Contact { deflection: q[0], rate, lower: 0.0, upper: 0.0, ..Contact::default() };
@@ -215,7 +221,8 @@ fn a_stall_is_a_typed_error() {
     assert!(failed.trajectory.len() > 1);
 }
 
-/// A ring without torque and all meshes identical stays at rest: the loop is only loaded, W_i = -C e' + K g(-e).
+/// A ring without torques and with equal meshes stays at rest. The meshes are loaded against each other: W_i
+/// = -C e' + K g(-e).
 #[test]
 fn a_symmetric_ring_stays_at_rest() {
     for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {
@@ -245,7 +252,8 @@ fn a_symmetric_ring_stays_at_rest() {
     }
 }
 
-/// An edge just left is not met again: free motion crosses after π in contact and 2b/(A-b) in the gap, in turn, and at no other time.
+/// An edge that was just left is not crossed again: free motion crosses after π in contact and after 2b/(A -
+/// b) in the gap, alternately, and at no other time.
 #[test]
 fn an_edge_just_left_is_not_crossed_again() {
     fn crossings(solver: &impl Integrator, model: &impl Model) -> Vec<(f64, Crossing)> {
@@ -268,7 +276,7 @@ fn an_edge_just_left_is_not_crossed_again() {
         crossings(&rk45, &Unheld(FreeDeadZone { b: 1.0 })),
         crossings(&Rk4::new(1e-3), &free),
     ] {
-        assert_eq!(seen.len(), 41); // π/2, then 4 and π in turn: 20 whole pairs
+        assert_eq!(seen.len(), 41); // π/2, then 4 and π alternately: 20 pairs
         for (i, pair) in seen.windows(2).enumerate() {
             let expected = if i % 2 == 0 { 4.0 } else { std::f64::consts::PI };
             assert!((pair[1].0 - pair[0].0 - expected).abs() < 1e-8, "{i} {pair:?}");
@@ -277,8 +285,8 @@ fn an_edge_just_left_is_not_crossed_again() {
     }
 }
 
-/// A clock that has run for thousands of periods is too coarse to meet edges to 1e-10 of the gap: motions are the same all the same, to what
-/// a time rounded to t ε moves them by.
+/// After thousands of periods the rounding of the time t exceeds the tolerance of locating, 1e-10 of the gap.
+/// The motion changes only by the effect of that rounding.
 #[test]
 fn edges_are_met_far_from_time_zero() {
     let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
@@ -297,6 +305,7 @@ fn edges_are_met_far_from_time_zero() {
     }
 }
 
+/// A ring of four gears with a small torque, phased meshes and damping in contact only.
 fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
     let mut set = RingSet {
         error: 5e-6,
@@ -311,8 +320,9 @@ fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
     Ring::new(&params).unwrap().in_frame(Frame::Rigid)
 }
 
-/// In free flight no force depends on the error excitation: steps grow over many of its periods unless the gap itself limits them. With
-/// default settings every edge is met that is met with forty steps to each period of the mesh.
+/// In the gap no force depends on the transmission error. Steps would grow over many of its periods if the
+/// moving edges did not limit them. With default settings the solvers find all edges that are found with
+/// forty steps a mesh period.
 #[test]
 fn edges_that_move_faster_than_the_error_estimate_sees() {
     let ring = loose_ring_of_four(|set| set.mesh_damping = 1000.0);
@@ -342,7 +352,8 @@ fn edges_that_move_faster_than_the_error_estimate_sees() {
     }
 }
 
-/// A mesh that floats in its gap reads the error excitation: RMS 5 µm/√2, peak-to-peak 10 µm.
+/// The deflection of a mesh that floats in its gap is the transmission error: RMS 5 µm/√2, peak-to-peak value
+/// 10 µm.
 #[test]
 fn a_floating_mesh_reads_its_error_excitation() {
     let ring = loose_ring_of_four(|set| (set.motor_torque, set.load_torque) = (0.0, 0.0));
@@ -353,8 +364,8 @@ fn a_floating_mesh_reads_its_error_excitation() {
     assert!((seen.rms - 5e-6 / 2f64.sqrt()).abs() < 1e-9 && (seen.peak_to_peak() - 1e-5).abs() < 1e-9);
 }
 
-/// Angles of many radians round the deflections to more than the slack of an edge: motions are the same to that rounding, and no contact
-/// stalls.
+/// Angles of 10⁴ rad round the deflections to more than the tolerance of an edge. The motion changes only by
+/// that rounding, and no contact stalls.
 #[test]
 fn rings_that_have_turned_far_do_not_stall() {
     let ring = loose_ring_of_four(|_| ());
@@ -373,11 +384,11 @@ fn rings_that_have_turned_far_do_not_stall() {
     println!("{:?}, off by {off:.1e}", far.stats);
     assert_eq!(far.stats.crossings, near.stats.crossings);
     assert!(off < 1e-8, "{off}");
-    // A million radians leave 1e-10 rad of the angles: the motion is coarse, and goes on.
+    // A million radians leave a resolution of 1e-10 rad: the motion is inaccurate, but the run completes.
     assert!(run(1e6).stats.crossings > 3);
 }
 
-/// Two masses whose distance has a gap, far from the origin: R(q1 - q2) = ±b, opened by cos t.
+/// Two masses with a gap in their distance: 0.05 (q1 - q2) = ±1e-5, driven by cos t.
 struct Couple;
 
 impl Model for Couple {
@@ -410,8 +421,8 @@ impl Model for Couple {
     }
 }
 
-/// Rounding of 10⁴ rad moves the deflection of neighbouring coordinates by 1e-13 m, a thousand slacks of the gap: no contact stalls, and as many
-/// edges are met as near the origin.
+/// The rounding of 10⁴ rad changes the deflection between neighbouring coordinates by 1e-13 m, a thousand
+/// times the tolerance of locating. No contact stalls, and the number of crossings is that near the origin.
 #[test]
 fn two_coordinates_that_have_turned_far_do_not_stall() {
     let solver = Dop853::new().rtol(1e-9).atol(1e-10);
@@ -428,20 +439,20 @@ fn two_coordinates_that_have_turned_far_do_not_stall() {
         let near = crossings(0.0, 0.0, apart);
         assert!(near > 5, "{near}");
         assert_eq!(crossings(1e4, 0.0, apart), near, "{k}");
-        // Fast rotation from the origin comes as far.
+        // A fast rotation from the origin reaches the same angle.
         assert_eq!(crossings(0.0, 250.0, apart), near, "{k}");
     }
 }
 
-/// A fixed step holds whole periods of the edge and ends at its crests: ends and middle agree with a straight line, and the edge is met all
-/// the same.
+/// A fixed step contains whole periods of the edge and ends at its crests, so that its ends and its middle
+/// agree with a straight line. The edge is located nevertheless.
 #[test]
 fn an_edge_in_step_with_fixed_steps_is_met() {
     for periods in [1.0, 2.0, 4.0, 6.0, 10.0] {
         let h = 0.01;
         let omega = periods * TAU / h;
         let model = Crest { omega };
-        // The gap closes to -E between crests while 1 + E cos ωt - t falls below 1 + E - t.
+        // The first zero of gap(t) = 1 + E cos ωt - t with E = 0.05 lies after t = 1 - E = 0.95.
         let mut touched = f64::NAN;
         let mut watch = |step: &mut Step<'_>| {
             if step.crossings().is_empty() {
@@ -456,11 +467,11 @@ fn an_edge_in_step_with_fixed_steps_is_met() {
         while gap(t) > 0.0 {
             t += step;
         }
-        assert!((touched - t).abs() < 2.0 * step, "{periods} periods a step: {touched} in place of {t}");
+        assert!((touched - t).abs() < 2.0 * step, "{periods} periods a step: {touched} instead of {t}");
     }
 }
 
-/// A mass in free flight below an edge at 1 + .05 cos ωt.
+/// A mass in free flight below an edge at 1 + 0.05 cos ωt.
 struct Crest {
     omega: f64,
 }

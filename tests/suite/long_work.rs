@@ -1,4 +1,4 @@
-//! Sweeps that are long: parts of them, what is kept of a cancelled one, points that fail on the way, and what may be looked at meanwhile.
+//! Sweeps in chunks, cancelled and resumed; checks, points that fail, progress and monitors; sizes of tables.
 
 use crate::api::*;
 use crate::common::stored;
@@ -6,21 +6,23 @@ use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-/// q'' = pull cos φ - w² q - 0.1 q' over the period 2, a jump of nothing in each period. It counts what is asked of it, and says stop.
+/// q'' = pull cos φ - w² q - 0.1 q', period 2 in most tests, with one drive edge of height zero in each
+/// period. It counts the evaluations and may cancel the sweep.
 struct Swing<'c> {
-    /// When the jump comes, as a share of the period.
+    /// Place of the drive edge as a share of the period.
     edge: f64,
     count: Option<&'c Count>,
 }
 
-/// What counts is itself alone.
+/// A shape that counts equals no other shape.
 impl PartialEq for Swing<'_> {
     fn eq(&self, other: &Self) -> bool {
         self.edge == other.edge && self.count.is_none() && other.count.is_none()
     }
 }
 
-/// Drives and accelerations asked for; from the `last` on there is to be no more.
+/// Number of evaluations of drives and of accelerations. The sweep is cancelled when one of them reaches its
+/// `last`.
 struct Count {
     drives: AtomicUsize,
     accelerations: AtomicUsize,
@@ -108,7 +110,8 @@ fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
 }
 
-/// Which points are checked is counted from the start of the sweep: parts put together are the whole, checks and estimates included.
+/// The choice of checked points is counted from the start of the sweep: merged chunks equal the whole sweep,
+/// with checks and error estimates.
 #[test]
 fn chunks_check_the_points_that_the_whole_checks() {
     let grid =
@@ -137,8 +140,8 @@ fn chunks_check_the_points_that_the_whole_checks() {
     }
 }
 
-/// A point in the middle of a line that cannot be run: the line goes on. After one that the engine finds out, from the start of the next
-/// point; past one that has no model, from the state there is.
+/// A sweep with warm starts continues after a point that fails. After an error of the engine the next point
+/// begins at its own start; past a point without a model it begins at the last state.
 #[test]
 fn a_line_goes_on_after_a_point_that_fails() {
     fn run<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
@@ -192,7 +195,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
     }
 }
 
-/// q'' = pull - q: a plain model that says its period.
+/// q'' = pull - q: a model with a given period and a constant drive.
 struct Bare {
     period: f64,
     pull: f64,
@@ -216,7 +219,8 @@ impl Periodic for Bare {
     }
 }
 
-/// A model without a period or with drives that are none is refused; of a machine already its constants.
+/// A model without a valid period or with drives that are not finite is refused. The constants of a machine
+/// are checked by its constructor.
 #[test]
 fn periods_and_constants_that_are_none() {
     fn errors<E: SweepEngine<Bare>>(engine: &E, change: &(dyn Fn(&mut Bare) + Sync)) -> Vec<PointError> {
@@ -253,16 +257,18 @@ fn periods_and_constants_that_are_none() {
             found.iter().all(|e| matches!(e, PointError::Table(TableError::NotFinite { drive: 0, .. }))),
             "{found:?}"
         );
-        assert!(
-            matches!(Swing::made(0.5, None, pull, 1.0, 2.0), Err(ParameterError::NotFinite { name, .. }) if name == "pull")
-        );
+        assert!(matches!(
+            Swing::made(0.5, None, pull, 1.0, 2.0),
+            Err(ParameterError::NotFinite { name, .. }) if name == "pull"
+        ));
     }
 }
 
-/// A point that diverges says nothing about the error of its neighbours, though its check with a quarter of the step stands.
+/// A point that diverges gives no error estimate for its neighbours, although its check with a quarter of the
+/// step succeeds.
 #[test]
 fn a_check_counts_only_beside_its_row() {
-    // RK4 is stable up to w h = 2.83: at w = 40 a step of 1/8 is too long, a quarter of it is not.
+    // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
     let points = Points::on_axis(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
     let kicked =
@@ -270,16 +276,19 @@ fn a_check_counts_only_beside_its_row() {
     let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
     assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
-    // A few per cent, of which 16 samples in a period may miss (π/16)²/2 at each extreme: far from the value of a row that is not there.
+    // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
+    // extreme. It must not contain the missing row.
     let q1 = first.channel("q1").unwrap();
     assert!(first.error("q1").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q1"));
     assert_eq!((next.error("q1"), last.error("q1")), (first.error("q1"), first.error("q1")));
 }
 
-/// The other way round: where the check fails the row says so, is flagged, and has no estimate of its own.
+/// If the check of a point fails, the row contains the error, counts as sensitive and has no estimate of its
+/// own.
 #[test]
 fn a_check_that_fails_is_told() {
-    // On a whole step to a millionth of 16, not of 64.
+    // The edge lies on a whole step of a table of 16 steps within the tolerance of 1e-6, but not of one of
+    // 64.
     let family = |p: &Point<'_>| -> Made<'static> {
         Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
     };
@@ -298,7 +307,7 @@ fn a_check_that_fails_is_told() {
     assert_eq!(told.checked().unwrap().unwrap_err().to_string(), error.to_string());
 }
 
-/// Rows are the same however many threads share them; how many ran alone is another matter.
+/// Rows do not depend on the number of threads, but the number of points that ran alone does.
 #[test]
 fn rows_are_equal_whatever_ran_alone() {
     let sweep = along(145);
@@ -307,14 +316,14 @@ fn rows_are_equal_whatever_ran_alone() {
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
-    // A line is as many as its points.
+    // With warm starts every point of a line runs alone.
     assert_eq!(
         along(9).warm_start(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(),
         9
     );
 }
 
-/// More parts than points, in any order.
+/// More chunks than points, merged in any order.
 #[test]
 fn empty_parts_in_any_order() {
     let sweep = along(3);
@@ -328,7 +337,7 @@ fn empty_parts_in_any_order() {
     }
 }
 
-/// Rows know their sweep: other points or settings, and neither bytes nor parts nor a resumed run are taken.
+/// Rows contain their sweep: a sweep with other points or settings can neither resume nor merge them.
 #[test]
 fn rows_of_another_sweep_are_refused() {
     let sweep = along(8);
@@ -371,7 +380,7 @@ fn rows_of_another_sweep_are_refused() {
     }
 }
 
-/// Progress is that of the chunk, its checks and the points without a model included.
+/// The progress counts the points of the chunk with their checks, also the points without a model.
 #[test]
 fn progress_ends_at_the_end() {
     let seen =
@@ -407,7 +416,7 @@ fn progress_ends_at_the_end() {
         Err("never")
     };
     assert_eq!(seen(&along(100), 3, 4, &never), (25, 25, vec![25]));
-    assert_eq!(asked.into_inner(), 100); // once each
+    assert_eq!(asked.into_inner(), 100); // the family is called once a point
     let late = |p: &Point<'_>| if p.index() < 7 { Err("early") } else { swing(p) };
     assert_eq!(seen(&along(100), 0, 4, &late), (25, 25, vec![25]));
     assert_eq!(seen(&along(10).warm_start(WarmStart::Up), 0, 1, &late), (10, 10, vec![10]));
@@ -430,7 +439,8 @@ fn a_family_without_a_model_is_left_when_cancelled() {
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
-/// What looks at rows may take its time and threads: it holds up no other thread, and it may start work of its own.
+/// A monitor of rows may take its time and use threads: it blocks no other thread and may start parallel
+/// work.
 #[test]
 fn two_threads_may_show_rows_at_once() {
     let (inside, together) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -441,7 +451,8 @@ fn two_threads_may_show_rows_at_once() {
         if inside.fetch_add(1, Relaxed) > 0 {
             together.store(true, Relaxed);
         }
-        // The first one waits for a second; the limit is for a lock that never lets it in.
+        // The first call waits until a second one is inside. The time limit ends the test if a lock excludes
+        // the second call.
         let began = Instant::now();
         while !together.load(Relaxed) && began.elapsed() < Duration::from_secs(60) {
             std::thread::yield_now();
@@ -461,12 +472,13 @@ fn two_threads_may_show_rows_at_once() {
     assert_eq!(made.iter().count(), 64);
 }
 
-/// Stopping takes at most 64 rows of a table, or 64 steps of four accelerations: with 16 ns for each of 16 lanes a tenth of a millisecond.
+/// A cancelled run stops within 64 rows of a drive table, or within 64 steps of four accelerations. With 16
+/// ns for each of 16 lanes this is 0.1 ms.
 #[test]
 fn a_cancel_is_seen_within_64_steps() {
     fn asked<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
         let count = Count::new(last);
-        // What making the model asks does not count.
+        // Evaluations by the constructor of the model do not count.
         let family = |p: &Point<'_>| {
             let made = Swing::made(0.5, Some(&count), 1.0, p["w"], 2.0);
             count.drives.store(0, Relaxed);
@@ -495,7 +507,7 @@ fn a_cancel_is_seen_within_64_steps() {
     }
 }
 
-/// A table that would not fit into memory is refused before anything runs, that of the checks as well.
+/// A drive table that exceeds the memory is refused before the sweep begins, also that of the checks.
 #[test]
 fn tables_have_a_size() {
     let run = |steps: usize, every: usize| {
@@ -513,7 +525,7 @@ fn tables_have_a_size() {
     );
 }
 
-/// A model that jumps at every step, and more often than that, still has a table.
+/// A model with a drive edge at every step, or more often, still has a table.
 #[test]
 fn jumps_without_number() {
     struct Jumps(Machine<Swing<'static>>, f64);
@@ -546,15 +558,16 @@ fn jumps_without_number() {
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1"]);
         sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
     };
-    // More of them than a hundred thousand.
+    // More than 10⁵ edges.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
     let [often, once] = [&often, &once].map(|rows| rows.get(0).unwrap().channel("q1").unwrap());
-    // A jump is read 1e-6 of a step off.
+    // Drives at an edge are read 1e-6 of a step beside it.
     assert!((often.max - once.max).abs() < 1e-9 * once.max, "{often:?} {once:?}");
     assert!(matches!(run(16, 2.0 / 48.0).get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))));
 }
 
-/// What a cancelled run has not reached is run later: the rows are those of a run that was never stopped, and what is done is not run again.
+/// A cancelled sweep is resumed: the rows are those of an uninterrupted sweep, and finished points do not run
+/// again.
 #[test]
 fn a_cancelled_run_is_resumed() {
     let grid = Points::grid(vec![
@@ -594,7 +607,7 @@ fn a_cancelled_run_is_resumed() {
             assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }
-    // Nothing is missing: nothing is run.
+    // If nothing is missing, nothing runs.
     let whole = along(5).run(&engine, swing, rest).unwrap();
     let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
     assert_eq!(along(5).runner(&engine, swing, never).resume(whole.clone()).unwrap(), whole);

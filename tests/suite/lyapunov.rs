@@ -1,5 +1,5 @@
-//! Lyapunov exponents against closed forms, multipliers, the divergence and independent figures. The long ones:
-//! `cargo test --release --test suite lyapunov -- --ignored`.
+//! Lyapunov exponents against closed forms, multipliers, the divergence and independent results. The long
+//! tests: `cargo test --release --test suite lyapunov -- --ignored`.
 
 use crate::api::*;
 use crate::common::oscillators::{DeadZone, Duffing};
@@ -31,7 +31,7 @@ fn overdamped_oscillator() {
     assert!((values[0] + 1.0).abs() < 1e-8 && (values[1] + 2.0).abs() < 1e-8);
 }
 
-/// On an orbit the exponents are ln|μ|/T.
+/// On a periodic orbit the exponents are ln|μ|/T.
 #[test]
 fn of_a_periodic_orbit() {
     let model = DeadZone { omega: 0.85, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.2 };
@@ -41,7 +41,7 @@ fn of_a_periodic_orbit() {
         Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
     println!("{:?} {growth:?} {:?}", exponents.values(), exponents.standard_error());
     for (ours, exact) in exponents.values().iter().zip(&growth) {
-        // A complex pair turns: the mean converges as 1/periods.
+        // For a complex pair the mean converges as 1/periods.
         assert!((ours - exact).abs() < 1e-4, "{ours} {exact}");
     }
     let duffing = Duffing { omega: 1.25 };
@@ -66,15 +66,16 @@ fn reading_a(speed: f64) -> NfgPair {
         .unwrap()
 }
 
-/// Reading A per turn of the face gear, by speed.
+/// Exponents of reading A (docs/models.md) per turn of the face gear, by speed: `bifurcation_modelA` of
+/// tests/data/nfg.json.
 fn published() -> Vec<(f64, f64)> {
     let file = crate::data::read("nfg.json");
     let all = file["bifurcation_modelA"]["lyapunov_per_carrier_period"].as_object().unwrap();
     all.iter().map(|(speed, theirs)| (speed.parse().unwrap(), theirs.as_f64().unwrap())).collect()
 }
 
-/// The pair, reading A: Lyapunov exponents per turn of the face gear against tests/data/nfg.json where it is chaotic, against the multipliers
-/// of the orbit where it is not, and their sum against -2 ζ.
+/// The pair of Liu 2021, reading A: exponents per turn of the face gear. They are compared with
+/// tests/data/nfg.json if the motion is chaotic, with the multipliers of the orbit if not. Their sum is -2 ζ.
 fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
     for (speed, theirs) in published().into_iter().filter(|(speed, _)| speeds(*speed)) {
         let pair = reading_a(speed);
@@ -85,9 +86,10 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
             .run(&pair, &pair.static_start().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
-        println!("{speed}: {ours:.2} ± {error:.2}, theirs {theirs}");
+        println!("{speed}: {ours:.2} ± {error:.2}, reference {theirs}");
         if theirs > 0.0 {
-            // Theirs is one sample, of 15 %; ours has its own scatter. The test below has neither excuse.
+            // The reference is one sample, accurate to 15 %, and the result has its own standard error. The
+            // test over a thousand turns has narrower bounds.
             assert!((ours - theirs).abs() < 0.15 * theirs + 2.0 * error, "{speed}: {ours} {theirs}");
         } else {
             let start = exponents.state();
@@ -96,7 +98,8 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
             println!("    multipliers {exact:.4}");
             assert_eq!(cycle.least_multiple(), 1);
             assert!((ours - exact).abs() < 1e-3 * exact.abs() + 2.0 * error, "{speed}: {ours} {exact}");
-            // At 180 rad/s the multipliers are a complex pair, -ζ T = -15.1 exactly: theirs is a short run that turns with it.
+            // At 180 rad/s the multipliers are a complex pair with the exponent -ζ T = -15.1. The reference
+            // is a short run that varies with the phase of the pair.
             assert!(speed > 165.0 || (ours - theirs).abs() < 0.15 * theirs.abs(), "{speed}: {ours} {theirs}");
         }
         let sum: f64 = exponents.values().iter().sum();
@@ -115,8 +118,9 @@ fn of_the_rattling_pair_at_all_speeds() {
     rattling_pair(150, |_| true);
 }
 
-/// Over 1000 turns all chaotic ones are within 15 %, but the one at 160 rad/s: there bursts make samples scatter, ours over 1000 turns is
-/// 5.00 ± 0.18 (5.08 ± 0.29 at tolerance 1e-7), and theirs has to be one of the samples of 100 turns.
+/// Over 1000 turns all exponents of chaotic motions are within 15 % of the reference, except at 160 rad/s.
+/// There bursts scatter the samples: 1000 turns give 5.00 ± 0.18 (5.08 ± 0.29 at tolerance 1e-7), and the
+/// reference must lie in the range of the samples of 100 turns.
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored"]
 fn of_the_rattling_pair_over_a_thousand_turns() {
@@ -129,7 +133,10 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
             .run(&pair, &pair.static_start().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
-        println!("{speed}: {ours:.3} ± {error:.3}, theirs {theirs}, {:.1} %", 100.0 * (ours / theirs - 1.0));
+        println!(
+            "{speed}: {ours:.3} ± {error:.3}, reference {theirs}, {:.1} %",
+            100.0 * (ours / theirs - 1.0)
+        );
         let (history, turns) = (exponents.history(0), 100);
         let sum = |turn: usize| if turn == 0 { 0.0 } else { history[turn - 1] * turn as f64 };
         let samples =
@@ -142,7 +149,8 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
     }
 }
 
-/// The chaotic window of reading A ends between 163 and 163.5 rad/s, by way of period two; from 164 every turn is the same.
+/// The chaotic window of reading A ends between 163 and 163.5 rad/s, where the motion has period 2; from 164
+/// rad/s it has period 1.
 fn window(speeds: &[f64]) {
     let points = Points::on_axis(Axis::list("speed", speeds).unwrap());
     let sweep = Sweep::new(points)
@@ -179,7 +187,7 @@ fn the_chaotic_window_every_half_step() {
     window(&(0..=80).map(|i| 150.0 + 0.5 * f64::from(i)).collect::<Vec<_>>());
 }
 
-/// x'' + c x' + 2 x = cos 2t: exponents -1 and -2 with c = 3, of period π.
+/// x'' + c x' + 2 x = cos 2t, period π. For c = 3 the exponents are -1 and -2.
 struct Driven(f64);
 
 impl Model for Driven {
@@ -197,7 +205,8 @@ impl Periodic for Driven {
     }
 }
 
-/// In a sweep: -T by the closed form, whichever engine made the run, and where states are carried.
+/// In a sweep the exponent per period has its closed form, with either engine and with warm starts: -T for c
+/// = 3 and (√2 - 2) T for c = 4.
 #[test]
 fn the_largest_exponent_is_a_measure_of_sweeps() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));
@@ -228,7 +237,8 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     }
 }
 
-/// The measure goes on from where the run of the point ended: to the bit what [`Lyapunov`] gives from there, in lanes and in chunks.
+/// The exponent of a row is measured from the last state of its run: to the bit the result of [`Lyapunov`]
+/// from there, with lanes and in chunks.
 #[test]
 fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
@@ -252,7 +262,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 
-/// A failure keeps what was measured before it; bad settings are named.
+/// An error contains the periods that were measured before it. Invalid settings are refused by name.
 #[test]
 fn bad_input() {
     struct Breaks;
@@ -285,17 +295,17 @@ fn bad_input() {
     assert!(matches!(solve.run_over(&Overdamped, &State::at_rest(2), 1.0), Err(LyapunovError::Parameter(_))));
 }
 
-/// x'' + c x' + k x = cos t: the exponents are the real parts of the roots of s² + c s + k.
+/// x'' + c x' + k x = cos t. The exponents are the real parts of the roots of s² + c s + k.
 struct Linear {
     damping: f64,
     stiffness: f64,
 }
 
 impl Linear {
-    /// Per period, the largest first.
+    /// Exponents per period, the larger one first.
     fn exact(&self) -> [f64; 2] {
         let root = (self.damping * self.damping / 4.0 - self.stiffness).max(0.0).sqrt();
-        // -c/2 + root would cancel.
+        // k/fast instead of -c/2 + root, which would cancel.
         let fast = -self.damping / 2.0 - root;
         [if root > 0.0 { self.stiffness / fast } else { fast }, fast].map(|x| x * TAU)
     }
@@ -316,7 +326,7 @@ impl Periodic for Linear {
     }
 }
 
-/// x'' + c x' + k x + x³ = F cos w t, k = 0 after Ueda.
+/// x'' + c x' + k x + x³ = F cos w t: Duffing's oscillator, with k = 0 Ueda's.
 struct Cubic {
     damping: f64,
     stiffness: f64,
@@ -346,7 +356,8 @@ impl Periodic for Cubic {
     }
 }
 
-/// x'' + 0.05 x' + x = cos t turns its directions once in almost a period: strobed they seem to stand still.
+/// The directions of x'' + 0.05 x' + x = cos t turn once in almost one period, so that strobed directions
+/// almost stand still. The standard error must not be too small.
 #[test]
 fn a_direction_that_turns_with_the_period_is_no_certainty() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };
@@ -364,7 +375,8 @@ fn a_direction_that_turns_with_the_period_is_no_certainty() {
     }
 }
 
-/// What share of the bars of `count` random starts hold the exponent within two errors: the exact one, or the mean of all.
+/// Share of `count` random starts for which two standard errors contain the exponent: the exact one or, with
+/// `None`, the mean of all.
 fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Option<f64>) -> f64 {
     let start =
         |i: u32| [1, 2].map(|j| 2.0 * (f64::from(i) * [0.0, 0.754_877_666, 0.569_840_291][j]).fract() - 1.0);
@@ -380,14 +392,14 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
     let off = (runs.iter().map(|(ours, _)| (ours - exact) * (ours - exact)).sum::<f64>() / runs.len() as f64)
         .sqrt();
     println!(
-        "exponent {exact:.6}, off by {off:.2e}, bars {:.2e}: {held} of {count} within two errors",
+        "exponent {exact:.6}, scatter {off:.2e}, standard error {:.2e}: {held} of {count} within two errors",
         mean(|run| run.1)
     );
-    assert!(mean(|run| run.1) < 2.0 * off, "bars far too large");
+    assert!(mean(|run| run.1) < 2.0 * off, "standard errors are more than twice the scatter");
     held as f64 / f64::from(count)
 }
 
-/// The short form of the test below.
+/// Short form of the next test.
 #[test]
 fn bars_cover_a_linear_oscillator() {
     let model = Linear { damping: 0.05, stiffness: 0.81 };
@@ -396,7 +408,8 @@ fn bars_cover_a_linear_oscillator() {
     assert!(share >= 0.85, "{share}");
 }
 
-/// Two errors hold the exponent in 90 to 98 % of 200 random starts, whether directions turn or the motion is chaotic.
+/// Two standard errors contain the exponent for 90 to 98 % of 200 random starts, for turning directions and
+/// for chaotic motions.
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {
@@ -413,7 +426,7 @@ fn bars_cover_95_percent_of_200_seeds() {
     assert!(shares.iter().all(|share| (0.90..=0.98).contains(share)), "{shares:?}");
 }
 
-/// Directions that shrink by e⁻¹¹⁸ between two renormalisations, and to nothing at all.
+/// Stiff models: between two renormalisations a direction shrinks by e⁻¹¹⁸, or underflows to zero.
 #[test]
 fn a_stiff_model_has_its_second_exponent() {
     for damping in [300.0, 1000.0] {
@@ -422,13 +435,13 @@ fn a_stiff_model_has_its_second_exponent() {
             Lyapunov::new().settle(0).align(0).periods(1).run(&model, &State::at_rest(1)).unwrap();
         let (ours, exact) = (exponents.per_period(), model.exact());
         println!("{ours:?} {exact:?}");
-        // A period is too short for the first direction to be met exactly.
+        // One period is too short for the first direction to converge.
         assert!((ours[1] / exact[1] - 1.0).abs() < 1e-2 && ours[0].abs() < 10.0, "{ours:?} {exact:?}");
         assert!((ours[0] + ours[1] + damping * TAU).abs() < 1e-6 * damping, "{ours:?}");
     }
 }
 
-/// Two oscillators that know nothing of one another: the first one is the more damped.
+/// Two uncoupled oscillators; the first one has the larger damping.
 #[test]
 fn the_largest_exponent_is_that_of_the_whole_model() {
     struct Two;
@@ -450,7 +463,7 @@ fn the_largest_exponent_is_that_of_the_whole_model() {
     assert!((first + 0.5).abs() < 1e-6, "{first}");
 }
 
-/// What was reached is kept, wherever a run ends.
+/// An error contains the state that was reached, during settling and during measuring.
 #[test]
 fn a_run_that_ends_early_keeps_its_state() {
     struct Breaks;
@@ -468,14 +481,14 @@ fn a_run_that_ends_early_keeps_its_state() {
         let Err(LyapunovError::Flow { so_far, .. }) =
             Lyapunov::new().settle(settle).align(0).run_over(&Breaks, &start, 1.0)
         else {
-            panic!("settled through a force that is no number");
+            panic!("settled although the acceleration is NaN");
         };
         let state = so_far.state();
         assert!(state.t > 4.0 && state.t < 5.5 && state.q != start.q, "{settle}: {state:?}");
     }
 }
 
-/// No count makes a run endless, or its result no number.
+/// The budget ends a run with any counts.
 #[test]
 fn a_budget_ends_any_run() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };

@@ -1,4 +1,5 @@
-//! Shapes with named constants: names, derivatives, lanes, angles that turn unevenly, composition of models with laws and waves of one's own.
+//! Shapes, named constants and machines: names, derivatives, lanes, varying speed, models with laws and waves
+//! of one's own, invalid shapes.
 
 use crate::api::*;
 use std::f64::consts::TAU;
@@ -17,7 +18,8 @@ fn names_that_do_not_exist_are_refused() {
     let error = pair().with("lod torque", 20.0).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "no constant \"lod torque\"; there are: speed, load torque, inertia, stiffness, damping ratio, half backlash"
+        "no constant \"lod torque\"; there are: speed, load torque, inertia, stiffness, damping ratio, \
+         half backlash"
     );
     assert!(matches!(pair().constant("b").unwrap_err(), ParameterError::NoSuchConstant { .. }));
     assert!(matches!(ring().slot("mesh damping 0").unwrap_err(), ParameterError::NoSuchConstant { .. }));
@@ -25,7 +27,7 @@ fn names_that_do_not_exist_are_refused() {
         ring().slope("load", &[], &[], &[]).unwrap_err(),
         ParameterError::NoSuchConstant { .. }
     ));
-    // A constant that is read in another form has no drive.
+    // A constant that the shape converts is not a drive.
     assert_eq!(
         pair().slot("half backlash").unwrap_err(),
         ParameterError::NotADrive { name: "half backlash".into() }
@@ -34,7 +36,7 @@ fn names_that_do_not_exist_are_refused() {
     let ring = ring();
     let mut u = vec![0.0; ring.drives()];
     ring.drive(0.0, Side::After, &mut u);
-    // The speed is a drive, but adding to it would not move the angle.
+    // The speed stands among the drives, but an addition to it would not change the angle.
     assert!(matches!(ring.slot("mesh frequency").unwrap_err(), ParameterError::NotADrive { .. }));
     for (i, channel) in ring.names().iter().enumerate().skip(1) {
         assert_eq!(u[ring.slot(&channel.name).unwrap()], ring.constants()[i], "{channel}");
@@ -52,18 +54,19 @@ fn values_out_of_range_are_refused_by_name() {
     for bad in [f64::NAN, f64::INFINITY, 1e51] {
         assert!(pair().with("load torque", bad).is_err() && ring().with("motor torque", bad).is_err());
     }
-    assert!(
-        matches!(ring().with("mesh damping 2", -1.0), Err(ParameterError::Negative { name, .. }) if name == "mesh damping 2")
-    );
+    assert!(matches!(
+        ring().with("mesh damping 2", -1.0),
+        Err(ParameterError::Negative { name, .. }) if name == "mesh damping 2"
+    ));
 }
 
-/// ∂a/∂c by every constant of every model, against differences of models made anew.
+/// ∂a/∂c for every constant of every model, against differences between models with changed constants.
 #[test]
 fn derivatives_by_constants() {
     fn check<G: Shape>(model: &Machine<G>, q: &[f64], v: &[f64]) {
         let n = q.len();
         let at = |model: &Machine<G>| {
-            // At one and the same angle.
+            // At equal angles.
             let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
             model.drive(0.9 / model.speed(), Side::After, &mut u);
             model.accel(&u, q, v, &mut a);
@@ -101,8 +104,9 @@ fn derivatives_by_constants() {
     check(&ring(), &q, &v);
 }
 
-/// θ2 = 2 atan((1 - ε)/(1 + ε) tan(x/2)), ē = e/r: their second derivatives over time along an angle whose speed fluctuates, against differences of
-/// the motion itself. The part of φ'' is as large as that of the centre forcing.
+/// Within the gap q'' = ē'' - θ2'' - B0 with θ2 = 2 atan((1 - ε)/(1 + ε) tan(x/2)) and ē = e/r_b2. For an
+/// angle x with fluctuating speed the acceleration agrees with second differences. The part of x'' is as
+/// large as that of the centre forcing.
 #[test]
 fn second_derivatives_hold_the_acceleration_of_the_angle() {
     let eps = 0.2;
@@ -117,7 +121,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
         let (mut by_acceleration, mut by_centre) = (0.0f64, 0.0f64);
         for k in 0..20 {
             let t = 40.0 + 77.0 * f64::from(k);
-            // Within the gap nothing else acts.
+            // Within the gap there is no mesh force.
             pair.drive(t, Side::After, &mut u);
             pair.accel(&u, &[0.0], &[0.0], &mut a);
             let motion = |t: f64| {
@@ -138,12 +142,15 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
             by_acceleration = by_acceleration.max((a[0] - steady[0]).abs());
             by_centre = by_centre.max((steady[0] + load).abs());
         }
-        println!("{by_acceleration:.2e} by φ'', {by_centre:.2e} by the centre and the error");
+        println!(
+            "{by_acceleration:.2e} from the acceleration of the angle, {by_centre:.2e} from the centre and the error"
+        );
         assert!(by_acceleration > 0.5 * by_centre || !params.error_harmonics.is_empty());
     }
 }
 
-/// Rings of different speeds, torques and dampings share one table, whoever made their waves; each is what it is alone.
+/// Rings of different speeds share one drive table, although their waves were made separately. Each gives the
+/// row of its single run.
 #[test]
 fn rings_of_any_speed_share_lanes() {
     let family = |p: &Point<'_>| {
@@ -174,7 +181,8 @@ fn rings_of_any_speed_share_lanes() {
     assert!(forces.windows(2).all(|two| two[0] != two[1]), "{forces:?}");
 }
 
-/// The waves of the parameters by hand, and laws that are the dead zone under other names: the same accelerations and contacts in every reading.
+/// The pair with the waves of its parameters as a mesh, and with laws that equal the dead zone: the same
+/// accelerations and contacts in every reading.
 #[test]
 fn the_pair_takes_any_law_and_any_wave() {
     let params = NfgParams { error: 2e-5, ..NfgParams::table1() };
@@ -236,7 +244,8 @@ fn the_pair_takes_any_law_and_any_wave() {
     }
 }
 
-/// A half width that moves with the mesh: its edges and their rates are those of differences, and the model holds together.
+/// A half width that varies with the mesh: its edges and their rates agree with differences, and the model
+/// has no findings.
 #[test]
 fn moving_edges_of_the_pair() {
     let params = NfgParams::table1();
@@ -260,7 +269,7 @@ fn moving_edges_of_the_pair() {
     assert!((a.q[0] - b.q[0]).abs() < 1e-9, "{} {}", a.q[0], b.q[0]);
 }
 
-/// x'' = T(t): a torque that ramps and then jumps, by a function of time.
+/// x'' = T(t): a torque that is a function of time, a ramp followed by a jump.
 #[test]
 fn functions_of_time_by_a_wrapper() {
     #[derive(PartialEq)]
@@ -287,16 +296,16 @@ fn functions_of_time_by_a_wrapper() {
     let slot = free.slot("torque").unwrap();
     let driven = Driven::new(free).add(slot, |t| if t < 2.0 { t } else { -1.0 }, &[2.0]).unwrap();
     let end = Rk45::new().end(&driven, &State::at_rest(1), 3.0).unwrap();
-    // v = 0.5 t + t²/2 up to 2, then falls by 1 a second beside the constant.
+    // v = 0.5 t + t²/2 up to t = 2; then the constant 0.5 and the function -1 add up to -0.5.
     assert!((end.v[0] - (1.5 + 2.0 - 1.0)).abs() < 1e-12, "{end:?}");
     assert_eq!(driven.next_edge(0.0), Some(2.0));
     assert!(matches!(driven.clone().add(99, |t| t, &[]), Err(ParameterError::NoSuchSlot { slot: 99, .. })));
     assert!(matches!(driven.add(slot, |t| t, &[f64::NAN]), Err(ParameterError::NotFinite { .. })));
 }
 
-/// A shape with every flaw that can be had.
+/// A shape that may have any flaw.
 #[derive(Clone, PartialEq)]
-#[allow(unpredictable_function_pointer_comparisons, reason = "whatever it says suits")]
+#[allow(unpredictable_function_pointer_comparisons, reason = "the test does not depend on the result")]
 struct Flawed {
     size: Size,
     names: Vec<&'static str>,
@@ -349,20 +358,23 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
         shape.machine_of().map(|_| ())
     };
     assert_eq!(of(|_| ()), Ok(()));
-    assert!(
-        matches!(of(|s| s.size.dof = 0), Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape")
-    );
+    assert!(matches!(
+        of(|s| s.size.dof = 0),
+        Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape"
+    ));
     assert!(matches!(of(|s| s.size.constants = 3), Err(P::Length { expected: 3, found: 2, .. })));
     assert!(matches!(of(|s| s.prepared = 1), Err(P::Length { expected: 2, found: 1, .. })));
     assert!(
         matches!(of(|s| s.size.waves = 2), Err(P::NotFinite { name, .. }) if name == "wave 1 of the shape")
     );
-    assert!(
-        matches!(of(|s| s.reads = 2), Err(P::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest")
-    );
-    assert!(
-        matches!(of(|s| s.wave = |x| (0.5 * x).sin()), Err(P::NotPeriodic { name, .. }) if name == "wave 0 of the shape")
-    );
+    assert!(matches!(
+        of(|s| s.reads = 2),
+        Err(P::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"
+    ));
+    assert!(matches!(
+        of(|s| s.wave = |x| (0.5 * x).sin()),
+        Err(P::NotPeriodic { name, .. }) if name == "wave 0 of the shape"
+    ));
     assert!(matches!(of(|s| s.repeats = 2), Err(P::NotPeriodic { .. })));
     assert!(matches!(of(|s| s.repeats = 0), Err(P::TooFew { .. })));
     assert_eq!(of(|s| (s.repeats, s.wave) = (2, |x: f64| (2.0 * x).sin())), Ok(()));
@@ -376,18 +388,21 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
         Machine::with_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
         P::ConstantTwice { name: "speed".into() }
     );
-    assert!(
-        matches!(Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]), Err(P::NotPositive { name, .. }) if name == "speed of the angle")
-    );
-    assert!(
-        matches!(Machine::with_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]), Err(P::NotFinite { name, .. }) if name == "load")
-    );
-    assert!(
-        matches!(Wave::constant(1.0).unwrap().per_turn(0), Err(P::TooFew { name, min: 1, .. }) if name == "order of a wave")
-    );
+    assert!(matches!(
+        Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]),
+        Err(P::NotPositive { name, .. }) if name == "speed of the angle"
+    ));
+    assert!(matches!(
+        Machine::with_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]),
+        Err(P::NotFinite { name, .. }) if name == "load"
+    ));
+    assert!(matches!(
+        Wave::constant(1.0).unwrap().per_turn(0),
+        Err(P::TooFew { name, min: 1, .. }) if name == "order of a wave"
+    ));
 }
 
-/// The period is that in which all waves repeat, whatever shaft they are on: 30 teeth and 12 blades repeat 6 times a turn.
+/// The period is the one in which all waves repeat: 30 teeth and 12 blades repeat 6 times a turn.
 #[test]
 fn common_periods_are_exact() {
     let mut shape = Flawed::right();
@@ -397,7 +412,8 @@ fn common_periods_are_exact() {
     assert_eq!(check_periodic(&machine, &State::at_rest(1)), []);
 }
 
-/// Lanes and tables step straight across edges: a shape with a rigid stop is refused there by name, and located elsewhere.
+/// The engines with fixed steps do not locate edges: they refuse a shape with a rigid stop, and `Located`
+/// runs it.
 #[test]
 fn lanes_refuse_rigid_stops() {
     #[derive(PartialEq)]
@@ -448,12 +464,13 @@ fn lanes_refuse_rigid_stops() {
     {
         assert_eq!(rows.unwrap().get(0).unwrap_err(), refused);
     }
-    // From 1/2 it falls for 1 and is back on top after 2.
+    // From a height of 1/2 it falls for 1 s and is back at the top after 2 s.
     let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
     assert!((rows.get(0).unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
 }
 
-/// Contacts that the algebra asks for and the size does not count, or that have no edges although the law is given some, would never touch.
+/// A contact that the algebra uses must be counted in the size, and it must have edges if its law has.
+/// Otherwise it would never touch, and the shape is refused.
 #[test]
 fn contacts_that_are_forgotten_are_refused() {
     #[derive(PartialEq)]
@@ -502,7 +519,7 @@ fn contacts_that_are_forgotten_are_refused() {
     assert_eq!(of(1, false), Err(ParameterError::NoEdges { contact: 0 }));
 }
 
-/// A small wave that does not repeat is seen beside a large one that does.
+/// A small wave that does not repeat is found beside a large one that repeats.
 #[test]
 fn every_wave_has_its_own_size() {
     #[derive(PartialEq)]
@@ -537,7 +554,7 @@ fn every_wave_has_its_own_size() {
     );
 }
 
-/// Edges of hand-written waves, met to rounding at any speed: none is lost.
+/// Edges of hand-written waves are found to rounding at any speed; none is lost.
 #[test]
 fn no_edge_is_lost_by_rounding() {
     #[derive(PartialEq)]
@@ -575,7 +592,8 @@ fn no_edge_is_lost_by_rounding() {
     }
 }
 
-/// The mean stiffness of a mesh does not depend on how often it repeats, and its period does.
+/// Waves of the shaft, with `teeth` periods a turn: mean stiffness, period and accelerations do not depend on
+/// the choice of the angle.
 #[test]
 fn rings_on_shafts() {
     let params = RingSet { error: 5e-6, ..RingSet::set_a(4, 2000.0) }.params().unwrap();
@@ -601,8 +619,8 @@ fn rings_on_shafts() {
     }
 }
 
-/// A law reads metres and metres per second in every pair: the damping of `Damped::by_stiffness` is that of the pair of two degrees of freedom
-/// as its pinion grows heavy.
+/// A contact law receives metres and metres per second in every pair: with a heavy pinion the damping of
+/// `Damped::by_stiffness` is the same in the pairs of one and of two degrees of freedom.
 #[test]
 fn laws_read_the_same_units_in_both_pairs() {
     let params = NfgParams { eccentric_ratio: 0.0, damping_ratio: 0.0, ..NfgParams::table1() };
@@ -622,12 +640,12 @@ fn laws_read_the_same_units_in_both_pairs() {
     two.contact(&w, &[0.0, q], &[0.0, speed], &mut d);
     assert!((a[0] * natural * natural / b[1] - 1.0).abs() < 1e-9, "{} {}", a[0] * natural * natural, b[1]);
     assert!((c[0].force + d[0].force).abs() < 1e-9 * c[0].force.abs(), "{c:?} {d:?}");
-    // K (g + τ d') by hand.
+    // The force is K (g + τ d').
     let force = 3.1e8 * ((radius * q + 5e-5) + 2e-6 * radius * speed);
     assert!((c[0].force / force - 1.0).abs() < 1e-12, "{} {force}", c[0].force);
 }
 
-/// One-sided stops and laws without edges in the pair: no figure is NaN.
+/// Stops on one side and laws without edges in the pair: no result is NaN.
 #[test]
 fn laws_with_missing_edges_in_the_pair() {
     fn check<N: Nonlinearity + Clone>(law: N, what: &str) {
@@ -658,7 +676,7 @@ fn laws_with_missing_edges_in_the_pair() {
     check(Linear, "linear");
 }
 
-/// Far from its edges a model under a law of constant speed reads the very drives of the bare one.
+/// Away from edges a model with a constant phase law has the drives of the model without it, to the bit.
 #[test]
 fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
     let wave = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4).unwrap()).per_turn(63).unwrap();
@@ -678,7 +696,8 @@ fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
     assert_eq!(check_model(&varying, &State::new(1.3e-4, &[1e-4; 9], &[0.01; 9])), []);
 }
 
-/// A piece that is no number past its edge is refused before a run meets it, and so is a value that makes one.
+/// A law whose piece is NaN past its edge is refused by the constructor, and so is a constant that makes the
+/// acceleration infinite.
 #[test]
 fn pieces_and_values_that_give_no_numbers_are_refused() {
     #[derive(PartialEq)]
@@ -719,7 +738,8 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         }
     }
     let model = Machine::with_constants(Mass, &[("speed", 1.0), ("mass", 2.0)]).unwrap();
-    assert!(
-        matches!(model.with("mass", 0.0), Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest")
-    );
+    assert!(matches!(
+        model.with("mass", 0.0),
+        Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"
+    ));
 }

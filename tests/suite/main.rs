@@ -37,7 +37,8 @@
 //! | **Sweeps** | |
 //! | engines, fingerprints, warm starts, errors of points | `sweeps` |
 //! | lanes that models share | `lane_sharing`, `sweeps`, `machines` |
-//! | chunks, cancelled and resumed sweeps, rows as bytes | `long_work` |
+//! | chunks, cancelled and resumed sweeps, monitors | `long_work` |
+//! | parameters, rows and orbits stored by `serde` | `stored_results` |
 //! | rows and results that are kept after an error | `kept_work` |
 //! | bifurcation diagrams, basins of attraction | `bifurcation` |
 //! | ensembles, distributions, Sobol indices | `ensembles` |

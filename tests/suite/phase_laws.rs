@@ -1,4 +1,4 @@
-//! Phase laws: at constant speed the bare model, edges at the right phase, orders that stay sharp.
+//! Phase laws: models at varying speed, drive edges at the right phase, sharp orders in a waterfall.
 
 use crate::api::*;
 use std::f64::consts::TAU;
@@ -16,7 +16,8 @@ fn constant_speed_is_the_bare_model() {
     assert!((a.q[0] - b.q[0]).abs() < 1e-12, "{a:?} {b:?}");
 }
 
-/// A ring with a rectangular stiffness, speeding up: the phase of every edge is a phase at which the bare ring has one.
+/// A ring with a rectangular stiffness during a run-up: the phases of its drive edges are those of the ring
+/// at constant speed.
 #[test]
 fn edges_keep_their_phase() {
     let set = RingSet::set_a(4, 1000.0);
@@ -40,7 +41,7 @@ fn edges_keep_their_phase() {
         run_up.drive(t, Side::After, &mut u);
         assert_eq!((before, u[0]), if k % 2 == 0 { (2.5e8, 1.5e8) } else { (1.5e8, 2.5e8) }, "{k}");
     }
-    // Two solvers that stop at these edges agree.
+    // Two solvers whose steps end at these edges agree.
     let start = State::at_rest(9);
     let one = Dop853::new().rtol(1e-10).atol(1e-16).end(&run_up, &start, 5.0 * period).unwrap();
     let other = Rk45::new().rtol(1e-10).atol(1e-16).end(&run_up, &start, 5.0 * period).unwrap();
@@ -74,7 +75,8 @@ fn phase_speed_and_time_belong_together() {
     }
 }
 
-/// Amplitude of the mesh order against speed, on the way from one speed to another within so many turns.
+/// Speed, amplitude of the mesh order and amplitude of order 55, window by window, on a ramp from one speed
+/// to another within `turns` turns.
 fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let pair = NfgPair::new(&NfgParams { speed: from, ..NfgParams::table1() }).unwrap();
     let (start, end) = (pair.static_start().unwrap(), turns * pair.period());
@@ -87,9 +89,10 @@ fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     lines.iter().map(|line| [line.speed, line.order(63.0), line.order(55.0)]).collect()
 }
 
-/// The mesh order stays one line while the speed changes by 6 % within a window, up or down: sampled at equal times it would spread over four orders.
-/// Far from resonance its amplitude is a matter of the speed, but for the torque that the change of speed itself takes: it loads the teeth on the way up and
-/// relieves them on the way down, in proportion to the acceleration.
+/// The mesh order stays one line while the speed changes by 6 % within a window, upwards or downwards;
+/// samples at equal times would spread it over four orders. Far from resonance its amplitude depends on the
+/// speed and on the torque that accelerates the gears. This torque loads the teeth on the run-up and relieves
+/// them on the coast-down, in proportion to the acceleration.
 #[test]
 fn orders_stay_sharp_on_a_run_up_and_on_a_coast_down() {
     let (up, down) = (mesh_order(60.0, 78.0, 10.0), mesh_order(78.0, 60.0, 10.0));
@@ -98,10 +101,10 @@ fn orders_stay_sharp_on_a_run_up_and_on_a_coast_down() {
         up.windows(2).all(|two| two[0][0] < two[1][0]) && down.windows(2).all(|two| two[0][0] > two[1][0])
     );
     for [speed, mesh, beside] in up.iter().chain(&down) {
-        // 3500 at constant speed.
+        // At constant speed the ratio is 3500.
         assert!(*mesh > 1000.0 * beside, "{speed}: {mesh} {beside}");
     }
-    // Up against down at equal speeds.
+    // Relative difference between both directions at equal speeds.
     let apart = |up: &[[f64; 3]], down: &[[f64; 3]]| {
         let at = |speed: f64| {
             let two = up.windows(2).find(|two| (two[0][0]..two[1][0]).contains(&speed))?;
@@ -131,7 +134,8 @@ fn bad_phase_laws() {
     assert!(Waterfall::new(0, 8).is_err() && Waterfall::new(1, 2).is_err());
 }
 
-/// A phase of millions of radians is rounded to more than a fixed distance from an edge: both sides of every jump are still told apart.
+/// At a phase of millions of radians rounding exceeds any fixed distance from an edge. Both sides of every
+/// jump are still distinguished.
 #[test]
 fn jumping_drives_far_along_the_phase() {
     let set = RingSet { motor_torque: 8.0, ..RingSet::set_a(4, 3_000.0) };

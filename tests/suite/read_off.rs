@@ -1,11 +1,13 @@
-//! What is read off a run at its edges: peaks, sections and rattle where something jumps.
+//! Statistics, sections and rattle at instants at which something jumps: peaks at edges, jumps across a
+//! level, gaps without width.
 
 use crate::api::*;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// A mass that flies against a stop with damping in contact: x'' = -W, W = k (x - 1) + c x' above 1. From x = 0 with x' = 1 the force
-/// jumps from 0 to c on the way in, is largest there when c² > k, and reaches 0 again at the latest at the way out.
+/// x'' = -W with W = k (x - 1) + c x' for x > 1: a mass hits a stop with damping in contact. From x = 0 with
+/// x' = 1 the force jumps from 0 to c when the contact begins. If c² > k this is its maximum. It returns to 0
+/// before the contact ends.
 struct Stop {
     stiffness: f64,
     damping: f64,
@@ -44,11 +46,12 @@ impl Model for Stop {
     }
 }
 
-/// The impact force c x' is met where it is largest, at the edge itself, from either side of it.
+/// The maximum of the force is c x' at the edge itself, with its value on the flank.
 #[test]
 fn a_force_that_jumps_at_its_edge_is_read_on_its_pieces() {
     for offers_pieces in [true, false] {
-        // Without pieces an edge is met to 1e-10 of the gap, in which the force falls by c times as much.
+        // Without fixed pieces an edge is located to 1e-10 of the gap. Within this distance the force falls
+        // by c times as much.
         let met = if offers_pieces { 1e-8 } else { 1e-6 };
         for (stiffness, damping) in [(100.0, 30.0), (4.0, 5.0), (1e4, 300.0)] {
             for speed in [1.0, 0.7, 1.3, 2.1] {
@@ -71,7 +74,7 @@ fn a_force_that_jumps_at_its_edge_is_read_on_its_pieces() {
     }
 }
 
-/// q'' = P cos t - g(q), g the dead zone.
+/// q'' = P cos t - g(q), g the dead zone of half width b.
 struct Oscillator {
     half_width: f64,
     load: f64,
@@ -104,7 +107,7 @@ impl Model for Oscillator {
     }
 }
 
-/// The drive of q'' = u is a square wave that announces its edges, at every multiple of 1/2.
+/// q'' = u with a square wave u whose drive edges are the multiples of 1/2.
 struct Switched;
 
 impl Model for Switched {
@@ -148,7 +151,8 @@ fn times<M: Model>(
     section.states().iter().map(|s| s.t).collect()
 }
 
-/// A channel that jumps over the level where a drive jumps crosses it there, whether the run is made at once or piece by piece.
+/// A channel that jumps across the level at a drive edge crosses it there, in one run or in several
+/// consecutive runs.
 #[test]
 fn sections_see_jumps_of_drives() {
     let start = State::at_rest(1);
@@ -161,19 +165,19 @@ fn sections_see_jumps_of_drives() {
         );
         assert_eq!(times(&Switched, "switch", 0.1, Direction::Falling, &start, ends).len(), 10);
     }
-    // Other starts begin other runs: nothing was crossed between them.
+    // A run with another start is a new run: nothing was crossed between the two.
     let mut section = Section::new(&Switched, "switch", 0.1, Direction::Both).unwrap();
     Dop853::new().run(&Switched, &start, 0.25, &mut section).unwrap();
     Dop853::new().run(&Switched, &State::new(0.75, &[0.0], &[0.0]), 0.9, &mut section).unwrap();
     assert!(section.states().is_empty());
 }
 
-/// Contact made and lost crosses the level 1/2 of the channel `contact` at the tooth edges, and an impact force that jumps crosses any level
-/// below its height.
+/// The channel `contact` crosses the level 1/2 at the edges, and a mesh force that jumps crosses any level
+/// below its peak.
 #[test]
 fn sections_see_jumps_at_tooth_edges() {
     let model = Oscillator { half_width: 1.0, load: 0.0 };
-    // From 1.5: π/2 on the first flank, 4 in the gap, π on a flank, in turn.
+    // From x = 1.5: π/2 on the first flank, then alternately 4 in the gap and π on a flank.
     let times_of =
         |direction| times(&model, "contact", 0.5, direction, &State::new(0.0, &[1.5], &[0.0]), &[71.0]);
     let lost: Vec<f64> = (0..10).map(|i| 0.5 * PI + f64::from(i) * (PI + 4.0)).collect();
@@ -190,7 +194,8 @@ fn sections_see_jumps_at_tooth_edges() {
     }
 }
 
-/// Without backlash the teeth never part, however often the load reverses: the flanks warm_start in turn, nothing meets.
+/// Without backlash the teeth never separate, even if the load reverses. The flanks alternate in contact, and
+/// there is no impact.
 #[test]
 fn zero_backlash_does_not_rattle() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
@@ -212,7 +217,7 @@ fn zero_backlash_does_not_rattle() {
             (RattleState::None, 0)
         );
     }
-    // The smallest backlash is one: each passage ends in an impact.
+    // With the smallest backlash each passage through the gap ends with an impact.
     let model = Oscillator { half_width: 1e-6, load: 0.0 };
     let mut rattle = Rattle::new(&model);
     let run = solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 60.0, &mut rattle).unwrap();
@@ -223,7 +228,8 @@ fn zero_backlash_does_not_rattle() {
     assert_eq!(run.stats.crossings, 38);
 }
 
-/// A pair without backlash under a light load that reverses, in lanes, by tables and located, and along an orbit of the balance.
+/// A pair without backlash under a small load that reverses: the same with lanes, tables and located edges,
+/// and on an orbit of the harmonic balance.
 #[test]
 fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     let make = || {
@@ -250,7 +256,7 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     );
 }
 
-/// A run in two parts counts each edge once, wherever it was divided: before, on or behind the edge.
+/// A run in two parts counts each crossing once, if it is divided before, on or after the edge.
 #[test]
 fn an_edge_on_which_a_run_ends_is_counted_once() {
     let model = Oscillator { half_width: 1.0, load: 0.0 };

@@ -1,4 +1,5 @@
-//! The face gear pair against independently computed orbits (tests/data/nfg.json, nfg_exact.json).
+//! The face gear pair of Liu 2021 against independently computed orbits (tests/data/nfg.json,
+//! nfg_exact.json).
 
 use crate::api::*;
 use crate::data::read;
@@ -60,7 +61,7 @@ fn orbit(pair: &NfgPair) -> Measured {
     let mut both = (&mut rattle, &mut statistics);
     let finish = solver.run(pair, &steady.state, end, &mut both).unwrap();
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
-    let run = solver.sample(pair, &steady.state, &times[..times.len() - 1]).unwrap();
+    let run = solver.sample(pair, &steady.state, &times).unwrap();
     Measured {
         state: rattle.contact(0).rattle_state(),
         q: statistics.summary("q1").unwrap(),
@@ -71,7 +72,7 @@ fn orbit(pair: &NfgPair) -> Measured {
     }
 }
 
-/// One converged case in four.
+/// One of four converged cases.
 #[test]
 fn periodic_cases() {
     assert_eq!(check_periodic_cases(4), 7);
@@ -83,7 +84,7 @@ fn every_periodic_case() {
     assert_eq!(check_periodic_cases(1), 28);
 }
 
-/// Every so many of the converged cases; how many these are.
+/// Compares every `stride`-th converged case and returns their number.
 fn check_periodic_cases(stride: usize) -> usize {
     let file = read("nfg.json");
     let converged =
@@ -104,8 +105,8 @@ fn check_periodic_cases(stride: usize) -> usize {
             let error = (ours - number(theirs)).abs() / ppv;
             assert!(error < 1e-6, "{name}: {what} {ours} against {theirs}, {error} of ppv");
         };
-        // Case 35 (eps 0.25) is labelled 2 there, yet its states one period apart agree to 6e-11 of the range of motion: it is the
-        // period-one orbit gone round twice, and every figure of it agrees.
+        // Case 35 (ε = 0.25) is labelled with period 2 in the data. Its states one period apart agree to
+        // 6e-11 of the range: it is the orbit of period 1 twice, and all its numbers agree.
         let labelled = case["period_multiple"].as_u64().unwrap() as usize;
         assert_eq!(orbit.steady.period_multiple, if case["id"] == 35 { 1 } else { labelled }, "{name}");
         assert_eq!(orbit.state as u64, case["rsv"].as_u64().unwrap(), "{name}");
@@ -146,7 +147,8 @@ fn the_exact_reading() {
         close("min", orbit.q.min, &case["q_min"]);
         close("max", orbit.q.max, &case["q_max"]);
         close("mean", orbit.q.mean, &case["q_mean"]);
-        // The reference took these from M samples of a period: ours at the same instants agree, the true extremes lie outside.
+        // The reference extremes are those of M samples of a period. The samples at the same instants agree,
+        // and the true extremes lie outside them.
         let m = case["M"].as_u64().unwrap() as usize;
         let solver = Dop853::new().rtol(1e-11).atol_each(&[1e-17, 1e-18]);
         let start = orbit.steady.state.t;
@@ -164,7 +166,8 @@ fn the_exact_reading() {
     }
 }
 
-/// Two degrees of freedom tend to one as the pinion grows heavy: figures of docs/models.md.
+/// The deflection of the model with two degrees of freedom tends to that of one as 1/I1. Expected values:
+/// docs/models.md, max|Δx| over the peak-to-peak value, third turn.
 #[test]
 fn two_degrees_of_freedom_tend_to_one() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-16);
@@ -193,7 +196,8 @@ fn two_degrees_of_freedom_tend_to_one() {
     }
 }
 
-/// f(q) as a channel: q without its gap b̄(t), in metres and against the drive flank's sign for two degrees of freedom.
+/// The channel `elastic part` is f(q): q without the gap b̄(t). For two degrees of freedom it is in metres
+/// and has the sign of the drive flank.
 #[test]
 fn the_elastic_part_is_a_channel() {
     for reading in [NfgReading::exact(), NfgReading::published()] {

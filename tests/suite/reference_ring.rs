@@ -1,4 +1,4 @@
-//! The ring against independently integrated trajectories and frequencies (tests/data/ring.json).
+//! The ring of Yao 2020 against independently integrated trajectories and frequencies (tests/data/ring.json).
 
 use crate::api::*;
 use crate::data::read;
@@ -44,7 +44,8 @@ fn ring(p: &Value) -> Ring {
     Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid)
 }
 
-/// Largest error of angles and of rates, over the largest of each.
+/// Checks angles and rates over the largest value of each, and the mesh forces [N]. The bound is 1e-8, and
+/// 1e-6 at the end of the rattling run at 5000 r/min.
 fn compare<M: Model>(model: &M, case: &Value, name: &str) {
     let n = model.dof();
     let y0 = list(&case["y0"]);

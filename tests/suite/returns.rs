@@ -1,4 +1,5 @@
-//! When a motion counts as repeating: in shares of its own range, and without the rigid motion of models that turn.
+//! When a motion counts as repeating: distances are shares of its own range, and the rigid motion is left
+//! out.
 
 use crate::api::*;
 use std::f64::consts::TAU;
@@ -7,7 +8,7 @@ fn one_point() -> Sweep {
     Sweep::new(Points::on_axis(Axis::list("only", &[0.0]).unwrap()))
 }
 
-/// Period, last return of the row of one model, by tables and by located edges.
+/// Period multiple and last return (`Row::change`) of one model, with tables and with located edges.
 fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> [(Option<usize>, f64); 2] {
     let sweep = one_point().settle(settle).measure(6);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(model.clone());
@@ -23,7 +24,8 @@ fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> 
     ]
 }
 
-/// x'' + c x' + x = cos(w t - φ), φ the lag of its motion: strobed where x is largest and its velocity zero.
+/// x'' + c x' + x = cos(w t - φ) with φ the lag of the motion, so that it is strobed at its maximum, where
+/// its velocity is zero.
 #[derive(Clone)]
 struct AtItsCrest {
     damping: f64,
@@ -52,13 +54,14 @@ fn a_motion_strobed_at_its_crest_has_a_period() {
     for (period, change) in rows(&model, &State::at_rest(1), 20) {
         assert!(period == Some(1) && change < 1e-8, "{period:?} {change:e}");
     }
-    // Its velocity there is rounding.
+    // There the velocity is zero up to rounding.
     let settled =
         Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
     assert!(settled.state.v[0].abs() < 1e-8 && settled.period_multiple == 1);
 }
 
-/// A motor and a load that turn at a mean speed, their twist x = q1 - q2 driven: x'' + 0.4 x' + 3 x + x³ = 2 cos t.
+/// A motor and a load that turn at a mean speed. The twist x = q1 - q2 is excited: x'' + 0.4 x' + 3 x + x³ =
+/// 2 cos t.
 #[derive(Clone)]
 struct Turning;
 
@@ -85,7 +88,7 @@ fn a_model_that_turns_settles_in_its_relative_motion() {
     let solver = Dop853::new().rtol(1e-12).atol(1e-12);
     let steady = Settle::new().tolerance(1e-7).run(&solver, &Turning, &start).unwrap();
     assert_eq!(steady.period_multiple, 1);
-    // The state is that of the whole motion: it has turned on.
+    // The steady state contains the rigid motion.
     assert!((steady.state.q[0] - 30.0 - 80.0 * steady.state.t).abs() < 1.0);
     let twist = |state: &State| state.q[0] - state.q[1];
     let later = solver.end(&Turning, &steady.state, steady.state.t + TAU).unwrap();
@@ -95,7 +98,8 @@ fn a_model_that_turns_settles_in_its_relative_motion() {
     }
 }
 
-/// Without a limit on its relative motion nothing repeats: 0.2 x' alone leaves the twist drifting under a mean torque.
+/// A relative motion that grows does not repeat: with a damping of 0.2 x' alone the twist drifts under a mean
+/// torque.
 #[test]
 fn what_drifts_apart_does_not_settle() {
     #[derive(Clone)]
@@ -121,7 +125,8 @@ fn what_drifts_apart_does_not_settle() {
     }
 }
 
-/// The face gear pair at speeds where small differences die out by a factor of 1e9 in a turn, as in examples/bifurcation.rs.
+/// The face gear pair at speeds at which a small difference shrinks by a factor of 1e9 in a turn, as in
+/// examples/bifurcation.rs.
 #[test]
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
     let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()))
@@ -146,7 +151,7 @@ fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
     assert_eq!(rows.iter().count(), 3);
 }
 
-/// Three equal arms in phase around a body that their forces hold in balance: rounding alone moves it.
+/// Three equal oscillators around a body whose forces on it cancel: only rounding moves the body.
 struct Balanced;
 
 impl Model for Balanced {
@@ -185,7 +190,8 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     assert_eq!(rows.get(0).unwrap().period_multiple(), Some(1));
 }
 
-/// A tolerance below rounding is met where states agree to rounding: the return is then reported as none, never as a share of the tolerance.
+/// If the tolerance is below rounding, the motion settles when its states agree to rounding. The reported
+/// return is then zero.
 #[test]
 fn returns_below_rounding_are_reported_as_none() {
     let settle = |tolerance: f64| {

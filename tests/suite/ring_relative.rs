@@ -1,9 +1,10 @@
-//! The paper's relative coordinates: the coefficient table for n = 3, and the way there and back.
+//! The relative coordinates of Yao 2020: the table of coefficients for n = 3, and conversion in both
+//! directions.
 
 use crate::api::*;
 use std::ops::ControlFlow;
 
-/// n = 3, every parameter its own.
+/// Three gears with different parameters.
 fn params() -> RingParams {
     let mut params = RingSet::set_a(3, 1000.0).params().unwrap();
     params.motor = Motor { inertia: 0.031, torque: 44.0, shaft: Shaft { stiffness: 970.0, damping: 0.026 } };
@@ -40,7 +41,8 @@ fn ring() -> Ring {
 const B_E: f64 = 2.5e-5;
 const OMEGA_N: f64 = 1.3e3;
 
-/// X/D means xi = C_X/(2 D w), k = K_X/(D w²).   Source: Yao 2020, list under Eq. (2), corrected (docs/errata.md).
+/// The coefficients of the list under Eq. (2) of Yao 2020, corrected (docs/errata.md): an entry X/D means ξ =
+/// C_X/(2 D ω) and k = K_X/(D ω²).
 #[test]
 #[rustfmt::skip]
 fn coefficients_of_the_printed_table() {
@@ -54,37 +56,47 @@ fn coefficients_of_the_printed_table() {
     let r: Vec<f64> = p.gears.iter().map(|g| g.base_radius).collect();
     let m: Vec<f64> = (0..3).map(|i| j[i] / (r[i] * r[i])).collect();
     let together = |a: f64, b: f64| a * b / (a + b);
-    let (je1, je2, je3, je4) = (together(j[0], p.motor.inertia), together(j[0], jl[0]), together(j[1], jl[1]), together(j[2], jl[2]));
+    let (je1, je2) = (together(j[0], p.motor.inertia), together(j[0], jl[0]));
+    let (je3, je4) = (together(j[1], jl[1]), together(j[2], jl[2]));
     let (me1, me2, me3) = (together(m[0], m[1]), together(m[1], m[2]), together(m[2], m[0]));
     let big_p = |i: usize| j[i - 1] / (r[i - 1] * B_E);
     let big_q = |i: usize| m[i - 1] * r[i - 1] * B_E;
-    // Links: M, g12, g23, g31, s1, s2, s3 are the columns q1, q2, q3, q4, q5, q6, q7.
+    // Links: M, g12, g23, g31, s1, s2, s3 are the columns q1 to q7.
     let (motor, g12, g23, g31, s1, s2, s3) = (0, 1, 2, 3, 4, 5, 6);
     let c = [p.motor.shaft.damping, 900.0, 1000.0, 1100.0, 0.11, 0.13, 0.17];
     let stiff = [p.motor.shaft.stiffness, mesh_k[0], mesh_k[1], mesh_k[2], 24e3, 21e3, 27e3];
-    // (row, [(sign, link, divisor)]), rows named as the equations (3a)-(3g).
+    // (row, [(sign, link, divisor)]); the rows are those of Eqs. (3a)-(3g).
     type Entries = Vec<(f64, usize, f64)>;
     let table: [(usize, Entries); 7] = [
         (0, vec![(1.0, motor, je1), (-1.0, g12, big_p(1)), (1.0, g31, big_p(1)), (-1.0, s1, j[0])]),
         (4, vec![(1.0, s1, je2), (-1.0, motor, j[0]), (1.0, g12, big_p(1)), (-1.0, g31, big_p(1))]),
         (5, vec![(1.0, s2, je3), (-1.0, g12, big_p(2)), (1.0, g23, big_p(2))]),
         (6, vec![(1.0, s3, je4), (-1.0, g23, big_p(3)), (1.0, g31, big_p(3))]),
-        (1, vec![(1.0, g12, me1), (-1.0, motor, big_q(1)), (-1.0, g23, m[1]), (-1.0, g31, m[0]), (1.0, s1, big_q(1)), (-1.0, s2, big_q(2))]),
-        (2, vec![(1.0, g23, me2), (-1.0, g12, m[1]), (-1.0, g31, m[2]), (1.0, s2, big_q(2)), (-1.0, s3, big_q(3))]),
-        (3, vec![(1.0, g31, me3), (-1.0, g23, m[2]), (1.0, motor, big_q(1)), (-1.0, g12, m[0]), (-1.0, s1, big_q(1)), (1.0, s3, big_q(3))]),
+        (1, vec![(1.0, g12, me1), (-1.0, motor, big_q(1)), (-1.0, g23, m[1]), (-1.0, g31, m[0]),
+                 (1.0, s1, big_q(1)), (-1.0, s2, big_q(2))]),
+        (2, vec![(1.0, g23, me2), (-1.0, g12, m[1]), (-1.0, g31, m[2]), (1.0, s2, big_q(2)),
+                 (-1.0, s3, big_q(3))]),
+        (3, vec![(1.0, g31, me3), (-1.0, g23, m[2]), (1.0, motor, big_q(1)), (-1.0, g12, m[0]),
+                 (-1.0, s1, big_q(1)), (1.0, s3, big_q(3))]),
     ];
     for (row, entries) in table {
         for column in 0..7 {
             let entry = entries.iter().find(|e| e.1 == column);
-            let expected = entry.map_or([0.0; 2], |(sign, link, d)| [sign * c[*link] / (2.0 * d * OMEGA_N), sign * stiff[*link] / (d * OMEGA_N * OMEGA_N)]);
+            let expected = entry.map_or([0.0; 2], |(sign, link, d)| {
+                [sign * c[*link] / (2.0 * d * OMEGA_N), sign * stiff[*link] / (d * OMEGA_N * OMEGA_N)]
+            });
             for (ours, theirs) in [(xi[(row, column)], expected[0]), (k[(row, column)], expected[1])] {
-                assert!((ours - theirs).abs() <= 1e-13 * theirs.abs(), "q{}, q{}: {ours} against {theirs}", row + 1, column + 1);
+                assert!(
+                    (ours - theirs).abs() <= 1e-13 * theirs.abs(),
+                    "q{}, q{}: {ours} against {theirs}", row + 1, column + 1
+                );
             }
         }
     }
 }
 
-/// The equations in relative coordinates, q'' = f - 2 ξ q' - k g(q), give the accelerations of the angle form, forcing f1..f7 included.
+/// The equations in relative coordinates, q'' = f - 2 ξ q' - k g(q), give the accelerations of the equations
+/// in angles, with the forcing f1 to f7.
 #[test]
 fn accelerations_agree_with_the_angle_form() {
     let ring = ring();
@@ -143,7 +155,7 @@ fn there_and_back() {
     }
 }
 
-/// The sum of the mesh coordinates stays -3 e(t)/b_e along a run, and the rigid frame shows the same relative motion.
+/// The sum of the mesh coordinates is -3 e(t)/b_e along a run, and both frames give the same relative motion.
 #[test]
 fn closure_and_frames() {
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
@@ -162,7 +174,7 @@ fn closure_and_frames() {
     let rigid = solver.end(&ring.clone().in_frame(Frame::Rigid), &State::at_rest(7), 5e-3).unwrap();
     let (a, b) = (view.of(&inertial).0, view.of(&rigid).0);
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7), "{a:?} {b:?}");
-    // The frames part by α t²/2.
+    // The coordinates of the two frames differ by α t²/2.
     let moved = 0.5 * ring.rigid_acceleration() * 25e-6;
     assert!((inertial.q[0] - rigid.q[0] - moved).abs() < 1e-12 * moved.abs().max(1.0));
     assert!((ring.torque_imbalance() - 38.0).abs() < 1e-12);

@@ -1,10 +1,11 @@
-//! Newton and Broyden, dense and in blocks, against closed forms.
+//! Newton and Broyden, with dense matrices and with blocks, against closed forms; equations without roots;
+//! invalid input.
 
 use crate::api::*;
 use approx::assert_relative_eq;
 use proptest::prelude::*;
 
-/// Rosenbrock's valley as equations: root (1, 1).
+/// Rosenbrock's valley as equations, with the root (1, 1).
 struct Valley {
     own_jacobian: bool,
 }
@@ -36,17 +37,17 @@ fn newton_with_either_jacobian() -> Result<(), RootError> {
     Ok(())
 }
 
-/// Undamped, Newton on atan diverges from |x| > 1.39.
+/// Without damping Newton's method on atan x diverges from |x| > 1.39.
 #[test]
 fn damping_reaches_far() -> Result<(), RootError> {
     for start in [2.0, 10.0, 50.0] {
         let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[start])?;
-        assert!(root.x[0].abs() < 1e-9 * start); // the tolerance counts from the largest x on the way
+        assert!(root.x[0].abs() < 1e-9 * start); // the tolerance is a share of the largest x of all iterates
     }
     Ok(())
 }
 
-/// The scaling of the equations does not change what damped Newton does.
+/// The scaling of the equations does not change the iterates of the damped Newton method.
 #[test]
 fn newton_is_affine_invariant() -> Result<(), RootError> {
     let plain = Newton::new().solve(
@@ -64,7 +65,7 @@ fn newton_is_affine_invariant() -> Result<(), RootError> {
     Ok(())
 }
 
-/// Good Broyden ends on linear problems after at most 2n steps (Gay 1979).
+/// Broyden's good method solves linear equations in at most 2n steps.   Source: Gay 1979.
 #[test]
 fn broyden_ends_on_linear_problems() -> Result<(), RootError> {
     let a = [[2.0, 1.0, 0.0, 0.2], [0.5, 1.5, 0.3, 0.0], [0.0, 0.1, 1.2, 0.4], [0.3, 0.0, 0.0, 0.9]];
@@ -112,7 +113,7 @@ fn every_broyden_finds_the_root() -> Result<(), RootError> {
 }
 
 proptest! {
-    /// A ring of blocks with leaves, solved in blocks and as one dense matrix.
+    /// A ring of blocks with one leaf each: the solution in blocks equals that of the dense matrix.
     #[test]
     fn blocks_solve_as_dense(seed in 0u64..200, gears in 3usize..7, height in 1usize..5) {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(1);
@@ -190,7 +191,7 @@ fn residual_that_is_not_a_number_is_named() {
 
 #[test]
 fn singular_jacobian_names_the_free_unknown() {
-    // x[2] does not occur.
+    // x[2] does not occur in the equations.
     let mut equations = Equations::new(3, |x: &[f64], r: &mut [f64]| {
         (r[0], r[1], r[2]) = (x[0] - 1.0, x[1] + x[0], x[0] - x[1])
     });
@@ -203,7 +204,8 @@ fn singular_jacobian_names_the_free_unknown() {
 #[test]
 fn no_root_hands_back_the_last_iterate() {
     let mut equations = Equations::new(1, |x: &[f64], r: &mut [f64]| r[0] = x[0] * x[0] + 0.1);
-    // At the minimum of the residual the Jacobian vanishes: either way the iterate comes back.
+    // At the minimum of the residual the Jacobian vanishes. With either method the error contains the last
+    // iterate.
     let error = Newton::new().solve(&mut equations, &[1.0]).unwrap_err();
     assert!(error.last().is_some_and(|last| last.x[0].abs() < 1.0 && last.residual >= 0.1));
     let error = Broyden::new().max_iterations(7).solve(&mut equations, &[1.0]).unwrap_err();
@@ -217,7 +219,7 @@ fn blocks_outside_or_twice_are_refused() {
     assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 1), (0, 1)]), Err(ParameterError::OutOfRange { .. })));
 }
 
-/// Diagonal blocks that are singular, or as good as: pivots have to be sought outside them.
+/// Diagonal blocks that are singular or nearly so: pivots must be sought outside them.
 #[test]
 fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>> {
     struct Swapped {
@@ -229,7 +231,7 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
         }
         fn residual(&mut self, x: &[f64], r: &mut [f64]) {
             for i in 0..6 {
-                // Two and two are tied crosswise, and in a ring.
+                // Each pair of unknowns is coupled to the two other pairs.
                 r[i] = self.diagonal * x[i] + [2.0, 3.0][i % 2] * x[(i + 2) % 6]
                     - 0.5 * x[(i + 4) % 6]
                     - i as f64;
@@ -261,7 +263,8 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
     Ok(())
 }
 
-/// Factors kept while corrections shrink are made anew when they no longer serve: stiff outside, soft inside, as a dead zone is.
+/// Factors are kept while the corrections shrink, and computed again when they do not: an equation like a
+/// dead zone, stiff outside and soft inside.
 #[test]
 fn kept_factors_are_made_anew() {
     let dead_zone = |x: &[f64], r: &mut [f64]| r[0] = if x[0] < 1.0 { 0.1 * x[0] } else { x[0] - 0.9 };
@@ -269,7 +272,8 @@ fn kept_factors_are_made_anew() {
     assert!(root.x[0].abs() < 1e-9 && root.iterations <= 3, "{root:?}");
 }
 
-/// A linear map whose Jacobian is given with one column 30 % too large and the other 20 % too small, and how often it was asked for.
+/// A linear map whose given Jacobian has one column that is 30 % too large and one that is 20 % too small. It
+/// counts the evaluations of the Jacobian.
 struct Misjudged {
     asked: usize,
 }
@@ -289,7 +293,8 @@ impl Residual for Misjudged {
     }
 }
 
-/// Good updates of the factors end on a linear problem in 2 n steps (Gay 1979); without them a quarter is left after each, and 1e-10 takes 17.
+/// Good Broyden updates of the factors solve a linear equation in 2n steps (Gay 1979). Without them each step
+/// would leave a quarter of the error, and 1e-10 would take 17 steps.
 #[test]
 fn steps_teach_the_factors() -> Result<(), RootError> {
     let mut equations = Misjudged { asked: 0 };
@@ -300,7 +305,7 @@ fn steps_teach_the_factors() -> Result<(), RootError> {
     Ok(())
 }
 
-/// Numbers spread over 0 .. 1 (SplitMix64).
+/// Uniform numbers in [0, 1) by SplitMix64.
 fn spread(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let mut z = *seed;
@@ -309,7 +314,8 @@ fn spread(seed: &mut u64) -> f64 {
     (z ^ (z >> 31)) as f64 / 2f64.powi(64)
 }
 
-/// e^(a x) = b x has no root where b < e a; with steps as the only test 17 of 20 such equations were solved.
+/// e^(a x) = b x has no root for b < e a. A test of the step length alone accepts a root in 17 of 20 such
+/// cases.
 #[test]
 fn broyden_finds_no_roots_where_there_are_none() {
     let mut equation = Equations::new(1, |x: &[f64], r: &mut [f64]| {
@@ -340,7 +346,7 @@ fn broyden_finds_no_roots_where_there_are_none() {
     }
 }
 
-/// What is returned has the residual that a correction of the tolerance leaves, by the exact Jacobian.
+/// The residual of a root is at most that of a correction by the tolerance, computed with the exact Jacobian.
 #[test]
 fn residuals_of_roots_are_what_the_tolerance_promises() {
     let mut seed = 3;
@@ -383,7 +389,8 @@ fn residuals_of_roots_are_what_the_tolerance_promises() {
     assert!(solved > 800, "{solved}");
 }
 
-/// x = 0 and e^x y = 1: at the guess the second slope is 1e20 times that of the root, and foresees a correction of nothing.
+/// x = 0 and e^x y = 1: at the guess the slope of the second equation is 1e20 times that at the root and
+/// predicts a correction of almost zero. Newton must judge by the slopes at the root.
 #[test]
 fn newton_judges_by_slopes_of_the_root_itself() -> Result<(), RootError> {
     struct Steep;
@@ -405,7 +412,8 @@ fn newton_judges_by_slopes_of_the_root_itself() -> Result<(), RootError> {
     Ok(())
 }
 
-/// Just right of a kink the slope is 500 times that on its left, where the root is: no share of the correction does what it foresees.
+/// To the right of a kink the slope is 500 times that on its left, where the root lies. No part of the
+/// correction reduces the residual as predicted.
 #[test]
 fn newton_passes_slopes_that_jump() -> Result<(), RootError> {
     let kink = |x: &[f64], r: &mut [f64]| r[0] = 1.0 + if x[0] > 0.0 { 100.0 * x[0] } else { 0.2 * x[0] };
@@ -420,7 +428,7 @@ fn no_equations_are_refused() {
     assert_eq!(Broyden::new().solve(&mut Equations::new(0, |_, _| {}), &[]), Err(RootError::Empty));
 }
 
-/// Not "singular": the slope is named.
+/// A slope that is NaN is named; the matrix is not reported as singular.
 #[test]
 fn slope_that_is_not_a_number_is_named() {
     struct Torn;

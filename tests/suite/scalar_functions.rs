@@ -1,9 +1,10 @@
-//! Powers, exponentials and sines of every scalar: closed forms, derivatives against differences, lanes against plain numbers.
+//! Powers, exponentials and sines of every `Scalar`: closed forms, derivatives against differences, lanes
+//! against plain numbers.
 
 use crate::api::*;
 use approx::assert_relative_eq;
 
-/// A function of the algebra, for every scalar that it is asked on.
+/// A function that is written once for every `Scalar`.
 trait Function {
     fn of<S: Scalar>(&self, x: S) -> S;
 }
@@ -13,7 +14,7 @@ struct Exp;
 struct Ln;
 struct Sin;
 struct Cos;
-/// All at once: ln(1 + x²) e^(-x/3) + sin(2 x) cos x / x^2.5.
+/// All functions together: ln(1 + x²) e^(-x/3) + sin(2 x) cos x / x^2.5.
 struct Mixed;
 
 impl Function for Power {
@@ -50,7 +51,8 @@ impl Function for Mixed {
 
 const PLACES: [f64; 8] = [0.03, 0.4, 0.9, 1.0, 1.7, 3.0, 12.5, 170.25];
 
-/// Slope by dual numbers, by central differences (Richardson) and in closed form; lanes of several widths to the bit.
+/// Checks the slope of dual numbers against central differences (Richardson extrapolation) and the closed
+/// form, and the bits of lanes of several widths.
 fn holds(f: &impl Function, slope: impl Fn(f64) -> f64) {
     for x in PLACES {
         let dual = f.of(Dual::variable(x));
@@ -97,7 +99,7 @@ fn functions_and_their_slopes() {
 
 #[test]
 fn values_in_closed_form() {
-    // Through a generic, as on a plain f64 the methods of f64 itself would answer.
+    // Through a function pointer, since a method call on f64 would resolve to the inherent method of f64.
     let of = |f: fn(f64) -> f64, x: f64| f(x);
     assert_eq!(of(|x| Scalar::powf(x, 1.5), 4.0), 8.0);
     assert_eq!(of(Scalar::exp, 0.0), 1.0);
@@ -121,7 +123,7 @@ fn slopes_at_zero_are_numbers() {
     let at_zero = |p: f64| Dual::variable(0.0).powf(p);
     for (p, slope) in [(0.0, 0.0), (1.0, 1.0), (10.0 / 9.0, 0.0), (1.5, 0.0), (2.0, 0.0), (3.0, 0.0)] {
         assert_eq!(at_zero(p).slope, [slope], "{p}");
-        // What vanishes there has no slope.
+        // A constant 0 has the slope 0.
         assert_eq!(Dual::<1>::from(0.0).powf(p).slope, [0.0]);
     }
     assert_eq!((at_zero(0.0).value, at_zero(0.5).value), (1.0, 0.0));

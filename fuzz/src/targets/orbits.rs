@@ -92,7 +92,8 @@ pub fn variation(case: &mut Case) -> Run {
     let transition = variation.run(&model, &start, end)?;
     all_finite("q", &transition.state.q)?;
     all_finite("matrix", transition.matrix.as_slice())?;
-    match Multipliers::from_monodromy(&transition.matrix, case.number(1e-9)) {
+    let error = case.number(1e-9);
+    match case.accept(Multipliers::from_monodromy(&transition.matrix, error)) {
         Some(all) => multipliers(&all),
         None => Ok(()),
     }

@@ -24,8 +24,8 @@ const FLOOR: f64 = 1e-6;
 /// Minimum of the allowed deviation, in units of the effect of rounding on the deflection.
 const ROUNDINGS: f64 = 16.0;
 
-/// A step is sampled at all `GOLDEN_POINTS` if it is longer than this factor times the longest step that was found
-/// resolved there. Other steps are sampled at one node.
+/// A step is sampled at all `GOLDEN_POINTS` if it is longer than this factor times the longest step that was
+/// found resolved there. Other steps are sampled at one node.
 const GROWTH: f64 = 1.25;
 
 /// Indices of two `GOLDEN_POINTS`. They and the ends of the step define a cubic that needs no rates.

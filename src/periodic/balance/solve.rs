@@ -80,7 +80,7 @@ impl Balance {
     /// Finds an orbit from a guess: a linearised or projected orbit, or the orbit of a neighbouring model.
     ///
     /// # Errors
-    /// [`BalanceError`]; the errors of the root finder hold the last iterate.
+    /// [`BalanceError`]; the errors of the root finder contain the last iterate.
     pub fn solve<M: Periodic + ?Sized>(
         &self,
         model: &M,
@@ -106,7 +106,7 @@ impl Balance {
     /// [`Integrals::Sampled`].
     ///
     /// # Errors
-    /// [`BalanceError`]; the errors of the root finder hold the last iterate.
+    /// [`BalanceError`]; the errors of the root finder contain the last iterate.
     pub fn solve_truncating_forces<G: Shape>(
         &self,
         model: &Machine<G>,

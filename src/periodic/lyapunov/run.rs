@@ -18,7 +18,7 @@ use std::ops::ControlFlow;
 /// exponents by QR.
 ///
 /// Small perturbations follow the variational equations, with their jumps at tooth edges. They are made
-/// orthonormal at regular intervals.   Source: Benettin et al., Meccanica 15, 9 (1980).
+/// orthonormal at regular intervals.   Source: Benettin et al., Meccanica 15 (1980) 21.
 ///
 /// The initial directions are random, so that each has components in every part of the model. Equal starts
 /// give equal directions. If a direction shrinks to less than 1e-3 within a part of a period, that part is

@@ -20,7 +20,8 @@ use std::collections::VecDeque;
 ///
 /// Steps cross the edges of contacts without locating them, as in the papers (Liu 2021, Yao 2020). 64 steps
 /// in the shortest period of a drive keep this error small; [`check_every`](crate::Sweep::check_every)
-/// measures it. Drive edges must fall on whole steps, else the point fails with [`TableError::EdgeOffGrid`](crate::sweep::TableError::EdgeOffGrid).
+/// measures it. Drive edges must fall on whole steps, otherwise the point fails with
+/// [`TableError::EdgeOffGrid`](crate::sweep::TableError::EdgeOffGrid).
 /// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
 /// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32 is
 /// faster for one or two degrees of freedom and for small rings, W = 8 for a ring of 16.

@@ -111,13 +111,9 @@ impl Ensemble {
         }
         check::count("spans of time", &[spans], MAX_FIGURES)?;
         check::positive("end of the ensemble", end)?;
-        Ok(Ensemble {
-            members,
-            times: uniform_times(0.0, end, spans)?,
-            channels: Vec::new(),
-            peaks: Vec::new(),
-            rattle: false,
-        })
+        let mut times = uniform_times(0.0, end, spans)?;
+        times.push(end);
+        Ok(Ensemble { members, times, channels: Vec::new(), peaks: Vec::new(), rattle: false })
     }
     /// Requests the distribution of these channels at every time. Maximum: channels × spans = 2¹⁸.
     pub fn channels(self, names: &[&str]) -> Self {

@@ -14,7 +14,8 @@ use crate::sweep::settings::points::Points;
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
-///     let rows = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q1"]).warm_start(warm_start).run(
+///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q1"]);
+///     let rows = sweep.warm_start(warm_start).run(
 ///         &LaneRk4::<4>::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),

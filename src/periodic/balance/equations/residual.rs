@@ -28,9 +28,9 @@ use crate::roots::residual::Residual;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
 ///
-/// The unknowns x are the coefficients of every coordinate over its scale; equation i is divided by the scale of
-/// coordinate i. For each rigid motion there is one more unknown, its mean acceleration, and one more equation,
-/// which prescribes the mean position along it.
+/// The unknowns x are the coefficients of every coordinate over its scale; equation i is divided by the scale
+/// of coordinate i. If order 0 is kept, each rigid motion adds one unknown, its mean acceleration, and one
+/// equation, the prescribed mean of one coordinate.
 ///
 /// The equations are a [`Residual`], for your own root finders and for path following.
 ///
@@ -80,7 +80,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         if near.dof() != n || n == 0 {
             return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
         }
-        // With one coordinate no rigid motion is searched: if no stiffness acts on it, the Jacobian is singular.
+        // One coordinate needs no search for rigid motions: if no stiffness acts on it, the Jacobian is
+        // singular.
         let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
@@ -217,7 +218,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         }
         let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
-        // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|.
+        // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or
+        // ω² if that is larger.
         let r = self.layout.rigid.len();
         let mut mean = nalgebra::DMatrix::zeros(n + r, n + r);
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
@@ -252,8 +254,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 }
 
 impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with truncated contact forces: the value of each contact law is sampled and truncated
-    /// to the kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
+    /// The same equations with truncated contact forces: the value of each contact law is sampled and
+    /// truncated to the kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let drives = self.grid.model.drives();

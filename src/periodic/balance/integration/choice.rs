@@ -108,8 +108,8 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         Ok((grid, integration))
     }
 
-    /// The fixed pieces on which the accelerations are sampled, one entry for each evaluation. A model without
-    /// fixed pieces is evaluated by deflection (`None`).
+    /// The fixed pieces on which the accelerations are sampled, one entry for each evaluation. A model
+    /// without fixed pieces is evaluated by deflection (`None`).
     fn pieces(&self) -> Vec<Option<Vec<Piece>>> {
         if !self.holds {
             return vec![None];

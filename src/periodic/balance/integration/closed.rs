@@ -2,8 +2,8 @@
 //!
 //! q'' = α + A q + B q' + Σ_c Σ_f χ_cf (α_cf + A_cf q + B_cf q'),   c: contacts, f: lower and upper flank.
 //!
-//! χ_cf(t) is 1 while contact c stands on flank f and 0 otherwise. With switches at the angles θ_s its Fourier
-//! coefficients are
+//! χ_cf(t) is 1 while contact c stands on flank f and 0 otherwise. With switches at the angles θ_s its
+//! Fourier coefficients are
 //!
 //! χ_m = Σ_s ± e^{-i m θ_s}/(2π i m), m ≠ 0,   + where the contact enters the flank, - where it leaves it.
 //!
@@ -43,7 +43,8 @@ pub(crate) struct Closed {
     flanks: Vec<[Part; 2]>,
     /// χ_m of one contact on one flank, m = 0, 1, ...
     indicator: Vec<Complex64>,
-    /// Switches of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it leaves.
+    /// Switches of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it
+    /// leaves.
     switches: Vec<(f64, f64)>,
     /// ± e^{-i m θ_s} of these switches.
     phasors: Vec<Complex64>,

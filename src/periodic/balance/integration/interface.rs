@@ -36,8 +36,8 @@ pub(crate) enum Check {
 /// A way of integration: computes the Fourier coefficients of the accelerations along a motion, and those of
 /// their slopes.
 ///
-/// c_k - i s_k = (2/(pT)) ∫ a(u(t), q(t), q'(t)) e^{-ikωt} dt over the period pT of the orbit. The mean c_0 is
-/// half of this.
+/// c_k - i s_k = (2/(pT)) ∫ a(u(t), q(t), q'(t)) e^{-ikωt} dt over the period pT of the orbit. The mean c_0
+/// is half of this.
 pub(crate) trait Integration<M: ?Sized> {
     /// The public name of this way of integration, on a grid of `samples` samples.
     fn integrals(&self, samples: usize) -> Integrals;

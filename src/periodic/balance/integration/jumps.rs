@@ -38,8 +38,8 @@ impl BothSides {
         }
     }
 
-    /// Sets the pieces before and after a switch. Every other contact stands on its piece at the sample before
-    /// the switch.
+    /// Sets the pieces before and after a switch. Every other contact stands on its piece at the sample
+    /// before the switch.
     pub(crate) fn stand_on(&mut self, event: &Event, switching: &Switching) {
         for side in &mut self.pieces {
             for (c, piece) in side.iter_mut().enumerate() {

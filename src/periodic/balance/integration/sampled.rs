@@ -16,8 +16,8 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    /// `contacts`: number of contacts. Samples of a contact law cause aliasing. The note `Aliased` reports it,
-    /// so that no check of the resolution is needed.
+    /// `contacts`: number of contacts. Samples of a contact law cause aliasing. The note `Aliased` reports
+    /// it, so that no check of the resolution is needed.
     pub(crate) fn new(samples: Samples, contacts: usize) -> Self {
         Sampled { samples, check: if contacts > 0 { Check::Unnecessary } else { Check::BetweenSamples } }
     }

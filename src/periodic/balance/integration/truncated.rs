@@ -1,5 +1,5 @@
-//! Uniform samples with truncated contact forces: the value of each contact law is truncated to the kept orders
-//! before it is multiplied by the stiffness.   Source: Liu 2021.
+//! Uniform samples with truncated contact forces: the value of each contact law is truncated to the kept
+//! orders before it is multiplied by the stiffness.   Source: Liu 2021.
 
 use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::nonlinearity::Nonlinearity;
@@ -37,8 +37,8 @@ pub(crate) struct Truncated {
     direct: Vec<Table>,
     /// ∂a_i/∂f_c. Sequence of the indices: i, then c.
     levers: Vec<Table>,
-    /// Derivatives of the contact law c before truncation, with respect to q_j and v_j. Sequence of the indices:
-    /// c, then q or v, then j.
+    /// Derivatives of the contact law c before truncation, with respect to q_j and v_j. Sequence of the
+    /// indices: c, then q or v, then j.
     slopes: Vec<Table>,
     contacts: usize,
     dof: usize,

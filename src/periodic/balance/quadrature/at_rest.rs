@@ -95,8 +95,8 @@ impl Seen {
 
     /// The series of the differences from `less`, or of the values themselves without `less`.
     ///
-    /// `only` selects accelerations, then slopes; the series of the others are empty. `None` if a series is too
-    /// long for the samples.
+    /// `only` selects accelerations, then slopes; the series of the others are empty. `None` if a series is
+    /// too long for the samples.
     pub(crate) fn series(&self, less: Option<&Seen>, only: Option<&[bool]>) -> Option<Part> {
         let wanted = |k: usize| only.is_none_or(|only| only[k]);
         let samples = self.force.first().or(self.slopes.first()).map_or(0, Vec::len);

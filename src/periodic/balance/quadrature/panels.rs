@@ -5,8 +5,8 @@ use crate::model::equations::Periodic;
 use crate::numeric::gauss::ten;
 use std::f64::consts::TAU;
 
-/// The panels between the breaks, as (middle, half width). Orders of up to twice `order` appear in the Jacobian:
-/// in half a panel they turn by at most 3 rad.
+/// The panels between the breaks, as (middle, half width). Orders of up to twice `order` appear in the
+/// Jacobian: in half a panel they turn by at most 3 rad.
 pub(crate) fn panels(breaks: &[f64], span: f64, order: usize) -> impl Iterator<Item = (f64, f64)> {
     breaks.windows(2).flat_map(move |stretch| {
         let (start, length) = (stretch[0], stretch[1] - stretch[0]);
@@ -29,8 +29,8 @@ pub(crate) fn quadrature(breaks: &[f64], span: f64, order: usize, mut at: impl F
 /// Maximum number of drive edges in one span of a balance.
 pub(crate) const MAX_EDGES: usize = 100_000;
 
-/// Drive edges in (0, span], at most `MAX_EDGES` + 1. An edge at time 0 appears at the end of the span, since the
-/// drives repeat.
+/// Drive edges in (0, span], at most `MAX_EDGES` + 1. An edge at time 0 appears at the end of the span, since
+/// the drives repeat.
 pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
     let mut edges = Vec::new();
     let mut t = 0.0;

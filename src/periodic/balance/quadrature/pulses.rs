@@ -14,8 +14,8 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 /// period contains one of them.
 const LOOKS: usize = 1 << 17;
 
-/// Smallest departure of a pulse from the interpolation on the panels, as a share of the largest value at their
-/// nodes `[1]`. A smaller departure over 1e-5 of the period changes the integrals by less than 1e-8.
+/// Smallest departure of a pulse from the interpolation on the panels, as a share of the largest value at
+/// their nodes `[1]`. A smaller departure over 1e-5 of the period changes the integrals by less than 1e-8.
 const DEPARTS: f64 = 1e-3;
 
 /// Halving ends when it changes the integrals by at most this share `[1]`.
@@ -116,8 +116,8 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         ends
     }
 
-    /// Halves an interval, and its halves again, until the integrals no longer change or a limit is reached. At
-    /// least three times.
+    /// Halves an interval, and its halves again, at least three times and until the integrals no longer
+    /// change or a limit is reached.
     fn halve(
         &mut self,
         (start, end): (f64, f64),

@@ -39,9 +39,9 @@ const MAX: usize = 16_384;
 /// Number of instants between the samples at which the series are compared with the model.
 const LOOKS: usize = 4;
 
-/// Largest deviation of the series from the model at these instants, as a share of the sum of all |c_k| `[1]`.
-/// Also the largest change of the integrals by panels of half the width, as a share of the integral of the
-/// absolute value `[1]`.
+/// Largest deviation of the series from the model at these instants, as a share of the sum of all |c_k|
+/// `[1]`. Also the largest change of the integrals by panels of half the width, as a share of the integral of
+/// the absolute value `[1]`.
 const AGREE: f64 = 1e-11;
 
 /// Coefficients up to this share of the largest count as rounding `[1]`.
@@ -53,8 +53,8 @@ const STATES: [f64; 3] = [1.0, -4.0, 4.0];
 /// Sampler of a model at one fixed state, so that only the drives vary.
 pub(crate) struct DriveSampler<'m, M: ?Sized> {
     model: &'m M,
-    /// Fixed pieces on which the accelerations are evaluated, one entry for each evaluation; `None`: evaluation
-    /// by deflection.
+    /// Fixed pieces on which the accelerations are evaluated, one entry for each evaluation; `None`:
+    /// evaluation by deflection.
     ways: Vec<Option<Vec<Piece>>>,
     q: Vec<f64>,
     /// The coordinates times a factor of `STATES`.
@@ -66,8 +66,8 @@ pub(crate) struct DriveSampler<'m, M: ?Sized> {
 }
 
 impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
-    /// A sampler at a state within the given sizes of coordinates and velocities. `ways`: fixed pieces for the
-    /// accelerations, or `None` for evaluation by deflection.
+    /// A sampler at a state within the given sizes of coordinates and velocities. `ways`: fixed pieces for
+    /// the accelerations, or `None` for evaluation by deflection.
     pub(crate) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
         let part = |half: usize| {
             size[half].iter().enumerate().map(|(j, s)| s * (2.0 * weyl(0, 1 + 2 * j + half) - 1.0)).collect()
@@ -171,11 +171,11 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         Some(Orders { highest, weighed: weighed.ceil() as usize })
     }
 
-    /// The order whose panels integrate the accelerations to `AGREE` between drive edges: the first of `least`,
-    /// 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
+    /// The order whose panels integrate the accelerations to `AGREE` between drive edges: the first of
+    /// `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
     ///
-    /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces is
-    /// thus also evaluated on its flanks.
+    /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces
+    /// is thus also evaluated on its flanks.
     pub(crate) fn panel_order(&mut self, breaks: &[f64], span: f64, least: usize) -> usize {
         let n = self.a.len();
         let mut integrals = |order: usize| {

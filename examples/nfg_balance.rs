@@ -8,10 +8,11 @@
 //!
 //! `cargo run --release --example nfg_balance`, with `-- --coarse` at a sixth of the points
 
-mod motions;
-#[path = "../support/mod.rs"]
+mod nfg_balance {
+    pub mod motions;
+    pub mod sweeps;
+}
 mod support;
-mod sweeps;
 
 use gear_dynamics::contact::Piece;
 use gear_dynamics::drives::HeldProcess;
@@ -20,17 +21,17 @@ use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::periodic::{BalanceError, FourierOrbit, Integrals};
 use gear_dynamics::{Balance, Harmonics, Integrator, NfgPair, NfgParams, Periodic, RattleState};
-use motions::{
+use nfg_balance::motions::{
     ELASTIC, MEASURE, MESH, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit,
     paper_point, run, shooting, solver,
 };
+use nfg_balance::sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
 use plotters::prelude::SeriesLabelPosition;
 use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::Path;
 use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery, progress};
-use sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
 
 /// Motor speed r/min, then A_c, A_e and ξ of the theory, then of the experiment f_c [Hz], f_e [Hz] and ξ. The printed headers of A_c and A_e
 /// are swapped.   Liu 2021, Table 2.
@@ -276,7 +277,7 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
     let orbit_of = |pair: &NfgPair| -> Outcome<(FourierOrbit, [f64; 2])> {
         let cycle = shooting().run(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];
-        let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?[..SAMPLES])?;
+        let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?)?;
         let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH)?;
         let amplitude = |order: usize| series.pairs()[order - 1][0].hypot(series.pairs()[order - 1][1]);
         Ok((
