@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};

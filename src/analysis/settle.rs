@@ -4,7 +4,7 @@ use crate::analysis::returns::{Ranges, is_own_multiple};
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Budget;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::step::{Observer, Step};
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! Checks of a model for inconsistencies between its parts.
 
-pub(crate) mod contacts;
+pub(crate) mod contact_checks;
 pub(crate) mod display;
 pub(crate) mod drives;
 pub(crate) mod inconsistency;

@@ -1,8 +1,8 @@
 //! Gear meshes: the components of rings and trains.
 
-use crate::contact::choice::PieceChoice;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;

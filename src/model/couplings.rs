@@ -38,28 +38,28 @@ pub(crate) struct Couplings {
 const LOOKS: usize = 16;
 
 impl Couplings {
-    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `holds`: the
+    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `has_fixed_pieces`: the
     /// Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank; otherwise
     /// by deflection.
-    pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, holds: bool) -> Self {
+    pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;
         // 0: always zero, 1: constant, 2: varying. If the pieces cannot be fixed, the samples may miss
         // couplings: all slopes then count as varying, if the Jacobian comes from differences or the model is
         // small.
-        let hidden = !holds && (slopes.differenced || n <= 4);
+        let hidden = !has_fixed_pieces && (slopes.differenced || n <= 4);
         let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
         let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
         let mut stiffest = 0.0f64;
         let fixed: Vec<Vec<Piece>> =
             [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> =
-            if holds { fixed.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
+            if has_fixed_pieces { fixed.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for look in 0..LOOKS {
-            model.drive(model.period() * even(look, 0), Side::After, &mut u);
+            model.drive(model.period() * weyl(look, 0), Side::After, &mut u);
             let size = [0.1, 1.0, 3.0][look % 3];
             for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
-                *x = size * scale * (2.0 * even(look, 1 + 2 * (i % n) + i / n) - 1.0);
+                *x = size * scale * (2.0 * weyl(look, 1 + 2 * (i % n) + i / n) - 1.0);
             }
             let (q, v) = state.split_at(n);
             for &pieces in &ways {
@@ -106,12 +106,6 @@ impl Couplings {
         let list = self.list.iter().map(|c| Coupling { q: none, v: none, ..*c }).collect();
         Couplings { list, varying: Vec::new(), stiffest: self.stiffest }
     }
-}
-
-/// Numbers evenly spread over [0, 1), a different sequence for each direction: Weyl sequences of square
-/// roots.
-pub(crate) fn even(index: usize, direction: usize) -> f64 {
-    ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
 /// Whether the accelerations on fixed pieces are linear in coordinates and velocities, and the contributions

@@ -1,7 +1,7 @@
 //! Jacobians by dual numbers.
 
-use crate::contact::choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::contact::piece::Piece;
+use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::dual::Dual;
 use crate::model::equations::Jacobian;
 use crate::model::shape::{Drives, Shape};

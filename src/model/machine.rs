@@ -1,7 +1,7 @@
 //! Machines: shapes with the values of their constants.
 
-use crate::contact::choice::{ByDeflection, FixedPieces};
 use crate::contact::piece::Piece;
+use crate::contact::piece_choice::{ByDeflection, FixedPieces};
 use crate::contact::tooth::Contact;
 use crate::dual::Dual;
 use crate::error::{ParameterError, check};

@@ -6,6 +6,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::numeric::spread::golden;
 use nalgebra::DMatrix;
 
 /// Rigid motions of a model.
@@ -36,14 +37,14 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
     // The stack of all Jacobians, each divided by its largest entry.
-    let mut seen = DMatrix::<f64>::zeros(0, n);
+    let mut jacobians = DMatrix::<f64>::zeros(0, n);
     let (mut exact, mut a) = (true, vec![0.0; n]);
     for (look, size) in SIZES.iter().enumerate() {
-        model.drive(span * golden(look + 1), Side::After, &mut u);
-        let part = |i: usize| size * (golden(7 * look + 3 * i + 2) - 0.5);
+        model.drive(span * golden((look + 1) as f64), Side::After, &mut u);
+        let part = |i: usize| size * (golden((7 * look + 3 * i + 2) as f64) - 0.5);
         let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
         let rest = vec![0.0; n];
-        seen = compressed(seen, &held_by_stops(model, &u, &q));
+        jacobians = compressed(jacobians, &directions_of_stops(model, &u, &q));
         slopes.scale.fill(*size);
         for flank in &flanks {
             exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
@@ -62,12 +63,12 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
                 let rounding = f64::EPSILON * crate::numeric::norms::dot(&a, &a).sqrt() / (STEP * size);
                 if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
                     let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
-                    seen = compressed(seen, &scaled);
+                    jacobians = compressed(jacobians, &scaled);
                 }
             }
         }
     }
-    nullspace(&seen, n, if exact { EXACT } else { DIFFERENCES })
+    nullspace(&jacobians, n, if exact { EXACT } else { DIFFERENCES })
 }
 
 /// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
@@ -87,15 +88,10 @@ const STEP: f64 = 5e-6;
 /// used.
 const ROUNDING: f64 = 2e-10;
 
-/// Fractional part of i times the golden section: evenly distributed over (0, 1), without a pattern.
-fn golden(i: usize) -> f64 {
-    (i as f64 * 0.618_033_988_749_894_9).fract()
-}
-
 /// ∂d/∂q of every contact with a rigid stop, one row for each contact, divided by the largest entry of the
 /// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other
 /// contacts are 0.
-fn held_by_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
+fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
     let (n, rigid) = (q.len(), Offers::of(model).rigid_edges());
     let mut contacts = vec![Contact::default(); rigid.len()];
     let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {
@@ -135,16 +131,17 @@ fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// The null space of the stack of n columns, with the limits for a singular value.
-fn nullspace(seen: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
+fn nullspace(jacobians: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
     let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
     let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
-    if seen.nrows() < n {
+    if jacobians.nrows() < n {
         rigid.modes.extend((0..n).map(unit));
         return rigid;
     }
     // Columns are divided by their norms, because coordinates may be angles and lengths.
-    let size: Vec<f64> = seen.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
-    let svd = DMatrix::from_fn(seen.nrows(), n, |i, j| seen[(i, j)] / size[j]).svd(false, true);
+    let size: Vec<f64> =
+        jacobians.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+    let svd = DMatrix::from_fn(jacobians.nrows(), n, |i, j| jacobians[(i, j)] / size[j]).svd(false, true);
     let largest = svd.singular_values.max();
     if let Some(right) = svd.v_t {
         for (row, value) in right.row_iter().zip(svd.singular_values.iter().map(|value| value / largest)) {

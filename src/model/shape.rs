@@ -1,7 +1,7 @@
 //! Shapes: models whose algebra is written once for every number type.
 
-use crate::contact::choice::PieceChoice;
 use crate::contact::piece::Piece;
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;

@@ -1,8 +1,8 @@
 //! Checks of a shape when a machine is created from it.
 
-use crate::contact::choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
+use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;

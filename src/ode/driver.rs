@@ -7,13 +7,13 @@ use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Found, Locator};
 use crate::ode::edges::stops::Stops;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Crossing, Observer, Step, StepView};
-use crate::ode::stepping::blocks::Blocks;
 use crate::ode::stepping::control::{Limits, Pace, RESOLUTION, StepRule, starting_step};
 use crate::ode::stepping::engine::{Engine, LARGEST, Tableau};
 use crate::ode::stepping::vector::Vector;
+use crate::ode::stepping::vector_blocks::Blocks;
 use std::marker::PhantomData;
 
 /// Integrates `model` from `start` to `t_end` with tableau `T`.

@@ -1,7 +1,7 @@
 //! The trait that all solvers implement.
 
 use crate::model::equations::{Model, State};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};

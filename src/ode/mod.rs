@@ -3,7 +3,7 @@
 pub(crate) mod budget;
 pub(crate) mod driver;
 pub(crate) mod edges;
-pub(crate) mod error;
+pub(crate) mod integrate_error;
 pub(crate) mod integrator;
 pub(crate) mod methods;
 pub(crate) mod outcome;
@@ -13,7 +13,7 @@ pub(crate) mod stepping;
 pub(crate) mod trajectory;
 
 pub use crate::ode::budget::{Budget, Exhausted};
-pub use crate::ode::error::IntegrateError;
+pub use crate::ode::integrate_error::IntegrateError;
 pub use crate::ode::integrator::Integrator;
 pub use crate::ode::methods::adaptive::Adaptive;
 pub use crate::ode::methods::dop853::{Dop853, DormandPrince8};

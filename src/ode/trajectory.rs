@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;
 use thiserror::Error;

@@ -1,6 +1,7 @@
 //! Gaussian elimination by blocks.
 
 use crate::numeric::norms::{floating, largest};
+use crate::numeric::spread::golden;
 use crate::roots::blocks::{Block, Pairs};
 use crate::roots::matrix::Matrix;
 use faer::MatMut;
@@ -66,7 +67,7 @@ impl Elimination {
     /// Whether the solution x of a test system A x = b has a backward error of at most 1e-10:
     /// |A x - b|_i <= 1e-10 (Σ_j |A_ij| max |x_j| + |b_i|) in every row i.
     pub(crate) fn is_sound(&self, a: &Matrix) -> bool {
-        let x: Vec<f64> = (0..a.size()).map(|i| 1.5 - (0.618_033_988_749_894_9 * i as f64).fract()).collect();
+        let x: Vec<f64> = (0..a.size()).map(|i| 1.5 - golden(i as f64)).collect();
         let b = a.times(&x);
         let mut found = b.clone();
         self.solve(&mut found);

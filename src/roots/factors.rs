@@ -66,11 +66,11 @@ impl Factors {
 #[cfg(test)]
 mod tests {
     use crate::model::equations::{Model, Periodic, State};
-    use crate::models::ring::params::RingSet;
-    use crate::models::ring::shape::{Frame, Ring};
+    use crate::models::ring::ring_params::RingSet;
+    use crate::models::ring::ring_shape::{Frame, Ring};
     use crate::ode::integrator::Integrator;
     use crate::ode::methods::dop853::Dop853;
-    use crate::periodic::balance::orbit::FourierOrbit;
+    use crate::periodic::balance::fourier_orbit::FourierOrbit;
     use crate::periodic::balance::series::harmonics::Harmonics;
     use crate::periodic::balance::settings::Balance;
     use crate::roots::factors::Factors;

@@ -1,7 +1,7 @@
 //! Serialisation by `serde` of types whose parts must fit together: a stored form, checked when it is read.
 
-pub(crate) mod fourier_orbit;
-pub(crate) mod number;
-pub(crate) mod points;
+pub(crate) mod not_finite;
+pub(crate) mod orbit_series;
 pub(crate) mod rows;
-pub(crate) mod shooting_orbit;
+pub(crate) mod shooting;
+pub(crate) mod sweep_points;

@@ -1,10 +1,10 @@
 //! The stored form of rows.
 
-use crate::stored::number::{Number, numbers, plain};
-use crate::sweep::error::PointError;
+use crate::stored::not_finite::{Number, numbers, plain};
+use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
-use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::sweep::Sweep;
+use crate::sweep::sweep_error::PointError;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::collections::BTreeMap;

@@ -11,8 +11,8 @@ use crate::excitation::wave::Wave;
 use crate::model::equations::{Model, State};
 use crate::model::machine::Machine;
 use crate::model::shape::Drives;
-use crate::models::nfg::params::{CentreForcing, NfgParams, NfgReading, Radius};
-use crate::models::nfg::shape::{NfgShape, STIFFNESS};
+use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
+use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 
 /// The noncircular face gear pair with one degree of freedom. The speed of the pinion is prescribed.
 ///

@@ -1,9 +1,9 @@
 //! The noncircular face gear pair with two degrees of freedom.   Source: Liu 2021, Eq. (4).
 
-use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{LOWER, Mesh, UPPER};
+use crate::contact::piece_choice::{ByDeflection, PieceChoice};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Excitation;
@@ -14,7 +14,7 @@ use crate::excitation::wave::{Wave, reduced};
 use crate::model::equations::{Channel, Model, State};
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
-use crate::models::nfg::params::{CentreForcing, NfgParams, NfgReading, Radius};
+use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
 
 /// The noncircular face gear pair with two degrees of freedom: the elastic angles q1 of the pinion and q2 of

@@ -1,12 +1,12 @@
 //! The algebra of the ring, gear by gear.
 
-use crate::contact::choice::PieceChoice;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::Mesh;
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
 use crate::models::ring::columns::{Columns, STRIDE};
-use crate::models::ring::shape::{Frame, RingShape};
+use crate::models::ring::ring_shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};
 
 /// The motion of one gear: R, θ, θ', R θ and R θ'. Its two meshes use the same values.

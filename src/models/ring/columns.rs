@@ -1,6 +1,6 @@
 //! Parameters of the gears as the algebra of the ring reads them: one list per parameter.
 
-use crate::models::ring::params::Gear;
+use crate::models::ring::ring_params::Gear;
 
 /// Number of waves of a mesh. The constants after the speed are T_M, C_1..n and T_L1..n.
 pub(crate) const STRIDE: usize = 7;

@@ -2,8 +2,8 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::models::ring::params::mean;
-use crate::models::ring::shape::Ring;
+use crate::models::ring::ring_params::mean;
+use crate::models::ring::ring_shape::Ring;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::f64::consts::TAU;

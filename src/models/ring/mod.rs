@@ -3,11 +3,11 @@
 pub(crate) mod algebra;
 pub(crate) mod columns;
 pub(crate) mod matrices;
-pub(crate) mod params;
 pub(crate) mod relative;
-pub(crate) mod shape;
+pub(crate) mod ring_params;
+pub(crate) mod ring_shape;
 
 pub use crate::models::ring::matrices::Modes;
-pub use crate::models::ring::params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
 pub use crate::models::ring::relative::RelativeView;
-pub use crate::models::ring::shape::{Frame, Ring, RingShape};
+pub use crate::models::ring::ring_params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
+pub use crate::models::ring::ring_shape::{Frame, Ring, RingShape};

@@ -4,7 +4,7 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::equations::State;
-use crate::models::ring::shape::Ring;
+use crate::models::ring::ring_shape::Ring;
 use nalgebra::DMatrix;
 
 /// The relative coordinates [θ_M - θ_1, d_1/b_e, ..., d_n/b_e, θ_1 - θ_L1, ..., θ_n - θ_Ln] over τ = ω_n t.

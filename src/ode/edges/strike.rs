@@ -6,7 +6,7 @@ use crate::model::equations::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::{APPROACHES, LONGER, ROUNDING, SHORTEST};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::engine::{Engine, halves};

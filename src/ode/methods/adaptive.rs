@@ -2,7 +2,7 @@
 
 use crate::model::equations::{Model, State};
 use crate::ode::driver::drive;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;

@@ -92,7 +92,7 @@ impl Tableau for DormandPrince8 {
 /// Rows of pairs (column, coefficient) without zeros; columns count from 0.
 #[rustfmt::skip]
 mod table {
-    use crate::ode::stepping::row::Row;
+    use crate::ode::stepping::tableau_row::Row;
     pub const C: [f64; 12] = [
         0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1.0/3.0,
         0.25, 4.0/13.0, 0.6512820512820513, 0.6, 6.0/7.0, 1.0,

@@ -2,13 +2,13 @@
 
 use crate::model::equations::{Model, State};
 use crate::ode::driver::drive;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
 use crate::ode::stepping::control::{Limits, StepRule};
 use crate::ode::stepping::engine::{Engine, Tableau};
-use crate::ode::stepping::row::Row;
+use crate::ode::stepping::tableau_row::Row;
 use crate::ode::stepping::vector::Vector;
 
 /// The classical Runge-Kutta method of order 4 with a fixed step.   Source: Hairer, Nørsett & Wanner I, Table

@@ -27,7 +27,7 @@ pub struct DormandPrince5;
 
 #[rustfmt::skip]
 mod table {
-    use crate::ode::stepping::row::Row;
+    use crate::ode::stepping::tableau_row::Row;
     pub const A2: Row<1> = [(0, 1.0/5.0)];
     pub const A3: Row<2> = [(0, 3.0/40.0), (1, 9.0/40.0)];
     pub const A4: Row<3> = [(0, 44.0/45.0), (1, -56.0/15.0), (2, 32.0/9.0)];

@@ -1,7 +1,7 @@
 //! Step sizes: settings of the solvers, PI controller, first step.
 
 use crate::model::equations::Model;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::ode::stepping::row::{Row, SLOTS};
+use crate::ode::stepping::tableau_row::{Row, SLOTS};
 use crate::ode::stepping::vector::Vector;
 
 /// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.

@@ -1,7 +1,7 @@
 //! Storage for coordinates and velocities, and the sums over derivatives that a step consists of.
 
-use crate::ode::stepping::blocks::Blocks;
-use crate::ode::stepping::row::{Row, SLOTS};
+use crate::ode::stepping::tableau_row::{Row, SLOTS};
+use crate::ode::stepping::vector_blocks::Blocks;
 
 /// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is
 /// computed in registers, and [`Blocks`] for more.

@@ -3,7 +3,7 @@
 use crate::model::equations::{Model, Periodic};
 use crate::model::offers::Offers;
 use crate::model::rigid::rigid_motions;
-use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::balance_error::BalanceError;
 
 /// Rigid motions of a model.
 ///

@@ -1,7 +1,7 @@
 //! Sizes of the coordinates of an orbit: the scales of the unknowns.
 
 use crate::numeric::norms::largest;
-use crate::periodic::balance::orbit::{AT_REST, FourierOrbit};
+use crate::periodic::balance::fourier_orbit::{AT_REST, FourierOrbit};
 
 /// Size of every coordinate: Σ |coefficients|. A coordinate at rest gets the largest size; if all are at
 /// rest, the size is 1.

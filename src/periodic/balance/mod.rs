@@ -2,12 +2,12 @@
 
 pub(crate) mod admission;
 pub(crate) mod amplitudes;
+pub(crate) mod balance_error;
 pub(crate) mod equations;
-pub(crate) mod error;
+pub(crate) mod fourier_orbit;
 pub(crate) mod integrals;
 pub(crate) mod integration;
 pub(crate) mod note;
-pub(crate) mod orbit;
 pub(crate) mod quadrature;
 pub(crate) mod quality;
 pub(crate) mod reading;

@@ -6,11 +6,11 @@ use crate::model::machine::Machine;
 use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
+use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::equations::metered::Metered;
-use crate::periodic::balance::equations::residual::BalanceEquations;
-use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::roots::broyden::FirstJacobian;
 use crate::roots::newton::Newton;
@@ -198,7 +198,7 @@ impl Balance {
         equations: &BalanceEquations<'_, M>,
         root: Result<Root, RootError>,
         meter: &Meter<'_>,
-        held_in_gap: Option<usize>,
+        start_in_gap: Option<usize>,
     ) -> Result<FourierOrbit, BalanceError> {
         let orbit = |root: &Root| {
             let mut orbit = equations.orbit(&root.x);
@@ -222,7 +222,7 @@ impl Balance {
             {
                 BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
             }
-            RootError::Singular { .. } if let Some(contact) = held_in_gap => {
+            RootError::Singular { .. } if let Some(contact) = start_in_gap => {
                 BalanceError::StartInGap { contact }
             }
             RootError::Singular { unknown, last } => BalanceError::Undetermined {

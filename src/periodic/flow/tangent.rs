@@ -7,7 +7,7 @@ use crate::model::equations::{Model, State};
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
 use crate::ode::step::{Observer, Step};

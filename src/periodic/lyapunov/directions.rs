@@ -3,7 +3,7 @@
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::dot;
 use crate::ode::budget::{Exhausted, Meter};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 

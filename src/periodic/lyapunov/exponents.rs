@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::model::equations::State;
 use crate::ode::budget::Exhausted;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::lyapunov::growth::Growth;
 use thiserror::Error;
 

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::model::equations::State;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use thiserror::Error;
 
 /// The last iterate of a shooting run that failed.

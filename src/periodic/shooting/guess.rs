@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Step;
 use crate::periodic::flow::motion_size::{Rounding, Sizes};
 use crate::periodic::flow::variation::{coarse, metered};

@@ -3,12 +3,12 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::ode::budget::{Budget, Meter};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, Plan};
-use crate::periodic::shooting::orbit::ShootingOrbit;
 use crate::periodic::shooting::segments::{Round, Segments};
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::roots::newton::is_monotone;
 
 /// φ(x_i; t_i, t_{i+1}) = x_{i+1}, i = 0 .. N-1, with x_N = x_0: periodic orbits by multiple shooting.

@@ -3,7 +3,7 @@
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::variation::transition;
 use nalgebra::DMatrix;
 use nalgebra::DVector;

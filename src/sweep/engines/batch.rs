@@ -5,15 +5,15 @@ use crate::model::machine::Machine;
 use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::numeric::spread::golden;
-use crate::ode::error::IntegrateError;
-use crate::sweep::engines::interface::{Job, Source};
+use crate::ode::integrate_error::IntegrateError;
+use crate::sweep::engines::sweep_engine::{Job, Source};
 use crate::sweep::engines::track::{Next, Plan, Track};
-use crate::sweep::error::PointError;
 use crate::sweep::lanes::drive_table::{Table, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::{Algebra, Bundle, Kernel};
 use crate::sweep::lanes::meter::{Kind, Meters, Reading};
 use crate::sweep::lanes::number::Number;
+use crate::sweep::sweep_error::PointError;
 use std::collections::VecDeque;
 
 /// Number of steps between two checks for cancellation.

@@ -3,13 +3,13 @@
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::sweep::engines::batch::{Batch, Run, refuse};
-use crate::sweep::engines::interface::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::lanes::drive_table::Table;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::Shared;
 use crate::sweep::lanes::number::Lanes;
+use crate::sweep::sweep_error::{PointError, SweepError};
 use std::collections::VecDeque;
 
 /// Engine for every [`Machine`]: RK4 with a fixed number of steps per period, W runs side by side in the

@@ -3,15 +3,15 @@
 use crate::analysis::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
 use crate::model::equations::{Periodic, State};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::Step;
-use crate::sweep::engines::interface::{Job, Source, SweepEngine};
+use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::{Next, Plan, Track};
-use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
+use crate::sweep::sweep_error::{PointError, SweepError};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 

@@ -2,12 +2,12 @@
 
 use crate::model::equations::Periodic;
 use crate::sweep::engines::batch::{Batch, Run, refuse, refuse_stops};
-use crate::sweep::engines::interface::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::error::SweepError;
 use crate::sweep::lanes::drive_table::Table;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::Plain;
+use crate::sweep::sweep_error::SweepError;
 use std::collections::VecDeque;
 
 /// Engine for any periodic model: RK4 with a fixed number of steps per period, one run at a time over a table

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::sweep::ensembles::moments::Distribution;
-use crate::sweep::error::PointError;
+use crate::sweep::sweep_error::PointError;
 
 /// Results of one member: channel values (time by time), peaks, and the number of impacts of each contact.
 pub(crate) struct Seen {

@@ -1,6 +1,6 @@
 //! The classical Runge-Kutta method over a drive table, for all lanes at once.
 
-use crate::contact::choice::ByDeflection;
+use crate::contact::piece_choice::ByDeflection;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::model::shape::{Drives, Shape};

@@ -1,9 +1,9 @@
 //! The motions on which the runs of a sweep ended: attractors and their basins.
 
 use crate::error::check;
-use crate::sweep::error::SweepError;
+use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
-use crate::sweep::rows::table::Rows;
+use crate::sweep::sweep_error::SweepError;
 
 /// The motions on which the runs of a sweep ended, distinguished by their strobed states. If the points of
 /// the sweep are starts, the labels are the basins of attraction.

@@ -2,14 +2,14 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
-use crate::sweep::engines::interface::SweepEngine;
-use crate::sweep::error::SweepError;
+use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::monitor::Monitor;
+use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
-use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::settings::sweep::WarmStart;
+use crate::sweep::sweep_error::SweepError;
 use std::fmt::Display;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;

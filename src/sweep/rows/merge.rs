@@ -1,7 +1,7 @@
 //! Merging of the chunks of a sweep.
 
-use crate::sweep::error::SweepError;
-use crate::sweep::rows::table::Rows;
+use crate::sweep::rows::collection::Rows;
+use crate::sweep::sweep_error::SweepError;
 use thiserror::Error;
 
 impl Rows {

@@ -3,9 +3,9 @@
 use crate::analysis::rattle::{ContactStatistics, RattleState};
 use crate::analysis::statistics::Summary;
 use crate::error::{ParameterError, check};
-use crate::sweep::error::PointError;
-use crate::sweep::rows::table::Rows;
+use crate::sweep::rows::collection::Rows;
 use crate::sweep::settings::points::Point;
+use crate::sweep::sweep_error::PointError;
 
 /// The results of one point of a sweep.
 ///

@@ -3,15 +3,15 @@
 use crate::error::ParameterError;
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
-use crate::sweep::engines::interface::{Job, Source, SweepEngine};
+use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::error::PointError;
 use crate::sweep::monitor::Monitor;
+use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
-use crate::sweep::rows::table::Rows;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::settings::sweep::WarmStart;
+use crate::sweep::sweep_error::PointError;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;

@@ -2,8 +2,8 @@
 
 use crate::ode::budget::Budget;
 use crate::periodic::lyapunov::run::Lyapunov;
-use crate::sweep::error::SweepError;
 use crate::sweep::settings::points::Points;
+use crate::sweep::sweep_error::SweepError;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///

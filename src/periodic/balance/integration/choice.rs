@@ -5,15 +5,15 @@ use crate::error::check;
 use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::closed::Closed;
-use crate::periodic::balance::integration::interface::Integration;
+use crate::periodic::balance::integration::integration_trait::Integration;
 use crate::periodic::balance::integration::kinks::Kinks;
 use crate::periodic::balance::integration::panels::Panels;
 use crate::periodic::balance::integration::sampled::Sampled;
-use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::quadrature::panels::any_edges;
+use crate::periodic::balance::quadrature::panel_points::any_edges;
 use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, samples_following};
 use crate::periodic::balance::series::grid::Grid;
@@ -41,7 +41,7 @@ pub(crate) struct Demand<'a, 'm, M: ?Sized> {
     /// Size of every velocity.
     pub(crate) rates: &'a [f64],
     /// Whether the model has contacts and evaluates them on fixed pieces.
-    pub(crate) holds: bool,
+    pub(crate) has_fixed_pieces: bool,
 }
 
 impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
@@ -59,10 +59,10 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         let (n, contacts, varying) = (model.dof(), model.contacts(), couplings.varying.len());
         let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
         let by_panels = integrals == Integrals::Panels
-            || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.holds)));
+            || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.has_fixed_pieces)));
         let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces());
         let samples = match integrals {
-            Integrals::Closed | Integrals::Kinks if edges || !self.holds => {
+            Integrals::Closed | Integrals::Kinks if edges || !self.has_fixed_pieces => {
                 return Err(BalanceError::NotAvailable { integrals });
             }
             Integrals::Sampled { samples } if samples <= 2 * harmonics.highest() || samples < NODES => {
@@ -111,7 +111,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
     /// The fixed pieces on which the accelerations are sampled, one entry for each evaluation. A model
     /// without fixed pieces is evaluated by deflection (`None`).
     fn pieces(&self) -> Vec<Option<Vec<Piece>>> {
-        if !self.holds {
+        if !self.has_fixed_pieces {
             return vec![None];
         }
         let all = |piece| Some(vec![piece; self.model.contacts()]);

@@ -16,9 +16,9 @@ use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::quadrature::at_rest::{Look, Part, Series, value_at};
+use crate::periodic::balance::quadrature::at_rest::{AtRest, Part, Series, value_at};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
@@ -29,7 +29,7 @@ use std::f64::consts::TAU;
 
 /// Number of instants between the samples at which the series are compared with the model. Also the number of
 /// samples that show which accelerations and slopes a contact changes.
-const LOOKS: usize = 5;
+const INSTANTS: usize = 5;
 
 /// Largest deviation of the sum of the series from the model, as a share of the sum of all absolute values
 /// `[1]`.
@@ -100,15 +100,15 @@ impl Closed {
         samples: usize,
     ) -> Option<Self> {
         let contacts = model.contacts();
-        let mut look = Look::new(model, couplings, slopes, samples);
-        let gap = look.at(&vec![Piece::Gap; contacts], samples);
-        let reach = |contact: usize, look: &mut Look<'_, '_, M>| {
+        let mut at_rest = AtRest::new(model, couplings, slopes, samples);
+        let gap = at_rest.at(&vec![Piece::Gap; contacts], samples);
+        let reach = |contact: usize, at_rest: &mut AtRest<'_, '_, M>| {
             let mut pieces = vec![Piece::Gap; contacts];
             pieces[contact] = Piece::Lower;
-            look.at(&pieces, LOOKS).touched(&gap)
+            at_rest.at(&pieces, INSTANTS).touched(&gap)
         };
         let base = gap.series(None, None)?;
-        let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut look)).collect();
+        let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut at_rest)).collect();
         let mut flanks: Vec<Option<[Part; 2]>> = (0..contacts).map(|_| None).collect();
         // Contacts that change no acceleration and no slope in common are evaluated together.
         while let Some(first) = flanks.iter().position(Option::is_none) {
@@ -123,7 +123,7 @@ impl Closed {
             let mut on = |piece: Piece| {
                 let mut pieces = vec![Piece::Gap; contacts];
                 group.iter().for_each(|&c| pieces[c] = piece);
-                look.at(&pieces, samples)
+                at_rest.at(&pieces, samples)
             };
             let (lower, upper) = (on(Piece::Lower), on(Piece::Upper));
             for &c in &group {
@@ -148,12 +148,12 @@ impl Closed {
         // Aliased orders show as deviations between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper]
             .into_iter()
-            .all(|piece| closed.agrees(&mut look, piece))
+            .all(|piece| closed.agrees(&mut at_rest, piece))
             .then_some(closed)
     }
 
     /// Whether the series agree with the model between the samples, with all contacts on one piece.
-    fn agrees<M: Periodic + ?Sized>(&self, look: &mut Look<'_, '_, M>, piece: Piece) -> bool {
+    fn agrees<M: Periodic + ?Sized>(&self, at_rest: &mut AtRest<'_, '_, M>, piece: Piece) -> bool {
         let parts = || {
             let flank = |on: &'_ [Part; 2]| match piece {
                 Piece::Lower => 0,
@@ -162,26 +162,27 @@ impl Closed {
             let flanks = self.flanks.iter().filter(|_| piece != Piece::Gap).map(move |on| &on[flank(on)]);
             std::iter::once(&self.base).chain(flanks)
         };
-        (0..LOOKS).all(|k| {
+        (0..INSTANTS).all(|k| {
             let share = weyl(k, 0);
-            let seen = look.between(piece, share);
-            let agree = |seen: &[Vec<f64>], series: &dyn Fn(&Part) -> &[Series]| {
-                seen.iter().enumerate().all(|(i, seen)| {
-                    let (sum, size) = parts().fold((0.0, seen[0].abs()), |(sum, size), part| {
+            let sampled = at_rest.between(piece, share);
+            let agree = |sampled: &[Vec<f64>], series: &dyn Fn(&Part) -> &[Series]| {
+                sampled.iter().enumerate().all(|(i, sampled)| {
+                    let (sum, size) = parts().fold((0.0, sampled[0].abs()), |(sum, size), part| {
                         let value = value_at(&series(part)[i], share);
                         (sum + value, size + value.abs())
                     });
-                    (sum - seen[0]).abs() <= AGREE * size
+                    (sum - sampled[0]).abs() <= AGREE * size
                 })
             };
-            agree(&seen.force, &|part| &part.force) && agree(&seen.slopes, &|part| &part.slopes)
+            agree(&sampled.accelerations, &|part| &part.accelerations)
+                && agree(&sampled.slopes, &|part| &part.slopes)
         })
     }
 
     /// Length of the longest series.
     fn longest(&self) -> usize {
         let parts = std::iter::once(&self.base).chain(self.flanks.iter().flatten());
-        parts.flat_map(|p| p.force.iter().chain(&p.slopes)).map(Vec::len).max().unwrap_or(0)
+        parts.flat_map(|p| p.accelerations.iter().chain(&p.slopes)).map(Vec::len).max().unwrap_or(0)
     }
 }
 
@@ -206,7 +207,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
                 sum[k * periods] += c;
             }
         }
-        for (sum, series) in accelerations.iter_mut().zip(&base.force) {
+        for (sum, series) in accelerations.iter_mut().zip(&base.accelerations) {
             for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                 if order % periods == 0 {
                     *sum += series.get(order / periods).copied().unwrap_or_default();
@@ -227,7 +228,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
                     }
                 }
                 for (sum, series) in
-                    accelerations.iter_mut().zip(&part.force).filter(|(_, series)| !series.is_empty())
+                    accelerations.iter_mut().zip(&part.accelerations).filter(|(_, series)| !series.is_empty())
                 {
                     for (sum, &order) in sum.iter_mut().zip(harmonics.orders()) {
                         *sum += chi.times(series, periods, order);
@@ -238,30 +239,30 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
         for (table, values) in out.slopes.iter_mut().zip(&*slopes) {
             values.iter().enumerate().for_each(|(k, d)| table.set(k, *d));
         }
-        for (force, values) in out.accelerations.iter_mut().zip(&*accelerations) {
+        for (accelerations, values) in out.accelerations.iter_mut().zip(&*accelerations) {
             for ((i, &order), value) in harmonics.orders().iter().enumerate().zip(values) {
-                write(&mut force[harmonics.place(i)..], order, *value);
+                write(&mut accelerations[harmonics.place(i)..], order, *value);
             }
         }
         // Adds the terms that are linear in the motion, by the same products as in the Jacobian.
         for c in &couplings.list {
             let part = &coefficients[c.j * width..(c.j + 1) * width];
-            let force = &mut out.accelerations[c.i];
+            let accelerations = &mut out.accelerations[c.i];
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 let (at, rate) = (harmonics.place(i), order as f64 * grid.omega());
                 let (cos, sin) = (part[at], if order == 0 { 0.0 } else { part[at + 1] });
                 for (slope, cos, sin) in [(c.q, cos, sin), (c.v, rate * sin, -rate * cos)] {
                     match slope {
                         Slope::Constant(a) => {
-                            force[at] += a * cos;
+                            accelerations[at] += a * cos;
                             if order > 0 {
-                                force[at + 1] += a * sin;
+                                accelerations[at + 1] += a * sin;
                             }
                         }
                         Slope::Periodic(number) => {
-                            out.slopes[number].add(force, harmonics, order, false, cos);
+                            out.slopes[number].add(accelerations, harmonics, order, false, cos);
                             if order > 0 {
-                                out.slopes[number].add(force, harmonics, order, true, sin);
+                                out.slopes[number].add(accelerations, harmonics, order, true, sin);
                             }
                         }
                     }

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 
 /// Integration on uniform samples, with every contact on a fixed piece.

@@ -9,7 +9,7 @@
 use crate::model::equations::Periodic;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::stencil::{NODES, Stencil};

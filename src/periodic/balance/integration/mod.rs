@@ -3,7 +3,7 @@
 pub(crate) mod choice;
 pub(crate) mod closed;
 pub(crate) mod fixed_pieces;
-pub(crate) mod interface;
+pub(crate) mod integration_trait;
 pub(crate) mod jumps;
 pub(crate) mod kinks;
 pub(crate) mod panels;

@@ -1,15 +1,15 @@
 //! Uniform samples with truncated contact forces: the value of each contact law is truncated to the kept
 //! orders before it is multiplied by the stiffness.   Source: Liu 2021.
 
-use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::piece_choice::{ByDeflection, PieceChoice};
 use crate::dual::Dual;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape};
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::integration::interface::{Check, Integration, Motion};
+use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::series::assembly::Layout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;

@@ -16,7 +16,7 @@ pub(crate) type Series = Vec<Complex64>;
 /// Contribution of one piece: the acceleration at rest of every coordinate, and the periodic slopes in the
 /// sequence of [`Couplings::varying`]. An empty series is zero.
 pub(crate) struct Part {
-    pub(crate) force: Vec<Series>,
+    pub(crate) accelerations: Vec<Series>,
     pub(crate) slopes: Vec<Series>,
 }
 
@@ -28,7 +28,7 @@ const ROUNDING: f64 = 4e-16;
 const SETTLED: f64 = 1e-13;
 
 /// Sampler of a model at rest, with contacts on fixed pieces.
-pub(crate) struct Look<'a, 'm, M: ?Sized> {
+pub(crate) struct AtRest<'a, 'm, M: ?Sized> {
     model: &'m M,
     couplings: &'a Couplings,
     slopes: &'a mut Slopes<'m, M>,
@@ -36,12 +36,12 @@ pub(crate) struct Look<'a, 'm, M: ?Sized> {
 }
 
 /// Accelerations and periodic slopes at rest, sampled over a period.
-pub(crate) struct Seen {
-    pub(crate) force: Vec<Vec<f64>>,
+pub(crate) struct Sampled {
+    pub(crate) accelerations: Vec<Vec<f64>>,
     pub(crate) slopes: Vec<Vec<f64>>,
 }
 
-impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
+impl<'a, 'm, M: Periodic + ?Sized> AtRest<'a, 'm, M> {
     pub(crate) fn new(
         model: &'m M,
         couplings: &'a Couplings,
@@ -52,44 +52,48 @@ impl<'a, 'm, M: Periodic + ?Sized> Look<'a, 'm, M> {
         for (s, u) in drives.iter_mut().enumerate() {
             model.drive(model.period() * s as f64 / samples as f64, Side::After, u);
         }
-        Look { model, couplings, slopes, drives }
+        AtRest { model, couplings, slopes, drives }
     }
 
     /// Evaluates the model at one instant, a share of the period, with all contacts on one piece.
-    pub(crate) fn between(&mut self, piece: Piece, share: f64) -> Seen {
+    pub(crate) fn between(&mut self, piece: Piece, share: f64) -> Sampled {
         let mut u = vec![0.0; self.model.drives()];
         self.model.drive(self.model.period() * share, Side::After, &mut u);
         let samples = std::mem::replace(&mut self.drives, vec![u]);
-        let seen = self.at(&vec![piece; self.model.contacts()], 1);
+        let sampled = self.at(&vec![piece; self.model.contacts()], 1);
         self.drives = samples;
-        seen
+        sampled
     }
 
     /// Evaluates the model at the first `samples` samples.
-    pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> Seen {
+    pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> Sampled {
         let n = self.model.dof();
         let (rest, mut a) = (vec![0.0; n], vec![0.0; n]);
-        let mut seen = Seen {
-            force: vec![vec![0.0; samples]; n],
+        let mut sampled = Sampled {
+            accelerations: vec![vec![0.0; samples]; n],
             slopes: vec![vec![0.0; samples]; self.couplings.varying.len()],
         };
         for (s, u) in self.drives[..samples].iter().enumerate() {
             self.model.accel_on_pieces(pieces, u, &rest, &rest, &mut a);
-            seen.force.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
+            sampled.accelerations.iter_mut().zip(&a).for_each(|(f, a)| f[s] = *a);
             self.slopes.at(Some(pieces), u, &rest, &rest);
-            for (values, &(i, j, velocity)) in seen.slopes.iter_mut().zip(&self.couplings.varying) {
+            for (values, &(i, j, velocity)) in sampled.slopes.iter_mut().zip(&self.couplings.varying) {
                 values[s] =
                     if velocity { self.slopes.jacobian.v[(i, j)] } else { self.slopes.jacobian.q[(i, j)] };
             }
         }
-        seen
+        sampled
     }
 }
 
-impl Seen {
+impl Sampled {
     /// Whether each acceleration, then each slope, differs from the one of `other` at any of these samples.
-    pub(crate) fn touched(&self, other: &Seen) -> Vec<bool> {
-        let both = self.force.iter().chain(&self.slopes).zip(other.force.iter().chain(&other.slopes));
+    pub(crate) fn touched(&self, other: &Sampled) -> Vec<bool> {
+        let both = self
+            .accelerations
+            .iter()
+            .chain(&self.slopes)
+            .zip(other.accelerations.iter().chain(&other.slopes));
         both.map(|(x, y)| x.iter().zip(y).any(|(x, y)| x != y)).collect()
     }
 
@@ -97,9 +101,9 @@ impl Seen {
     ///
     /// `only` selects accelerations, then slopes; the series of the others are empty. `None` if a series is
     /// too long for the samples.
-    pub(crate) fn series(&self, less: Option<&Seen>, only: Option<&[bool]>) -> Option<Part> {
+    pub(crate) fn series(&self, less: Option<&Sampled>, only: Option<&[bool]>) -> Option<Part> {
         let wanted = |k: usize| only.is_none_or(|only| only[k]);
-        let samples = self.force.first().or(self.slopes.first()).map_or(0, Vec::len);
+        let samples = self.accelerations.first().or(self.slopes.first()).map_or(0, Vec::len);
         let mut transform = Transform::new(samples);
         let mut list = |values: &[Vec<f64>], less: Option<&[Vec<f64>]>, from: usize| -> Option<Vec<Series>> {
             let one = |i: usize| {
@@ -114,8 +118,11 @@ impl Seen {
             };
             (0..values.len()).map(one).collect()
         };
-        let force = list(&self.force, less.map(|l| &l.force[..]), 0)?;
-        Some(Part { force, slopes: list(&self.slopes, less.map(|l| &l.slopes[..]), self.force.len())? })
+        let accelerations = list(&self.accelerations, less.map(|l| &l.accelerations[..]), 0)?;
+        Some(Part {
+            accelerations,
+            slopes: list(&self.slopes, less.map(|l| &l.slopes[..]), self.accelerations.len())?,
+        })
     }
 }
 

@@ -5,8 +5,8 @@ use crate::model::equations::Periodic;
 use crate::model::offers::Offers;
 use crate::numeric::gauss::ten;
 use crate::periodic::balance::amplitudes::sizes;
-use crate::periodic::balance::orbit::FourierOrbit;
-use crate::periodic::balance::quadrature::panels::{drive_edges, panels};
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
+use crate::periodic::balance::quadrature::panel_points::{drive_edges, panels};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::harmonics::Harmonics;
 
@@ -47,17 +47,17 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     breaks.extend([0.0, period]);
     breaks.sort_by(f64::total_cmp);
     let order = drives.panel_order(&breaks, period, harmonics.highest().div_ceil(harmonics.periods()).max(8));
-    let within = Looks { drives, period }.ends(&breaks, order);
+    let within = SignalReader { drives, period }.ends(&breaks, order);
     (0..harmonics.periods()).flat_map(|k| within.iter().map(move |end| k as f64 * period + end)).collect()
 }
 
 /// Search for pulses in one period.
-struct Looks<'m, M: ?Sized> {
+struct SignalReader<'m, M: ?Sized> {
     drives: DriveSampler<'m, M>,
     period: f64,
 }
 
-impl<M: Periodic + ?Sized> Looks<'_, M> {
+impl<M: Periodic + ?Sized> SignalReader<'_, M> {
     /// Ends of the additional panels within one period.
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
@@ -80,11 +80,11 @@ impl<M: Periodic + ?Sized> Looks<'_, M> {
         let mut ends = Vec::new();
         // Start and end of the last pulse. Departures at neighbouring instants extend it.
         let mut pulse: Option<(f64, f64)> = None;
-        let mut done = |pulse: Option<(f64, f64)>, looks: &mut Self| {
+        let mut done = |pulse: Option<(f64, f64)>, signals: &mut Self| {
             if let Some((start, end)) = pulse {
                 ends.extend([start, end]);
                 let most = (ends.len() + MAX).min(MAX_OF_ALL);
-                looks.halve((start, end), &largest, 0, most, &mut ends);
+                signals.halve((start, end), &largest, 0, most, &mut ends);
             }
         };
         for (foreseen, &(middle, half)) in foreseen.iter().zip(&panels) {

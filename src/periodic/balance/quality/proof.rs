@@ -7,16 +7,16 @@ use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::numeric::spread::weyl;
 use crate::ode::budget::Meter;
-use crate::periodic::balance::equations::residual::BalanceEquations;
-use crate::periodic::balance::error::BalanceError;
+use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::note::BalanceNote;
-use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quality::coarseness;
 use crate::periodic::balance::quality::coarseness::{COARSE, correction};
 use crate::periodic::balance::settings::Balance;
-use crate::periodic::shooting::orbit::ShootingOrbit;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
@@ -208,7 +208,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
         }
     }
     if !orbit.harmonics().has_mean() {
-        let share = mean_force(equations);
+        let share = mean_acceleration_share(equations);
         notes.extend((share > COARSE).then_some(BalanceNote::MeanAcceleration { share }));
     }
     notes.extend(coarseness::note(equations, orbit, finer));
@@ -217,21 +217,22 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
 
 /// Largest mean acceleration of a coordinate along an orbit, as a share of the largest acceleration of this
 /// coordinate.
-fn mean_force<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
+fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
     let (grid, n) = (&equations.grid, equations.layout.dof);
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let mut seen = vec![[0.0f64; 2]; n];
+    let mut ranges = vec![[0.0f64; 2]; n];
     for s in 0..grid.samples() {
         grid.state(s, &mut q, &mut v);
         grid.model.accel(grid.drives(s), &q, &v, &mut a);
-        seen.iter_mut()
+        ranges
+            .iter_mut()
             .zip(&a)
             .for_each(|([sum, largest], a)| (*sum, *largest) = (*sum + a, largest.max(a.abs())));
     }
     let share = |[sum, largest]: [f64; 2]| {
         if largest > 0.0 { (sum / grid.samples() as f64).abs() / largest } else { 0.0 }
     };
-    seen.into_iter().map(share).fold(0.0, f64::max)
+    ranges.into_iter().map(share).fold(0.0, f64::max)
 }
 
 /// √(largest local stiffness)/ω, with every contact on a flank.
@@ -243,10 +244,10 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     };
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut stiffest = 0.0f64;
-    let looks = m.min(if n == 1 { 128 } else { 64 });
-    for look in 0..looks {
+    let instants = m.min(if n == 1 { 128 } else { 64 });
+    for look in 0..instants {
         // Evenly spread, but not in phase with any drive.
-        let s = if looks == m { look } else { (weyl(look, 0) * m as f64) as usize };
+        let s = if instants == m { look } else { (weyl(look, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
         for flank in &flanks {
             equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);

@@ -1,5 +1,5 @@
 //! Switches of the contacts along an orbit.
 
-pub(crate) mod contacts;
+pub(crate) mod contact_history;
 pub(crate) mod instants;
 pub(crate) mod stencil;

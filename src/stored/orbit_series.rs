@@ -1,10 +1,10 @@
 //! The stored form of the orbit of a balance.
 
 use crate::error::check;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::note::BalanceNote;
-use crate::periodic::balance::orbit::FourierOrbit;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::stored::number::Number;
+use crate::stored::not_finite::Number;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 

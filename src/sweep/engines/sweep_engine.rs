@@ -3,8 +3,8 @@
 use crate::model::equations::{Model, State};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::track::Plan;
-use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::lanes::meter::Kind;
+use crate::sweep::sweep_error::{PointError, SweepError};
 
 /// An engine: makes the runs of a sweep. There are three: [`LaneRk4`](crate::sweep::LaneRk4),
 /// [`TableRk4`](crate::sweep::TableRk4) and [`Located`](crate::sweep::Located). Other crates cannot implement

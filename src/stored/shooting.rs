@@ -3,8 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
 use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::orbit::ShootingOrbit;
-use crate::stored::number::{Number, numbers, plain};
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::stored::not_finite::{Number, numbers, plain};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use serde::de::{Deserialize, Deserializer, Error};

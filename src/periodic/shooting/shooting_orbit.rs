@@ -1,7 +1,7 @@
 //! A periodic orbit to the accuracy of the integration.
 
 use crate::model::equations::{Model, State};
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
 use crate::ode::outcome::Stats;

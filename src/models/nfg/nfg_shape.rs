@@ -1,10 +1,10 @@
 //! The equations of the noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
-use crate::contact::choice::{ByDeflection, PieceChoice};
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh;
 use crate::contact::mesh::{Mesh, MeshDrives};
+use crate::contact::piece_choice::{ByDeflection, PieceChoice};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Excitation;
@@ -15,7 +15,7 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::reduced;
 use crate::model::equations::Channel;
 use crate::model::shape::{Drives, Shape, Size};
-use crate::models::nfg::params::{Damping, ErrorForcing, HalfWidth, NfgReading};
+use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfWidth, NfgReading};
 use crate::scalar::Scalar;
 
 /// The shape of [`NfgPair`](crate::NfgPair): reading, geometry, waves of the mesh and contact law. Pairs of

@@ -3,7 +3,7 @@
 //! Sums over them use the widest vector instructions of the processor. The code does not depend on the model
 //! and is compiled once.
 
-use crate::ode::stepping::row::SLOTS;
+use crate::ode::stepping::tableau_row::SLOTS;
 use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;

@@ -1,11 +1,11 @@
 //! The table of the rows of a sweep, one row for each point.
 
 use crate::error::check;
-use crate::sweep::error::{PointError, SweepError};
 use crate::sweep::rows::hash::Hash;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::settings::points::Points;
 use crate::sweep::settings::sweep::Sweep;
+use crate::sweep::sweep_error::{PointError, SweepError};
 use std::collections::BTreeMap;
 use std::ops::Range;
 

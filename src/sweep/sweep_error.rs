@@ -1,7 +1,7 @@
 //! Errors of a sweep: of the sweep as a whole and of one point.
 
 use crate::error::ParameterError;
-use crate::ode::error::IntegrateError;
+use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::lyapunov::exponents::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
 use thiserror::Error;

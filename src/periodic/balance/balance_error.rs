@@ -1,8 +1,8 @@
 //! Errors of a harmonic balance.
 
 use crate::error::ParameterError;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::orbit::FourierOrbit;
 use crate::roots::root::RootError;
 use thiserror::Error;
 

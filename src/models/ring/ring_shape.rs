@@ -1,9 +1,9 @@
 //! The closed-loop ring of gears as a shape, with the angles as coordinates.
 
-use crate::contact::choice::PieceChoice;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::earliest;
@@ -12,7 +12,7 @@ use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::models::ring::columns::{Columns, STRIDE};
-use crate::models::ring::params::{Gear, RingParams, Shaft};
+use crate::models::ring::ring_params::{Gear, RingParams, Shaft};
 use crate::scalar::Scalar;
 
 /// The frame of reference of the angles. Default: inertial.
