@@ -1,4 +1,5 @@
-//! Harmonic balance of the rattling pair and of a Duffing oscillator: residual and Jacobian, whole solves, polishing.
+//! Time of the harmonic balance: residual and Jacobian, whole solves and polishing, for the rattling pair, a
+//! Duffing oscillator and rings. `cargo bench --bench balance`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use gear_dynamics::contact::Piece;
@@ -26,7 +27,7 @@ fn settled(pair: &NfgPair) -> (Dop853, State) {
     (solver, steady.state)
 }
 
-/// 180 rad/s, 252 switches.
+/// The pair of Liu 2021, reading A, at 180 rad/s with 252 switches.
 fn rattling_pair(c: &mut Criterion) {
     let pair = pair(180.0);
     let (solver, state) = settled(&pair);
@@ -41,7 +42,7 @@ fn rattling_pair(c: &mut Criterion) {
         let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
         c.bench_function(&format!("pair, H = 500: residual and Jacobian, {integrals:?}"), |b| {
             b.iter(|| {
-                x[0] *= 1.0 + f64::EPSILON; // another point each time
+                x[0] *= 1.0 + f64::EPSILON; // another argument each time
                 equations.residual(&x, &mut r);
                 equations.jacobian(&x, &mut matrix);
             })
@@ -57,7 +58,7 @@ fn rattling_pair(c: &mut Criterion) {
     });
 }
 
-/// The second paper's 15 unknowns from the linearised flank.
+/// The balance of Liu 2021 with 15 unknowns, from the orbit of the linear flank.
 fn fifteen_unknowns(c: &mut Criterion) {
     let pair =
         NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
@@ -96,7 +97,7 @@ impl Periodic for Duffing {
     }
 }
 
-/// A point of a frequency response from its neighbour, H = 10, with multipliers.
+/// A point of a frequency response from its neighbour, with multipliers; H = 10 orders.
 fn duffing(c: &mut Criterion) {
     let balance = Balance::new(Harmonics::up_to(10));
     let (here, next) = (Duffing { omega: 1.195 }, Duffing { omega: 1.2 });
@@ -111,13 +112,15 @@ fn duffing(c: &mut Criterion) {
     });
 }
 
-/// Rings of n gears, H = 20: residual, Jacobian and factors through one Newton step. Near linear in n.
+/// Rings of n gears, H = 20 orders: residual, Jacobian and factors in one Newton step. The time is nearly
+/// proportional to n.
 fn rings(c: &mut Criterion) {
     for gears in [8, 16, 64] {
         let params = RingSet { error: 1e-5, ..RingSet::set_a(gears, 3000.0) }.params().expect("valid");
         let (ring, moving) =
             (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
-        // Along a run, once every gear has been reached: held on one flank, half of the meshes would pull.
+        // The guess is the end of a run that has reached every gear. On one flank throughout half of the
+        // meshes would pull.
         let (solver, balance) = (Dop853::new(), Balance::new(Harmonics::up_to(20)));
         let end = solver.end(&moving, &State::at_rest(ring.dof()), 400.0 * ring.period()).expect("runs");
         let guess = FourierOrbit::project(&solver, &moving, &end, balance.harmonics()).expect("runs");

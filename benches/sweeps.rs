@@ -1,5 +1,7 @@
-//! Workload C, the ensemble, and rings in lanes: `cargo bench --bench sweeps`. Time per trajectory and per evaluation, statistics included,
-//! on one thread; what two threads gain; and whether lanes still become vector instructions. `cargo bench -p peers` sets other crates beside it.
+//! Time of sweeps: workload C (many runs of workload A) and rings in lanes, per trajectory and per
+//! evaluation, with statistics, on one thread; the gain of a second thread; and whether lanes still compile
+//! to vector instructions. `cargo bench --bench sweeps`. Other crates on the same problems: `cargo bench -p
+//! peers`.
 
 mod common;
 
@@ -12,6 +14,7 @@ use std::time::{Duration, Instant};
 
 /// Steps per period of the pair: 64 per mesh period.
 const STEPS: usize = 63 * 64;
+/// Periods of a run.
 const PERIODS: usize = 20;
 
 fn ensemble(count: usize) -> Sweep {
@@ -35,10 +38,11 @@ fn one_thread<T: Send>(f: impl FnOnce() -> T + Send) -> T {
 }
 
 fn threads<T: Send>(count: usize, f: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads are to be had").install(f)
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads start").install(f)
 }
 
-/// The least times of two jobs made in turns: short ones and many, since other work on the machine only ever adds to them.
+/// Minimum times of two jobs that run alternately. Many short jobs are timed, since other work on the machine
+/// only adds to their times.
 fn least(rounds: usize, mut jobs: [&mut dyn FnMut(); 2]) -> [f64; 2] {
     let mut least = [f64::INFINITY; 2];
     for _ in 0..rounds {
@@ -51,7 +55,8 @@ fn least(rounds: usize, mut jobs: [&mut dyn FnMut(); 2]) -> [f64; 2] {
     least
 }
 
-/// One batch of W runs: the time that more periods add, so that the table, which many runs share, is not counted; and that of the table.
+/// Prints the time of one batch of W runs. The time per run is that of additional periods, so that the drive
+/// table, which many runs share, is not counted; the time of the table is printed separately.
 fn report<const W: usize>(set: InstructionSet) {
     let engine = LaneRk4::<W>::new(STEPS).instructions(set);
     let sweeps = [5, 20].map(|periods| ensemble_over(W, periods));
@@ -61,7 +66,8 @@ fn report<const W: usize>(set: InstructionSet) {
     let table = short - each * (5 * W) as f64;
     let (per_run, per_evaluation) = (1e3 * each * PERIODS as f64, 1e9 * each / (4 * STEPS) as f64);
     println!(
-        "pair, W = {W:2}, {set:?}: {per_run:.3} ms per trajectory, {per_evaluation:.3} ns per evaluation; table {:.2} ms",
+        "pair, W = {W:2}, {set:?}: {per_run:.3} ms per trajectory, {per_evaluation:.3} ns per evaluation; \
+         table {:.2} ms",
         1e3 * table
     );
 }
@@ -90,7 +96,7 @@ fn report_ring<const W: usize>(gears: usize) {
     println!("ring of {gears}, W = {W:2}: {:.2} ns per evaluation and trajectory", 1e9 * each);
 }
 
-/// A ring of 3 over 64 speeds: lanes on one table against a table of its own for every speed.
+/// Prints the ratio for a ring of 3 over 64 speeds: a drive table for every speed over lanes on one table.
 fn report_speeds() {
     let sample = ring(3, 2.0);
     let omega = sample.mesh_frequency();
@@ -104,7 +110,7 @@ fn report_speeds() {
     let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
     println!(
-        "ring of 3 over 64 speeds, table of its own each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})"
+        "ring of 3 over 64 speeds, one table each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})"
     );
 }
 
@@ -143,9 +149,11 @@ fn main() {
     let [median, least, most] =
         one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
     println!(
-        "best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes have stopped to be vectors"
+        "best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes are no \
+         longer vector instructions"
     );
-    // What two threads gain, beside what two runs on threads of their own gain, which is what the machine has to give at that moment.
+    // The gain of two threads, and for comparison that of two separate runs on one thread each, which is the
+    // maximum that the machine offers at that moment.
     let alone = || one_thread(|| drop(run(&sweep, &lanes)));
     let [median, least, most] = ratio(21, alone, || threads(2, || drop(run(&sweep, &lanes))));
     println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
@@ -156,7 +164,5 @@ fn main() {
     };
     let both = || threads(2, || (0..2).for_each(|_| drop(run(&sweep, &lanes))));
     let [median, least, most] = ratio(21, apart, both);
-    println!(
-        "two runs apart, one thread each / both over two threads: {median:.2} ({least:.2} .. {most:.2})"
-    );
+    println!("two runs, one thread each / both on two threads: {median:.2} ({least:.2} .. {most:.2})");
 }

@@ -1,4 +1,5 @@
-//! Steps allocate nothing: a run of ten times the steps allocates exactly as often.
+//! No allocation in a step, an observer, a member, a variational equation or a residual: a run with ten times
+//! the steps makes the same number of allocations.
 
 use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
@@ -46,7 +47,7 @@ fn steps_allocate_nothing<I: Integrator, M: Model>(
     assert_eq!(short, long, "{name}");
 }
 
-/// A ball on a rigid floor.
+/// A ball on a rigid floor, with elastic impacts.
 struct Ball;
 
 impl Model for Ball {
@@ -94,7 +95,7 @@ fn steps_do_not_allocate() {
     steps_allocate_nothing("noisy ring", &Dop853::new(), &noisy, &State::at_rest(13), 0.1);
 }
 
-/// Statistics and rattle over a run allocate nothing per step either.
+/// Statistics and rattle do not allocate in a step.
 #[test]
 fn analysis_does_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
@@ -110,8 +111,9 @@ fn analysis_does_not_allocate() {
     assert_eq!(run(0.1), run(1.0));
 }
 
-/// A point of a sweep costs its row: a map of a million points with two channels and the rattle stays below 200 MB. To put chunks together
-/// takes the room of the whole beside theirs. Measured on 10 000 points; the rest does not grow with them.
+/// A point of a sweep needs the memory of its row: a map of a million points with two channels and rattle
+/// stays below 200 MB. Merging chunks needs the memory of the whole in addition to theirs. Measured with 10
+/// 000 points; the remaining memory does not grow with their number.
 #[test]
 fn a_million_points_fit_into_200_megabytes() {
     const POINTS: usize = 10_000;
@@ -135,11 +137,11 @@ fn a_million_points_fit_into_200_megabytes() {
         count += Rows::merge((0..10).map(|i| pool.install(|| chunk(i, 10))).collect()).unwrap().iter().count()
     });
     println!("{whole:.0} bytes per point, {merged:.0} merged");
-    assert_eq!(count, 2 * POINTS); // none has failed
+    assert_eq!(count, 2 * POINTS); // no point has failed
     assert!(whole < 200.0 && merged < 2.0 * whole, "{whole} bytes per point, {merged} merged");
 }
 
-/// An ensemble keeps nothing of its members: ten times as many take no more.
+/// An ensemble does not keep its members: ten times as many need no more memory.
 #[test]
 fn members_are_not_kept() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
@@ -157,7 +159,8 @@ fn members_are_not_kept() {
     assert!(many < few + few / 10 && many < 1_000_000);
 }
 
-/// Nor does the variational flow, of models with a Jacobian and without: twice the time asks for as many arrays.
+/// The variational equations do not allocate, with and without a Jacobian of the model: a longer run makes
+/// the same number of allocations.
 #[test]
 fn differences_do_not_allocate() {
     fn check<M: Model>(name: &str, model: &M, start: &State, span: f64) {
@@ -168,7 +171,8 @@ fn differences_do_not_allocate() {
             });
             (count, crossings)
         };
-        // A difference that has grown tenfold begins a run of its own: both ends lie behind the last of these.
+        // A difference that has grown tenfold starts a run of its own. Both ends lie after the last of these
+        // starts.
         let ((short, few), (long, many)) = (run(1.3), run(2.3));
         println!("{name}: {short} allocations for {few} crossings, {long} for {many}");
         assert!(many > few);
@@ -180,7 +184,7 @@ fn differences_do_not_allocate() {
     check("pair of two", &two, &two.static_start().unwrap(), two.period());
 }
 
-/// Nor does a residual of a balance, whichever way its integrals are taken.
+/// A residual of a balance does not allocate, with any way of integration.
 #[test]
 fn balance_residuals_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
@@ -198,7 +202,7 @@ fn balance_residuals_do_not_allocate() {
         assert!(orbit.contacts(&pair).unwrap()[0].intervals.len() > 10);
         let count = allocations(|| {
             for _ in 0..3 {
-                x[0] *= 1.0 + f64::EPSILON; // another point each time
+                x[0] *= 1.0 + f64::EPSILON; // another argument each time
                 equations.residual(&x, &mut r);
             }
         });

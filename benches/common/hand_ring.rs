@@ -1,10 +1,13 @@
-//! The ring of workloads B3 and B16 written by hand for G equal gears: RK4, and DOP853 with located edges, on arrays of fixed length
-//! N = 4 G + 2, coordinates before velocities. One sine and cosine for each evaluation.
+//! The ring of workloads B3 and B16 written by hand for G equal gears: RK4, and DOP853 with located edges, on
+//! arrays of fixed length N = 4 G + 2 with coordinates before velocities. Each evaluation computes one sine
+//! and one cosine.
 
 use super::RING_OMEGA;
 use super::hand_dop853::{A, A_DENSE, B, C, D, E3, E5};
 
-/// J_M, J, J_L; R; k, c; half width b; amplitude of e; k_s and c_s; T_L.
+/// The constants in this order: inertias J_M, J, J_L [kg m²]; base radius R; mesh stiffness k [N/m] and
+/// damping c [N s/m]; half backlash b; amplitude of the error e; shaft stiffness k_s and damping c_s; load
+/// torque T_L [N m].
 const MOTOR: f64 = 0.03;
 const GEAR: f64 = 1.5e-3;
 const LOAD: f64 = 1e-2;
@@ -17,7 +20,7 @@ const SHAFT: f64 = 3e5;
 const SHAFT_DAMPING: f64 = 1.0;
 const TORQUE: f64 = 20.0;
 
-/// k, e and e' at one instant.
+/// Stiffness k, error e and its rate e' at one instant.
 #[derive(Clone, Copy)]
 pub struct Drives {
     k: f64,
@@ -31,7 +34,7 @@ pub fn drives(t: f64) -> Drives {
     Drives { k: STIFFNESS * (1.0 + 0.2 * c), e: ERROR * s, rate: ERROR * RING_OMEGA * c }
 }
 
-/// (q', v'); `force` is the dead zone of mesh i.
+/// The derivatives (q', v'); `force` is the dead zone of mesh i.
 #[inline(always)]
 fn rates<const G: usize, const N: usize>(
     u: Drives,
@@ -62,13 +65,13 @@ fn rates<const G: usize, const N: usize>(
     out
 }
 
-/// With the laws as they are.
+/// The derivatives with the dead zones themselves.
 #[inline(always)]
 pub fn plain<const G: usize, const N: usize>(u: Drives, y: &[f64; N]) -> [f64; N] {
     rates::<G, N>(u, y, |_, d| d - d.clamp(-EDGE, EDGE))
 }
 
-/// With every mesh held on its piece: -1, 0 or 1.
+/// The derivatives with every mesh on a given piece: -1, 0 or 1.
 #[inline(always)]
 fn held<const G: usize, const N: usize>(u: Drives, pieces: &[i32; G], y: &[f64; N]) -> [f64; N] {
     rates::<G, N>(u, y, |i, d| match pieces[i] {
@@ -78,7 +81,7 @@ fn held<const G: usize, const N: usize>(u: Drives, pieces: &[i32; G], y: &[f64; 
     })
 }
 
-/// RK4 on f(t, y) as one writes it first.
+/// RK4 on f(t, y) without further care.
 pub fn rk4<const G: usize, const N: usize>(h: f64, steps: usize) -> [f64; N] {
     let f = |t: f64, y: &[f64; N]| plain::<G, N>(drives(t), y);
     let along = |y: &[f64; N], a: f64, k: &[f64; N]| std::array::from_fn(|j| y[j] + a * k[j]);
@@ -96,7 +99,7 @@ pub fn rk4<const G: usize, const N: usize>(h: f64, steps: usize) -> [f64; N] {
     y
 }
 
-/// The same with the drives shared between stages and from step to step.
+/// RK4 with the drives shared between stages and from step to step.
 pub fn rk4_shared<const G: usize, const N: usize>(h: f64, steps: usize) -> [f64; N] {
     let along = |y: &[f64; N], a: f64, k: &[f64; N]| std::array::from_fn(|j| y[j] + a * k[j]);
     let (mut y, mut u0) = ([0.0; N], drives(0.0));
@@ -124,7 +127,7 @@ struct Step<const N: usize> {
     dense: [[f64; N]; 7],
 }
 
-/// d and d' of mesh i.
+/// Deflection d and rate d' of mesh i.
 #[inline(always)]
 fn deflection<const G: usize, const N: usize>(u: Drives, y: &[f64; N], i: usize) -> [f64; 2] {
     let (g, next) = (1 + 2 * i, if i + 1 == G { 1 } else { 3 + 2 * i });
@@ -132,8 +135,9 @@ fn deflection<const G: usize, const N: usize>(u: Drives, y: &[f64; N], i: usize)
     [RADIUS * (y[g] - y[next]) - u.e, RADIUS * (y[v + g] - y[v + next]) - u.rate]
 }
 
-/// DOP853 from rest to `end`: the last state, evaluations and crossings. Every contact is looked at where a step ends; an edge is sought by
-/// Newton's method on the dense output, kept in its bracket.
+/// DOP853 from rest to `end`. Returns the last state, the number of evaluations and that of crossings. Every
+/// contact is checked at the end of each step. An edge is located by Newton's method on the dense output
+/// within a bracket.
 pub fn dop853<const G: usize, const N: usize>(end: f64, rtol: f64, atol: f64) -> ([f64; N], u64, u64) {
     let mut s = Step { t: 0.0, h: 1e-7, y: [0.0; N], y1: [0.0; N], k: [[0.0; N]; 16], dense: [[0.0; N]; 7] };
     let mut pieces = [0; G];
@@ -159,7 +163,8 @@ pub fn dop853<const G: usize, const N: usize>(end: f64, rtol: f64, atol: f64) ->
         let mut first: Option<(f64, usize, i32)> = None;
         let mut ready = false;
         for i in 0..G {
-            // The edges of the piece: distance positive inside.
+            // The exits of the piece: sign, edge and next piece. The distance sign (d - edge) is positive on
+            // the piece.
             let exits: &[(f64, f64, i32)] = match pieces[i] {
                 -1 => &[(-1.0, -EDGE, 0)],
                 0 => &[(1.0, -EDGE, -1), (-1.0, EDGE, 1)],
@@ -183,7 +188,7 @@ pub fn dop853<const G: usize, const N: usize>(end: f64, rtol: f64, atol: f64) ->
                 };
                 let (mut lo, mut hi) = (0.0, 1.0);
                 if g1 >= 0.0 {
-                    // The bottom of the dip.
+                    // The minimum of the distance, which may be negative inside the step.
                     for _ in 0..40 {
                         let middle = 0.5 * (lo + hi);
                         if look(middle).1 < 0.0 { lo = middle } else { hi = middle }

@@ -1,4 +1,5 @@
-//! The benchmark problems, written as a user would write them.
+//! The benchmark problems, written as a user would write them. Workload A is the rattling pair, B3 and B16
+//! are rings of 3 and 16 gears, C is an ensemble of runs of A.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
 use gear_dynamics::contact::{Contact, Piece, PieceChoice};
@@ -7,24 +8,26 @@ use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::{Backlash, Machine, Model, Periodic, Shape, State};
 use std::f64::consts::{PI, TAU};
 
-/// A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin wc t - B2 sin 2 wc t + B3 sin we t. A model in plain numbers;
-/// [`machine`](Pair::machine) makes one of a shape.
+/// Workload A, the rattling pair: q'' + 0.02 q' + F(t) f(q) = -B0 - B1 sin ω_c t - B2 sin 2 ω_c t + B3 sin
+/// ω_e t, f the dead zone. A `Model` in plain numbers; [`machine`](Pair::machine) returns the same equations
+/// as a shape.
 pub struct Pair {
     pub we: f64,
     pub wc: f64,
 }
 
 impl Pair {
+    /// Half width of the dead zone.
     pub const HALF_WIDTH: f64 = 6.2e-4;
 
     pub fn new() -> Self {
         Pair::at(0.2329)
     }
-    /// At a mesh frequency.
+    /// With the mesh frequency ω_e = 63 ω_c [1].
     pub fn at(we: f64) -> Self {
         Pair { we, wc: we / 63.0 }
     }
-    /// The same equations as a shape.
+    /// The same equations as a machine.
     pub fn machine(&self) -> Machine<Rattling> {
         let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
         Machine::with_constants(Rattling { law }, &[("wc", self.wc)]).expect("the frequency is positive")
@@ -32,14 +35,15 @@ impl Pair {
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
     }
+    /// End of the run: 20 turns.
     pub fn end(&self) -> f64 {
         20.0 * TAU / self.wc
     }
-    /// 64 steps per mesh period.
+    /// A step of 1/64 of the mesh period.
     pub fn step(&self) -> f64 {
         TAU / self.we / 64.0
     }
-    /// F and the right-hand side.
+    /// F(t) and the right-hand side.
     #[inline(always)]
     pub fn drives(&self, t: f64) -> [f64; 2] {
         Pair::shapes(libm::sincos(self.we * t), libm::sincos(self.wc * t))
@@ -95,7 +99,7 @@ impl Periodic for Pair {
     }
 }
 
-/// The same as a shape: what runs in lanes.
+/// Workload A as a shape, for lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rattling {
     law: Backlash,
@@ -132,7 +136,7 @@ impl Shape for Rattling {
     }
 }
 
-/// The pair without pieces to hold: edges are found by re-stepping.
+/// The pair without fixed pieces: edges are found by stepping again.
 pub struct Unheld(pub Pair);
 
 impl Model for Unheld {
@@ -156,22 +160,25 @@ impl Model for Unheld {
     }
 }
 
-/// B3 and B16: mesh frequency 500 Hz, 0.2 s.
+/// Mesh frequency of B3 and B16, 500 Hz, in rad/s.
 pub const RING_OMEGA: f64 = 2.0 * PI * 500.0;
+/// End of the runs of B3 and B16 in seconds.
 pub const RING_END: f64 = 0.2;
 
-/// The ring of workloads B3 and B16, `torque` on every output, balanced.
+/// The ring of workloads B3 and B16 with the load `torque` [N m] on every output. The motor torque balances
+/// the loads.
 pub fn ring(gears: usize, torque: f64) -> gear_dynamics::Ring {
     ring_with_load(gears, 1.5e-3, torque)
 }
 
-/// The same with another inertia of the loads: the corrected workloads have 0.01 kg m² and 20 N m.
+/// The same with another inertia of the loads [kg m²]: the workloads compared with other crates have 0.01 kg
+/// m² and 20 N m.
 pub fn ring_with_load(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::Ring {
     gear_dynamics::Ring::as_printed(&ring_params(gears, load_inertia, torque))
         .expect("the parameters are in range")
 }
 
-/// Its parameters.
+/// The parameters of the ring.
 pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamics::models::ring::RingParams {
     use gear_dynamics::models::ring::{RingSet, Shaft};
     let set = RingSet {
@@ -194,7 +201,7 @@ pub fn ring_params(gears: usize, load_inertia: f64, torque: f64) -> gear_dynamic
 pub mod hand_dop853;
 pub mod hand_ring;
 
-/// The loop one would write for workload A and nothing else: RK4, drives shared between stages and from step to step.
+/// RK4 for workload A only, written by hand: drives are shared between stages and from step to step.
 pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {
     let b = Pair::HALF_WIDTH;
     let f = |[stiffness, forcing]: [f64; 2], q: f64, v: f64| {
@@ -217,7 +224,7 @@ pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {
     [q, v]
 }
 
-/// Median, least and largest of the ratio A/B of the times of two runs, taken in turn.
+/// Median, minimum and maximum of the ratio A/B of the times of two runs that alternate.
 pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> [f64; 3] {
     let time = |f: &mut dyn FnMut()| {
         let start = std::time::Instant::now();

@@ -8,7 +8,9 @@ use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
-/// The rattle state of a mesh, numbered as rsv in Liu 2021. A mesh whose teeth never touch is floating.
+/// The rattle state of a mesh, numbered as rsv in Liu 2021.
+///
+/// A mesh whose teeth never touch is floating.
 ///
 /// ```
 /// use gear_dynamics::RattleState;

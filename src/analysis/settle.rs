@@ -9,8 +9,9 @@ use crate::ode::integrator::Integrator;
 use crate::ode::step::{Observer, Step};
 use thiserror::Error;
 
-/// Integrates period by period until the state repeats, and finds the smallest period multiple p of the
-/// orbit.
+/// Integrates until the state repeats: settling to a periodic orbit.
+///
+/// It also finds the smallest period multiple p of the orbit.
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with

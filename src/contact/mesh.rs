@@ -46,7 +46,7 @@ pub(crate) const UPPER: usize = 4; // upper edge of the law [m]
 pub(crate) const LOWER_RATE: usize = 5; // rate of the lower edge over φ [m]
 pub(crate) const UPPER_RATE: usize = 6; // rate of the upper edge over φ [m]
 
-/// A gear mesh with the mesh force W = C d' + K(φ) f(d) and the deflection d = x - e(φ).
+/// A gear mesh: W = C d' + K(φ) f(d), with the deflection d = x - e(φ).
 ///
 /// x is the displacement of the two gears relative to each other along the line of action, e(φ) the static
 /// transmission error, K(φ) the mesh stiffness, f the contact law and C the damping.   Source: Yao 2020,

@@ -8,8 +8,9 @@ use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// A wave f(n φ + ψ): an [`Excitation`] f over the angle φ of a shaft, with whole order n and phase ψ.
-/// Copies share the function.
+/// A wave f(n φ + ψ) of the angle φ of a shaft.
+///
+/// f is an [`Excitation`], n the whole order and ψ the phase. Copies share the function.
 ///
 /// Two waves are equal if their orders and phases are equal and they share the function or
 /// [`Excitation::same_as`] returns `true`.

@@ -10,8 +10,10 @@ use std::time::Duration;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Limits on the work of one call: a number of accepted steps (time integration) or iterations (root finder),
-/// a wall time, and a flag with which another thread cancels the call.
+/// Limits on the work of one call: steps, wall time, a cancel flag.
+///
+/// A step is an accepted step of a time integration or an iteration of a root finder. Another thread cancels the
+/// call with the flag.
 ///
 /// Defaults: 10⁸ steps, no time limit, no flag. A step limit gives the same result on every machine; a time
 /// limit does not.

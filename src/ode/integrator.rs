@@ -7,8 +7,9 @@ use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};
 use std::ops::ControlFlow;
 
-/// Integrates the equations of motion of a model over time. All solvers have these four methods; the analysis
-/// functions accept any `Integrator`.
+/// Integrates the equations of motion of a model over time.
+///
+/// All solvers have these four methods; the analysis functions accept any `Integrator`.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk4, State};

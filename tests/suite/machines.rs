@@ -142,9 +142,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
             by_acceleration = by_acceleration.max((a[0] - steady[0]).abs());
             by_centre = by_centre.max((steady[0] + load).abs());
         }
-        println!(
-            "{by_acceleration:.2e} from the acceleration of the angle, {by_centre:.2e} from the centre and the error"
-        );
+        println!("{by_acceleration:.2e} from the angle, {by_centre:.2e} from the centre and the error");
         assert!(by_acceleration > 0.5 * by_centre || !params.error_harmonics.is_empty());
     }
 }

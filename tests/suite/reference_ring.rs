@@ -44,7 +44,7 @@ fn ring(p: &Value) -> Ring {
     Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid)
 }
 
-/// Checks angles and rates over the largest value of each, and the mesh forces [N]. The bound is 1e-8, and
+/// Checks angles and rates over the largest value of each, and the mesh forces `[N]`. The bound is 1e-8, and
 /// 1e-6 at the end of the rattling run at 5000 r/min.
 fn compare<M: Model>(model: &M, case: &Value, name: &str) {
     let n = model.dof();

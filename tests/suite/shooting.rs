@@ -1,4 +1,4 @@
-//! Periodic orbits by multiple shooting against independently computed ones.
+//! Periodic orbits by multiple shooting against independently computed orbits.
 
 use crate::api::*;
 use crate::common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
@@ -18,7 +18,7 @@ fn complex(v: &Value) -> Vec<Complex64> {
     v.as_array().unwrap().iter().map(|z| Complex64::new(number(&z[0]), number(&z[1]))).collect()
 }
 
-/// The largest distance of one list from the other, pairs as they fit best.
+/// Largest distance between the values of two lists, each value paired with its nearest one.
 fn apart(ours: &[Complex64], theirs: &[Complex64]) -> f64 {
     assert_eq!(ours.len(), theirs.len());
     let nearest =
@@ -31,22 +31,25 @@ fn state(t: f64, y: &[f64]) -> State {
     State::new(t, q, v)
 }
 
-/// Every component pushed off by about 1e-3, both ways.
+/// The state with every component changed by 1e-3, with alternating sign.
 fn pushed(y: &[f64]) -> State {
     let y: Vec<f64> = y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
     state(0.0, &y)
 }
 
+/// Numbers as text with one digit.
 fn powers(x: &[f64]) -> String {
     x.iter().map(|x| format!(" {x:.0e}")).collect()
 }
 
+/// Largest difference between the first state of an orbit and `y`.
 fn off(cycle: &ShootingOrbit, y: &[f64]) -> f64 {
     let first = &cycle.states()[0];
     first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// Shoots every point from near it, and reads the multipliers of every bifurcation at the state given.
+/// Finds every orbit of the reference data from a state near it, and computes the multipliers of every
+/// bifurcation at the given state.
 fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     let all = &read("periodic_orbits.json")["time_domain"][system];
     for point in all["points"].as_array().unwrap() {
@@ -55,7 +58,8 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
         let (state, multipliers) =
             (off(&cycle, &x0), apart(cycle.multipliers().values(), &complex(&point["multipliers"])));
         println!(
-            "{system} {}: state {state:.1e}, multipliers {multipliers:.1e} (estimate {:.1e}), corrections {}, {} segments",
+            "{system} {}: state {state:.1e}, multipliers {multipliers:.1e} (estimate {:.1e}), \
+             corrections {}, {} segments",
             point["Omega"],
             cycle.multipliers().error(),
             powers(cycle.corrections()),
@@ -70,7 +74,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
         let multipliers = Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap();
         let error = apart(multipliers.values(), &complex(&point["multipliers"]));
         println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
-        // At a fold the double eigenvalue makes no trouble here: the others stay away from 1.
+        // At a fold one multiplier is 1 and the other stays away from it, so that both are accurate.
         assert!(error < 1e-9);
         assert_eq!(turn.crossings, point["n_switch"].as_u64().unwrap());
         if point["type"] != "LP" {
@@ -141,7 +145,7 @@ fn spur_pairs_of_the_classics() {
                 cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
                 let q = statistics.summary("q1").unwrap();
                 let ours = [q.max, q.min, q.mean, q.standard_deviation(), rattle.contact(0).loss_fraction()];
-                // Their extremes are the largest of 4000 samples of a period.
+                // The reference extremes are those of 4000 samples of a period.
                 assert!((-1e-9..2e-7).contains(&(ours[0] - number(&solution["max"]))));
                 assert!((-1e-9..2e-7).contains(&(number(&solution["min"]) - ours[1])));
                 for (ours, key) in ours[2..].iter().zip(["mean", "rms_about_mean", "gap_fraction"]) {
@@ -164,7 +168,7 @@ fn idlers_of_the_classics() {
             let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
             let largest = (cycle.multipliers().largest() - number(&point["max_multiplier_modulus"])).abs();
             println!(
-                "{name} {}: state {:.1e}, multiplier {largest:.1e}, theirs {}",
+                "{name} {}: state {:.1e}, multiplier {largest:.1e}, reference {}",
                 model.omega,
                 off(&cycle, &y),
                 point["n_vs_2n"]
@@ -174,7 +178,7 @@ fn idlers_of_the_classics() {
     }
 }
 
-/// The face gear pair, reading A, from a settled state.
+/// The face gear pair, reading A (docs/models.md), from a settled state against tests/data/nfg.json.
 #[test]
 fn face_gear_pair() {
     check_face_gear_pair(&[140.0, 220.0]);
@@ -214,7 +218,8 @@ fn check_face_gear_pair(wanted: &[f64]) {
         cycle.observe(&pair, &mut statistics).unwrap();
         let q = statistics.summary("q1").unwrap();
         println!(
-            "{speed}: {off:.1e} ppv {:.1e} mean {:.1e}, {} crossings, corrections {}, multipliers {} {} error {:.1e}",
+            "{speed}: {off:.1e} ppv {:.1e} mean {:.1e}, {} crossings, corrections {}, \
+             multipliers {} {} error {:.1e}",
             q.peak_to_peak() / ppv - 1.0,
             (q.mean - number(&case["mean"])) / ppv,
             cycle.crossings(),
@@ -235,12 +240,13 @@ fn check_face_gear_pair(wanted: &[f64]) {
     }
 }
 
-/// The ring of three gears: the orbit equals a settled run in all relative coordinates, and its rigid multipliers are left out.
+/// The ring of three gears, set A at 1000 r/min: the orbit agrees with a settled run in all relative
+/// coordinates.
 #[test]
 #[ignore = "minutes without optimisation: cargo test --release --test suite ring_of_three -- --ignored"]
 fn ring_of_three() {
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
-    // 0.9981 is the largest multiplier: transients need 10⁴ periods to fall to 1e-8.
+    // The largest multiplier is 0.9981: transients need 10⁴ periods to fall to 1e-8.
     let settled =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
     let near =
@@ -256,8 +262,9 @@ fn ring_of_three() {
     }
 }
 
-/// At 5000 r/min the orbit is just unstable (a complex pair outside the circle: runs in time wander about it), so it is checked by another
-/// solver over a few periods, and both frames agree.
+/// At 5000 r/min the orbit is slightly unstable (a complex pair of multipliers outside the unit circle), so
+/// that runs in time stay near it without settling. It is compared with another solver over 20 periods. Both
+/// frames give the same orbit, and its rigid multipliers are left out.
 #[test]
 fn ring_of_three_at_speed() {
     let params = RingSet::set_a(3, 5000.0).params().unwrap();
@@ -268,6 +275,7 @@ fn ring_of_three_at_speed() {
     println!("corrections{}, largest {}", powers(cycle.corrections()), cycle.multipliers().largest());
     assert_eq!(cycle.multipliers().values().len(), 12);
     assert_eq!(cycle.stability(), Stability::Unstable);
+    // Pinned: the largest modulus of the multipliers.
     assert!((cycle.multipliers().largest() - 1.008_267_67).abs() < 1e-8);
     assert!(cycle.mean_acceleration().iter().all(|a| a.abs() < 1e-6));
 
@@ -279,7 +287,7 @@ fn ring_of_three_at_speed() {
     for (a, b) in view.of(&later).0.iter().zip(view.of(&ours).0) {
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
-    // The angles themselves drift with the rigid motion.
+    // The angles agree as well, with the drift of the rigid motion.
     for (a, b) in later.q.iter().zip(&ours.q) {
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
@@ -296,7 +304,8 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
     apart(a.values(), b.values())
 }
 
-/// A stable orbit of one period, shot as two periods, says so; a doubled one does not.
+/// An orbit of period 1, computed over two periods, has the least multiple 1; one after a period doubling has
+/// 2.
 #[test]
 fn least_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };
@@ -306,7 +315,7 @@ fn least_multiple() {
     let squared: Vec<Complex64> = once.multipliers().values().iter().map(|m| m * m).collect();
     assert!(apart(twice.multipliers().values(), &squared) < 1e-9);
 
-    // Past the period doubling at 0.5127 the doubled orbit is what a run settles to.
+    // Beyond the period doubling at Ω = 0.5127 a run settles to the orbit of period 2.
     let model = DeadZone { omega: 0.505, ..model };
     let settled = Settle::new()
         .tolerance(1e-7)
@@ -319,7 +328,8 @@ fn least_multiple() {
     assert_eq!(cycle.stability(), Stability::Stable);
 }
 
-/// From a list of states, thinned or not, from another parameter, and read back at any instant.
+/// Guesses from a list of states, from fewer states and from an orbit at another parameter; states of an
+/// orbit at any instant.
 #[test]
 fn guesses_and_instants() {
     let model =
@@ -372,12 +382,12 @@ fn bad_guesses() {
     ] {
         assert!(matches!(bad.run(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
     }
-    // Unloaded in its gap nothing restores the position: component 0 floats.
+    // Without load nothing restores the position in the gap: component 0 is undetermined.
     match shooting.run(&model, std::slice::from_ref(&rest)) {
         Err(ShootingError::Singular { component: 0, last }) => assert_eq!(last.states.len(), 1),
         other => panic!("{other:?}"),
     }
-    // A model that breaks down on the way says where.
+    // A model that fails during the run: the error names the segment.
     struct Breaks;
     impl Model for Breaks {
         fn dof(&self) -> usize {

@@ -1,16 +1,18 @@
-//! Slips that are easily made in a model are found, right models are not blamed, and findings say what to do.
+//! `check_model` and `check_periodic` find likely mistakes in a model, have no findings for correct models,
+//! and describe each finding in a sentence.
 
 use crate::api::*;
 use crate::common::trains::{planetary, planetary_static_start, two_stage, two_stage_turned};
 use std::f64::consts::TAU;
 
-/// At rest under its torque the accelerations are rounding, and all sun meshes have one deflection.
+/// In static equilibrium the accelerations are zero up to rounding, and the three sun meshes have equal
+/// deflections.
 #[test]
 fn a_planetary_set_at_its_static_start_is_right() {
     let (set, start) = (planetary(), planetary_static_start());
     let mut a = [0.0; 5];
     set.accel(&[0.0, 1.0], &start.q, &start.v, &mut a);
-    assert!(a.iter().all(|a| a.abs() < 1e-3), "{a:?}"); // of terms of 1e8
+    assert!(a.iter().all(|a| a.abs() < 1e-3), "{a:?}"); // its terms are of the order of 1e8
     assert_eq!(check_periodic(&set, &start), []);
     for (i, share) in [0.3, -0.4, 1.2].into_iter().enumerate() {
         let mut state = start.clone();
@@ -20,7 +22,8 @@ fn a_planetary_set_at_its_static_start_is_right() {
     }
 }
 
-/// Differences by a share of 600 rad would cross the gap; so would rounding at 1e-9 of its terms.
+/// A difference by a fraction of 600 rad would cross the gap, and so would rounding of 1e-9 of the terms of
+/// the deflection.
 #[test]
 fn a_train_that_has_turned_far_is_right() {
     for angle in [0.0, 1.0, 600.0, -600.0, 1e4] {
@@ -34,25 +37,25 @@ fn a_train_that_has_turned_far_is_right() {
     }
 }
 
-/// One slip at a time, in a pair with damping in contact, a moving gap and a stiffness that jumps.
+/// The mistakes, one at a time, in a pair with damping in contact, a moving gap and a stiffness that jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slip {
     None,
-    /// No next_edge.
+    /// `next_edge` is missing.
     UnannouncedJump,
     PiecesIgnored,
     NoContacts,
     ForceAtDefault,
-    /// K x without the dead zone.
+    /// The force is K x, without the dead zone.
     ForceWithoutGap,
-    /// The lower flank pushes the wrong way.
+    /// The force on the lower flank has the wrong sign.
     ForceOfOneSign,
-    /// No damping, which jumps in at the edge.
+    /// The force does not contain the damping, which jumps at the edge.
     ForceWithoutDamping,
     RateOfWrongSign,
-    /// The edges are told to stand still.
+    /// The rates of the edges are zero.
     EdgesAtRest,
-    /// The upper edge moves with the lower one.
+    /// The rate of the upper edge is that of the lower one.
     EdgesTogether,
     Period,
 }
@@ -198,7 +201,7 @@ fn likely_slips_are_named() {
     }
 }
 
-/// Without a period the unit of time is not known: a jump is found in any.
+/// Without a period the unit of time is unknown: a jump is found in any unit.
 #[test]
 fn unannounced_jumps_are_found_without_a_period() {
     for unit in [1.0, 1e-3, 1e-6, 1e2] {
@@ -212,7 +215,7 @@ fn unannounced_jumps_are_found_without_a_period() {
     }
 }
 
-/// Laws that curve without a kink need no contact: cubic, rounded, Hertz.
+/// Smooth laws need no contact: cubic, rounded, Hertzian.
 #[test]
 fn smooth_laws_are_not_kinks() {
     struct Smooth(fn(f64) -> f64);
@@ -239,7 +242,7 @@ fn smooth_laws_are_not_kinks() {
     }
 }
 
-/// Each sentence names the part of the model to look at, and its numbers.
+/// Each sentence names the part of the model to check, with numbers.
 #[test]
 fn findings_are_sentences() {
     let state = State::new(0.4, &[0.9, 0.1], &[0.5, -0.2]);

@@ -1,4 +1,4 @@
-//! Order, dense output, times and limits of the solvers.
+//! Solvers: order, dense output, tolerances, end and output times, drive edges.
 
 use crate::api::*;
 use crate::common::{Forced, Impact, fixed_error, observed_order};
@@ -6,12 +6,12 @@ use proptest::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Every tableau on a non-autonomous problem: halving the step divides the error by 2^order.
+/// Every tableau on a non-autonomous problem: the order of convergence.
 #[test]
 fn orders_on_a_non_autonomous_problem() {
     let fixed = |n: f64| fixed_error(&Rk4::new(4.0 / n).plain(), 4.0);
     assert_eq!(observed_order(&fixed, &[20.0, 40.0, 80.0]), 4);
-    // Steps of a given size: the tolerance is out of the way, max_step rules.
+    // Steps of a given size: the tolerance is so large that `max_step` determines the step.
     let rk45 =
         |n: f64| fixed_error(&Rk45::new().rtol(1e3).atol(1e3).first_step(4.0 / n).max_step(4.0 / n), 4.0);
     assert_eq!(observed_order(&rk45, &[20.0, 40.0, 80.0]), 5);
@@ -20,7 +20,7 @@ fn orders_on_a_non_autonomous_problem() {
     assert_eq!(observed_order(&dop853, &[5.0, 10.0, 20.0]), 8);
 }
 
-/// Dense output: order 4 of Rk4's cubic and of Rk45, order 7 of Dop853, on the same problem.
+/// Dense output on the same problem: order 4 for the cubic of Rk4 and for Rk45, order 7 for Dop853.
 #[test]
 fn orders_of_the_dense_output() {
     let error = |solver: &dyn Fn(f64) -> f64, counts: &[f64]| observed_order(solver, counts);
@@ -57,7 +57,7 @@ fn orders_of_the_dense_output() {
     assert!(error(&dop853, &[5.0, 10.0, 20.0]) >= 7);
 }
 
-/// Across contacts RK4 keeps order 4 with located edges, and loses it without.
+/// Across contacts RK4 has order 4 with located edges, and a larger error without.
 #[test]
 fn order_across_contacts() {
     let truth = Dop853::new().rtol(1e-13).atol(1e-15).end(&Impact, &Impact::start(), 40.0).unwrap();
@@ -112,7 +112,7 @@ fn pi_control_rejects_less() {
     assert!(run(0.03).rejected < run(0.0).rejected);
 }
 
-/// No step straddles a jump of a drive, for any solver.
+/// No step extends over a jump of a drive, with any solver.
 #[test]
 fn drive_edges_are_met() {
     struct Square(Wave);
@@ -130,7 +130,8 @@ fn drive_edges_are_met() {
             self.0.next_edge(TAU * t).map(|edge| edge / TAU)
         }
     }
-    // v gains 1 per unit time while high, loses 1 while low; the duty 0.3 is centred on 0.
+    // v' is 1 while the wave is high and -1 while it is low. The high part, 0.3 of the period, is centred on
+    // t = 0.
     let model = Square(Wave::new(RectangularWave::new(-1.0, 1.0, 0.3).unwrap()));
     let exact = |t: f64| {
         let whole = t.floor();
@@ -170,7 +171,7 @@ fn an_observer_stops_a_run() {
 }
 
 proptest! {
-    /// Undamped free motion in a dead zone keeps its energy and its closed-form period T = 2 pi + 4 b/(A - b).
+    /// Free motion in a dead zone without damping keeps its energy and has the period T = 2π + 4 b/(A - b).
     #[test]
     fn free_dead_zone_motion(b in 0.01..2.0f64, over in 0.01..5.0f64) {
         let model = crate::common::FreeDeadZone { b };
@@ -187,7 +188,7 @@ proptest! {
         prop_assert_eq!(run.stats().crossings, 12);
     }
 
-    /// Any tolerance gives an answer as good as asked, within a factor that covers the growth of errors.
+    /// For any tolerance the error is within a factor of 100 of it, which covers the growth of errors.
     #[test]
     fn tolerance_is_respected(exponent in 4.0..12.0f64) {
         let rtol = 10f64.powf(-exponent);

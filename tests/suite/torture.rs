@@ -1,27 +1,30 @@
-//! Events under torture: simultaneous, tangent, chattering, moving and jumping edges, edges at start and end, runs cut to pieces. Each is
-//! held against a closed form or a brute force of the test's own, on every solver.
+//! Location of edges in difficult cases: simultaneous, tangent, chattering, moving and jumping edges, edges
+//! at the start and the end, runs in parts. Each result is compared with a closed form or a brute-force
+//! solution of this file, for every solver.
 
 use crate::api::*;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// One mass between springs: q'' = a - Σ_i (k_i ξ_i + c_i ξ_i'), ξ_i how far stop i is pressed in, its edge e_i + A_i sin(ω_i t + φ_i).
+/// One mass between springs: q'' = a - Σ_i (k_i ξ_i + c_i ξ_i'). ξ_i is the penetration of stop i, whose edge
+/// is e_i + A_i sin(ω_i t + φ_i).
 #[derive(Clone, Debug, Default)]
 struct Stops {
     pull: f64,
     all: Vec<Stop>,
-    /// Edges move up by the second number whenever the first has passed, and back again.
+    /// All edges move up by the second number at the end of the first interval of the first number's length,
+    /// and back at the end of the next one.
     jumps: Option<[f64; 2]>,
 }
 
-/// A stop on one side: above the mass, or below it.
+/// A stop above the mass, or below it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stop {
     below: bool,
     edge: f64,
     stiffness: f64,
     damping: f64,
-    /// Amplitude, frequency, phase.
+    /// Amplitude, frequency and phase of its edge.
     shake: [f64; 3],
 }
 
@@ -39,7 +42,7 @@ impl Stops {
         }
         if k.rem_euclid(2.0) == 1.0 { size } else { 0.0 }
     }
-    /// Edge and its rate, where u holds time and jump.
+    /// Edge and its rate; u contains the time and the jump.
     fn edge(stop: &Stop, u: &[f64]) -> (f64, f64) {
         let [size, omega, phase] = stop.shake;
         let angle = omega * u[0] + phase;
@@ -100,7 +103,8 @@ impl Model for Stops {
     }
 }
 
-/// Every crossing with its time, the end, and how far a contact stood beyond the piece that a step showed for it.
+/// All crossings with their times, the last state, and the largest penetration of a contact that stood on
+/// another piece than its step stated.
 #[derive(Clone, Debug)]
 struct Seen {
     events: Vec<(f64, Crossing)>,
@@ -131,7 +135,7 @@ impl Seen {
         let end = solver.run(model, start, end, &mut watch).unwrap().state;
         Seen { events, end, astray }
     }
-    /// The same run cut at these times.
+    /// The same run in parts that end at the times `cuts`.
     fn cut(solver: &impl Integrator, model: &Stops, start: &State, cuts: &[f64]) -> Seen {
         let mut whole = Seen { events: Vec::new(), end: start.clone(), astray: 0.0 };
         for &to in cuts {
@@ -146,7 +150,7 @@ impl Seen {
     }
 }
 
-/// Runs on every solver; fixed steps of `step`.
+/// Calls `check` for every solver; `step` is the fixed step of Rk4.
 fn each(step: f64, check: impl Fn(&str, &dyn Fn(&Stops, &State, &[f64]) -> Seen)) {
     let (rk4, rk45, dop853) =
         (Rk4::new(step), Rk45::new().rtol(1e-10).atol(1e-13), Dop853::new().rtol(1e-11).atol(1e-14));
@@ -155,7 +159,8 @@ fn each(step: f64, check: impl Fn(&str, &dyn Fn(&Stops, &State, &[f64]) -> Seen)
     check("Dop853", &|model, start, cuts| Seen::cut(&dop853, model, start, cuts));
 }
 
-/// Brute force: RK4 straight across the edges with very small steps, and the changes of piece it saw.
+/// Brute force: RK4 with very small steps across the edges. Returns the times at which a penetration changes
+/// sign, and the last q and v.
 fn brute(model: &Stops, start: &State, end: f64, steps: usize) -> (Vec<f64>, f64, f64) {
     let h = (end - start.t) / steps as f64;
     let (mut q, mut v, mut times) = (start.q[0], start.v[0], Vec::new());
@@ -187,7 +192,7 @@ fn brute(model: &Stops, start: &State, end: f64, steps: usize) -> (Vec<f64>, f64
     (times, q, v)
 }
 
-/// The first zero of f after t0, found by dense sampling and bisection.
+/// The first zero of f after t0, by dense sampling and bisection.
 fn first_zero(f: impl Fn(f64) -> f64, t0: f64, spacing: f64, until: f64) -> Option<f64> {
     let positive = f(t0) > 0.0;
     let mut lo = t0;
@@ -205,6 +210,7 @@ fn first_zero(f: impl Fn(f64) -> f64, t0: f64, spacing: f64, until: f64) -> Opti
     None
 }
 
+/// Checks that times agree one by one.
 fn close(name: &str, seen: &[f64], expected: &[f64], within: f64) {
     assert_eq!(seen.len(), expected.len(), "{name}: {seen:?}, expected {expected:?}");
     for (a, b) in seen.iter().zip(expected) {
@@ -212,7 +218,7 @@ fn close(name: &str, seen: &[f64], expected: &[f64], within: f64) {
     }
 }
 
-/// SplitMix64, in [0, 1).
+/// Uniform numbers in [0, 1) by SplitMix64.
 struct Random(u64);
 
 impl Random {
@@ -225,7 +231,8 @@ impl Random {
     }
 }
 
-/// q'' = -1 above a table E sin ωt: no error estimate sees the table. How many balls fall through.
+/// q'' = -1 above a table E sin ωt. The motion of the table does not enter any error estimate. Returns the
+/// number of balls whose first contact is missed or off by more than 1e-8.
 fn first_touches(solver: &impl Integrator, omega: f64, balls: usize) -> usize {
     let size = 0.05;
     let mut random = Random(omega as u64);
@@ -234,7 +241,7 @@ fn first_touches(solver: &impl Integrator, omega: f64, balls: usize) -> usize {
         let (height, speed, phase) = (0.1 + random.next(), 2.0 * random.next() - 1.0, TAU * random.next());
         let table = Stop { below: true, stiffness: 1e4, shake: [size, omega, phase], ..Stop::default() };
         let model = Stops { pull: -1.0, all: vec![table], jumps: None };
-        // Above E nothing is met: the parabola comes down to it at t0, to -E at t1.
+        // Above E there is no contact: the parabola reaches E at one time and -E at a later one.
         let reaches = |level: f64| speed + (speed * speed + 2.0 * (height - level)).sqrt();
         let gap = |t: f64| height + speed * t - 0.5 * t * t - size * (omega * t + phase).sin();
         let expected = first_zero(gap, reaches(size), TAU / omega / 500.0, reaches(-size) + 0.1).unwrap();
@@ -275,7 +282,8 @@ fn a_shaking_table_is_met_by_400_balls() {
     shaking_table(400);
 }
 
-/// A mass at rest, and an edge that comes down to it, touches it from above by δ and goes: q is constant, only the edge moves.
+/// A mass at rest and an edge that comes down, overlaps it by δ and leaves. q is constant; only the edge
+/// moves.
 #[test]
 fn an_edge_that_moves_over_a_mass_at_rest() {
     let model = Stops {
@@ -283,7 +291,7 @@ fn an_edge_that_moves_over_a_mass_at_rest() {
         ..Stops::default()
     };
     for depth in [1e-2, 1e-4, 1e-6, 1e-8] {
-        // 1 + sin t < q = depth about t = 3π/2 + 2πk, for cos(t - 3π/2) > 1 - depth.
+        // 1 + sin t < q = depth around t = 3π/2 + 2πk, for cos(t - 3π/2) > 1 - depth.
         let half = 2.0 * (0.5 * depth).sqrt().asin();
         let expected: Vec<f64> =
             (0..5).flat_map(|k| [-half, half].map(|s| 0.75 * TAU + TAU * f64::from(k) + s)).collect();
@@ -296,7 +304,8 @@ fn an_edge_that_moves_over_a_mass_at_rest() {
     }
 }
 
-/// A ball thrown up to a ceiling that it reaches by δ, or misses by δ: the parabola and its touch in closed form.
+/// A ball that is thrown up to a ceiling and exceeds it by δ, or misses it by δ: the parabola and the contact
+/// in closed form.
 #[test]
 fn a_ball_that_grazes_a_ceiling() {
     let model =
@@ -307,14 +316,15 @@ fn a_ball_that_grazes_a_ceiling() {
             let miss = run(&model, &start(1.0 - depth), &[2.5]);
             assert!(miss.events.is_empty(), "{name}: {miss:?}");
             let touch = run(&model, &start(1.0 + depth), &[2.5]);
-            // In contact x'' = -1 - x from x = 0 with speed s = √(2δ): back at x = 0 after 2 atan s.
+            // In contact x'' = -1 - x from x = 0 with the speed s = √(2δ); x returns to 0 after 2 atan s.
             let (speed, up) = ((2.0 * depth).sqrt(), (2.0 * (1.0 + depth)).sqrt() - (2.0 * depth).sqrt());
             close(&format!("{name}, {depth:e}"), &touch.times(), &[up, up + 2.0 * speed.atan()], 1e-8);
         });
     }
 }
 
-/// Three springs met at once, a fourth one within rounding of them: the mass does what it does on one spring of their sum.
+/// Three springs with equal edges and a fourth one within rounding of them act like one spring of their total
+/// stiffness.
 #[test]
 fn several_edges_at_one_place() {
     let stop = |edge: f64, stiffness: f64| Stop { edge, stiffness, ..Stop::default() };
@@ -324,7 +334,7 @@ fn several_edges_at_one_place() {
     };
     let wall = Stop { below: true, edge: -1.0, stiffness: 9.0, ..Stop::default() };
     let both = Stops { all: [four.all.clone(), vec![wall]].concat(), ..four };
-    // Flight of 2 in 2 s, contact for π/3, on either side.
+    // A flight of 2 takes 2 s, a contact π/3 s on either side.
     let contact = std::f64::consts::PI / 3.0;
     each(2e-3, |name, run| {
         let seen = run(&both, &State::new(0.0, &[0.0], &[1.0]), &[20.0]);
@@ -337,14 +347,14 @@ fn several_edges_at_one_place() {
         let mut times = seen.times();
         times.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         close(name, &times, &expected, 1e-7);
-        // Enter and leave take turns above (four contacts each) and below (one).
+        // Entries and exits alternate above (four contacts each) and below (one contact).
         let above = expected.iter().enumerate().filter(|(i, _)| i % 4 < 2).count();
         assert_eq!(seen.events.len(), 4 * above + (expected.len() - above), "{name}: {:?}", seen.events);
         assert!(seen.astray < 1e-9, "{name}: {}", seen.astray);
     });
 }
 
-/// A damped ball comes to rest in ever shorter hops: each of them in closed form, flight by flight and contact by contact.
+/// A damped ball comes to rest in ever shorter hops, each of them in closed form.
 #[test]
 fn hops_that_die_out() {
     let (k, c) = (2500.0, 2.0f64);
@@ -354,11 +364,11 @@ fn hops_that_die_out() {
     let (mut t, mut speed, mut expected) = (1.0, 1.0, vec![]);
     while t < 60.0 {
         expected.push(t);
-        // x = -1/k + e^(-decay s)(cos ωs/k + (decay/k - speed) sin ωs/ω) in contact.
+        // In contact x = -1/k + e^(-decay s)(cos ωs/k + (decay/k - speed) sin ωs/ω).
         let (a, b) = (1.0 / k, (decay / k - speed) / omega);
         let x = |s: f64| -1.0 / k + (-decay * s).exp() * (a * (omega * s).cos() + b * (omega * s).sin());
         let Some(s) = first_zero(x, 1e-9, 1e-5, 0.2).filter(|s| *s > 1e-8) else {
-            break; // it does not lift off any more
+            break; // the ball no longer lifts off
         };
         let wave = (-decay * s).exp();
         speed = wave
@@ -378,7 +388,7 @@ fn hops_that_die_out() {
     });
 }
 
-/// Between two shaken stops, one faster than the other.
+/// A mass between two moving stops of different frequencies.
 fn rattling() -> (Stops, State) {
     let below = Stop { below: true, edge: -0.4, stiffness: 60.0, damping: 0.0, shake: [0.1, 7.0, 0.3] };
     let above = Stop { edge: 0.5, stiffness: 40.0, shake: [0.05, 3.0, 1.0], ..Stop::default() };
@@ -402,7 +412,8 @@ fn shaken_stops_against_brute_force() {
     });
 }
 
-/// Cut at round times, at random ones, at every event and just beside it: the same events, the same end.
+/// Runs in parts that end at round times, at random times, at every crossing and just beside it: the same
+/// crossings and the same last state.
 #[test]
 fn a_run_in_pieces_is_the_same_run() {
     let (model, start) = rattling();
@@ -432,7 +443,8 @@ fn a_run_in_pieces_is_the_same_run() {
     });
 }
 
-/// Starts exactly on an edge: into it, away from it, at rest and pushed either way; ends exactly on it.
+/// Starts exactly on an edge: towards it, away from it, at rest, and at rest with a load to either side; ends
+/// exactly on an edge.
 #[test]
 fn edges_at_start_and_end() {
     let ceiling = |pull: f64| Stops {
@@ -449,22 +461,25 @@ fn edges_at_start_and_end() {
         assert!((away.end.q[0] + 2.0).abs() < 1e-12 && away.events.is_empty(), "{name}: {away:?}");
         let rests = run(&ceiling(0.0), &State::new(0.0, &[1.0], &[0.0]), &[3.0]);
         assert_eq!((rests.end.q[0], rests.events.len()), (1.0, 0), "{name}");
-        // Pushed in from rest: x = (1 - cos 2t)/4, back on the edge at π, without leaving.
+        // With a load into the stop from rest x = (1 - cos 2t)/4; it touches the edge again at π without
+        // leaving.
         let pushed = run(&ceiling(1.0), &State::new(0.0, &[1.0], &[0.0]), &[3.0]);
         assert!((pushed.end.q[0] - (1.0 + 0.25 * (1.0 - 6f64.cos()))).abs() < 1e-8, "{name}: {pushed:?}");
         let pulled = run(&ceiling(-1.0), &State::new(0.0, &[1.0], &[0.0]), &[3.0]);
         assert!((pulled.end.q[0] + 3.5).abs() < 1e-8 && pulled.events.is_empty(), "{name}: {pulled:?}");
-        // Met at t = 1 exactly, at the end of one run and the start of the next: once in all.
+        // The edge is reached at t = 1, at the end of one run and the start of the next: one crossing in all.
         let met = run(&ceiling(0.0), &State::new(0.0, &[0.0], &[1.0]), &[1.0, 1.0 + contact, 4.0]);
         close(name, &met.times(), &[1.0, 1.0 + contact], 1e-8);
         assert!((met.end.q[0] - (1.0 - (3.0 - contact))).abs() < 1e-7, "{name}: {met:?}");
     });
 }
 
-/// An edge that jumps onto a mass at rest, and away again, pushes it while it is there: parabolas and arcs in closed form.
+/// An edge that jumps into a mass at rest and back again pushes it in between: parabolas and arcs in closed
+/// form.
 #[test]
 fn edges_that_jump() {
-    // The floor stands at -0.3 and jumps to 0.2 for every other 0.1 s: the mass at 0 is pressed by 0.2 with stiffness 100.
+    // The floor is at -0.3 and jumps to 0.2 for every second interval of 0.1 s. The mass at 0 is then pressed
+    // by 0.2 with stiffness 100.
     let floor = Stop { below: true, edge: -0.3, stiffness: 100.0, ..Stop::default() };
     let model = Stops { pull: 0.0, all: vec![floor], jumps: Some([0.1, 0.5]) };
     let (w, push) = (10.0f64, 0.2);

@@ -1,11 +1,11 @@
-//! The derivative of the flow against differences of the flow, and closed forms.
+//! The derivative of the flow against differences of the flow and closed forms.
 
 use crate::api::*;
 use crate::common::{FreeDeadZone, Impact};
 use std::f64::consts::PI;
 
-/// Largest disagreement with central differences of the flow, in units of the largest entry of the same column, entries in units of the
-/// sizes given.
+/// Largest difference from central differences of the flow, over the largest entry of the same column.
+/// Entries are in units of `size`.
 fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f64]) -> f64 {
     let n = model.dof();
     let end = start.t + span;
@@ -24,7 +24,7 @@ fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f6
             let end = solver.end(model, &from, end).unwrap();
             [end.q, end.v].concat()
         };
-        // Richardson: two central differences.
+        // Richardson extrapolation of two central differences.
         let (far, near) = ([moved(h), moved(-h)], [moved(0.5 * h), moved(-0.5 * h)]);
         let slope: Vec<f64> = (0..2 * n)
             .map(|i| {
@@ -41,7 +41,8 @@ fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f6
     worst
 }
 
-/// x'' + c x' (touching) + k g(x) = f + p cos(Ω t), the gap reaching from -b to b with b = 1 + w sin(3 t); without a Jacobian if so wanted.
+/// x'' = 0.3 + 0.5 cos 0.9 t - W with W = 4 (x ∓ b) + 0.6 x' in contact: the force jumps. The gap extends
+/// from -b to b with b = 1 + `swing` sin 3t. With or without a Jacobian.
 struct Jumping {
     swing: f64,
     jacobian: bool,
@@ -120,7 +121,8 @@ fn differences_of_small_models() {
     );
 }
 
-/// The force jumps at edges at rest and at edges that move: without saltation matrices the error is of order one.
+/// The force jumps at edges at rest and at moving edges. Without saltation matrices the error would be of
+/// order one.
 #[test]
 fn differences_where_the_force_jumps() {
     for swing in [0.0, 0.2] {
@@ -164,7 +166,7 @@ fn differences_of_the_ring() {
     }
 }
 
-/// det Φ = exp(∫ trace), Liouville, for a damping that is constant.
+/// Liouville: det Φ = exp(∫ trace) for a constant damping.
 #[test]
 fn determinant() {
     let pair = NfgPair::with_reading(
@@ -183,7 +185,7 @@ fn determinant() {
     );
 }
 
-/// q'' + 2 ζ q' + q = 0 in closed form, at rest: the differences alone hold the steps back.
+/// q'' + 0.2 q' + q = 0 at rest, in closed form: only the differences determine the steps.
 #[test]
 fn damped_oscillator_at_rest() {
     struct Damped;

@@ -1,5 +1,6 @@
-//! Other crates' RK4 and DOP853 and loops by hand beside ours, on workloads A, B3 and B16, and an ensemble of runs beside all of them,
-//! workload C: `cargo bench -p peers`. The last lines are the errors and the ratios.
+//! RK4 and DOP853 of other crates and loops by hand, compared with those of `gear-dynamics`: on workloads A,
+//! B3 and B16, and for an ensemble of runs, workload C. `cargo bench -p peers`. The last lines are errors and
+//! ratios of times.
 
 #[path = "../../common/mod.rs"]
 mod common;
@@ -22,11 +23,11 @@ use std::time::Duration;
 const Q0: f64 = -6.4e-4;
 const RTOL: f64 = 1e-8;
 const ATOL: f64 = 1e-12;
-/// Errors of the mesh deflection are in units of this.
+/// Errors of the mesh deflection are shares of this number.
 const SCALE: f64 = 1e-5;
 const ROUNDS: usize = 15;
 
-/// q at the end, and how often the right-hand side was asked for.
+/// q at the end, and the number of evaluations of the right-hand side.
 #[derive(Clone, Copy)]
 struct End {
     q: f64,
@@ -79,7 +80,8 @@ fn our_dop853(pair: &Pair) -> End {
     ours(&Dop853::new().rtol(RTOL).atol(ATOL), pair)
 }
 
-/// It keeps every step and does not say otherwise; the number of steps is rounded up, so the end is given half a step early.
+/// This solver stores every step. It rounds the number of steps up, so that the end is given half a step
+/// early.
 fn ode_solvers_rk4(pair: &Pair) -> End {
     let (h, steps) = (pair.step(), steps(pair));
     let mut solver =
@@ -89,9 +91,9 @@ fn ode_solvers_rk4(pair: &Pair) -> End {
     End { q: solver.y_out().last().expect("the start is kept")[0], evaluations: stats.num_eval as usize }
 }
 
-/// With the time as third component: the twelfth node of this DOP853 is 0 where it should be 1 (ode_solvers 0.6.2, its pull request 42),
-/// so that a right-hand side which takes the time as given is integrated with order 1. The clock has no error, and makes the norm
-/// of the error smaller by sqrt(2/3).
+/// The pair with the time as third component. The twelfth node of this DOP853 is 0 instead of 1 (ode_solvers
+/// 0.6.2, pull request 42), so that a right-hand side that uses the given time is integrated with order 1.
+/// The third component has no error and reduces the norm of the error by sqrt(2/3).
 struct WithClock<'a>(Rates<'a>);
 
 impl System<f64, Vector3<f64>> for WithClock<'_> {
@@ -102,7 +104,7 @@ impl System<f64, Vector3<f64>> for WithClock<'_> {
     }
 }
 
-/// Sparse output keeps the steps and leaves out the stages of the dense output.
+/// Sparse output stores the steps and skips the stages of the dense output.
 fn ode_solvers_dop853(pair: &Pair) -> End {
     let (start, end) = (Vector3::new(Q0, 0.0, 0.0), pair.end());
     let mut solver = ode_solvers::Dop853::new(WithClock(Rates(pair)), 0.0, end, end, start, RTOL, ATOL);
@@ -111,7 +113,7 @@ fn ode_solvers_dop853(pair: &Pair) -> End {
     End { q: solver.y_out().last().expect("the start is kept")[0], evaluations: stats.num_eval as usize }
 }
 
-/// What becomes of it without the clock.
+/// The same solver with the given time.
 fn ode_solvers_dop853_without_clock(pair: &Pair) -> String {
     let (start, end) = (Vector2::new(Q0, 0.0), pair.end());
     let mut solver = ode_solvers::Dop853::new(Rates(pair), 0.0, end, end, start, RTOL, ATOL);
@@ -122,7 +124,7 @@ fn ode_solvers_dop853_without_clock(pair: &Pair) -> String {
     }
 }
 
-/// Keeps no step.
+/// An output that stores no step.
 struct Nothing;
 
 impl<const N: usize> Solout<f64, [f64; N]> for Nothing {
@@ -162,7 +164,7 @@ fn differential_equations_dop853(pair: &Pair) -> End {
 
 type Entrant = (&'static str, fn(&Pair) -> End);
 
-/// Ours first.
+/// The entrants; `gear-dynamics` is the first.
 const RK4: [Entrant; 3] = [
     ("gear-dynamics, plain steps", our_rk4),
     ("ode_solvers", ode_solvers_rk4),
@@ -205,13 +207,13 @@ fn errors_and_ratios(title: &str, truth: f64, entrants: &[Entrant]) {
                 || _ = black_box(run(black_box(&pair))),
                 || _ = black_box(our_run(black_box(&pair))),
             );
-            print!(", time / ours {median:.2} ({least:.2} .. {most:.2})");
+            print!(", time / gear-dynamics {median:.2} ({least:.2} .. {most:.2})");
         }
         println!();
     }
 }
 
-/// RK4 as one writes it first, on f(t, y).
+/// RK4 on f(t, y) without further care.
 fn hand_written_rk4(pair: &Pair) -> End {
     let (h, steps, f) = (pair.step(), steps(pair), Rates(pair));
     let (mut q, mut v) = (Q0, 0.0);
@@ -227,7 +229,7 @@ fn hand_written_rk4(pair: &Pair) -> End {
     End { q, evaluations: 4 * steps }
 }
 
-/// Workload C: `count` mesh frequencies, 20 periods each, statistics of every run.
+/// Workload C: `count` mesh frequencies, 20 periods each, with statistics of every run.
 fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
     let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
@@ -237,7 +239,8 @@ fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows 
     rows.expect("the workload runs")
 }
 
-/// The least time of one trajectory of C in lanes, beside that of every other way, taken in turn.
+/// Prints the minimum time of one trajectory of C in lanes and of every other entrant. The entrants
+/// alternate.
 fn workload_c() {
     const COUNT: usize = 96;
     const STEPS: usize = 63 * 64;
@@ -273,7 +276,8 @@ fn workload_c() {
         }
     }
     println!(
-        "\nC, least time per trajectory on one thread; how many times the lanes go into it, with the best instructions and with AVX2"
+        "\nC, minimum time per trajectory on one thread; its ratio to that of the lanes with the best \
+         instructions and with AVX2"
     );
     for (least_of, (name, ..)) in least.iter().zip(&entrants) {
         println!(
@@ -290,7 +294,8 @@ fn hand_written_dop853(pair: &Pair) -> End {
     End { q: y[0], evaluations: evaluations as usize }
 }
 
-/// Ours against loops by hand and against the other crates.
+/// Prints the ratios of times: `gear-dynamics` over loops by hand, and the fastest other crate over
+/// `gear-dynamics`.
 fn ratios() {
     let pair = Pair::new();
     let runs: [fn(&Pair) -> End; 6] = [
@@ -316,11 +321,7 @@ criterion_group!(benches, rk4, dop853);
 
 fn main() {
     benches();
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("a thread is to be had")
-        .install(workload_c);
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts").install(workload_c);
     let truth = ours(&Dop853::new().rtol(1e-13).atol(1e-18), &Pair::new()).q;
     errors_and_ratios("A, RK4, 64 steps per mesh period, error against DOP853 at rtol 1e-13", truth, &RK4);
     errors_and_ratios("A, DOP853, rtol 1e-8, atol 1e-12, error against DOP853 at rtol 1e-13", truth, &DOP853);

@@ -34,8 +34,9 @@ pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
     Ok([lower, upper])
 }
 
-/// Dead zone f(x) = max(x - b, 0) - max(-x - b, 0), with b half the backlash.   Source: Liu 2021, Eq. (12);
-/// Yao 2020, Eq. (1).
+/// Dead zone f(x) = max(x - b, 0) - max(-x - b, 0).
+///
+/// b is half of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::Nonlinearity};

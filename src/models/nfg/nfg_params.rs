@@ -3,7 +3,9 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::centre::InstantCentre;
 
-/// SI parameters of the noncircular face gear pair.   Source: Liu 2021, Table 1 and Eqs. (6), (7), (19).
+/// SI parameters of the noncircular face gear pair.
+///
+/// Source: Liu 2021, Table 1 and Eqs. (6), (7), (19).
 ///
 /// ```
 /// use gear_dynamics::NfgParams;

@@ -14,7 +14,9 @@ use crate::model::shape::Drives;
 use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 
-/// The noncircular face gear pair with one degree of freedom. The speed of the pinion is prescribed.
+/// The noncircular face gear pair with one degree of freedom.
+///
+/// The speed of the pinion is prescribed.
 ///
 /// q'' + 2 ζ D (q' + (r'/r) q) + F f(q) = -B0 - θ2'' + ē''.   Source: Liu 2021, Eq. (9), corrected.
 ///

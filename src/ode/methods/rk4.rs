@@ -11,8 +11,9 @@ use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::tableau_row::Row;
 use crate::ode::stepping::vector::Vector;
 
-/// The classical Runge-Kutta method of order 4 with a fixed step.   Source: Hairer, Nørsett & Wanner I, Table
-/// II.1.2.
+/// The classical Runge-Kutta method of order 4, with a fixed step.
+///
+/// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
 ///
 /// Steps end on the grid `start.t + k h`; the last one ends exactly at the end of the run. Default: edges of
 /// the gaps are located and split a step in two, which preserves order 4. With [`plain`](Rk4::plain), steps

@@ -5,8 +5,10 @@ use crate::ode::methods::adaptive::Adaptive;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
-/// Dormand-Prince 5(4): order 5 with an error estimate of order 4, adaptive, dense output of order 4.
-/// Source: Hairer, Nørsett & Wanner I, Table II.5.2.
+/// Runge-Kutta method 5(4) of Dormand and Prince, adaptive.
+///
+/// Order 5 with an error estimate of order 4, dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table
+/// II.5.2.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk45, State};

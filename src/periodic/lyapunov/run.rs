@@ -14,8 +14,9 @@ use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
 use std::ops::ControlFlow;
 
-/// λ_i = lim 1/t Σ ln r_ii, with r_ii the lengths of the directions before each normalisation: Lyapunov
-/// exponents by QR.
+/// Lyapunov exponents by QR.
+///
+/// λ_i = lim 1/t Σ ln r_ii, with r_ii the lengths of the directions before each normalisation.
 ///
 /// Small perturbations follow the variational equations, with their jumps at tooth edges. They are made
 /// orthonormal at regular intervals.   Source: Benettin et al., Meccanica 15 (1980) 21.

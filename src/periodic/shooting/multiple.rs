@@ -11,7 +11,9 @@ use crate::periodic::shooting::segments::{Round, Segments};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::roots::newton::is_monotone;
 
-/// φ(x_i; t_i, t_{i+1}) = x_{i+1}, i = 0 .. N-1, with x_N = x_0: periodic orbits by multiple shooting.
+/// Periodic orbits by multiple shooting.
+///
+/// φ(x_i; t_i, t_{i+1}) = x_{i+1}, i = 0 .. N-1, with x_N = x_0.
 ///
 /// φ is the flow and x_i are the states at the nodes of an orbit of p periods of the drives. Newton's method
 /// finds the x_i. It uses the exact derivative of the flow; tooth edges are located. The natural monotonicity

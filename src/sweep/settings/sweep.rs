@@ -170,8 +170,9 @@ impl Sweep {
     }
 }
 
-/// Many runs of one family of models: points, settling and measured periods, requested results. Only the row
-/// of a run is stored, no trajectory.
+/// Many runs of one family of models.
+///
+/// Points, settling and measured periods, requested results. Only the row of a run is stored, no trajectory.
 ///
 /// Example, a map of the rattle state over speed and load:
 ///

@@ -1,4 +1,5 @@
-//! A crate of someone else's, on public names only: a spur pair, a bearing contact, a torque ripple, lanes, an integrator.
+//! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type and an
+//! integrator of its own.
 
 use gear_dynamics::contact::{Contact, Edges, Nonlinearity, Piece, PieceChoice};
 use gear_dynamics::excitation::{Excitation, Jet, Side, same};
@@ -7,7 +8,8 @@ use gear_dynamics::ode::{Finish, IntegrateError, Observer, Stats, Step, StepView
 use gear_dynamics::{Integrator, Mesh, Model, Shape, State, Wave};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// m q'' + c x' + k(φ) f(x) = F with x = q - e(φ) along the line of action: a spur pair over its mesh angle, with any contact law.
+/// m q'' + c x' + k(φ) f(x) = F with x = q - e(φ) along the line of action: a spur pair over its mesh angle,
+/// with any contact law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpurPair<N>(pub Mesh<N>);
 
@@ -53,10 +55,11 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
     }
 }
 
-/// A stop with a soft layer: stiffness 1 past `touch` on the upper side only, with damping that grows with depth (Hunt & Crossley).
+/// A stop above with a soft layer: stiffness 1 beyond `touch`, and a damping that grows with the depth (Hunt
+/// & Crossley).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftStop {
-    /// Where the layer begins.
+    /// Upper edge, at which the layer begins.
     pub touch: f64,
     /// Loss factor of the layer [s/m].
     pub loss: f64,
@@ -80,7 +83,7 @@ impl Nonlinearity for SoftStop {
     }
 }
 
-/// A torque that steps up once a turn, falls as a half cosine, and says so.
+/// A torque that jumps up once a turn, falls as half a cosine, and announces its edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kick;
 
@@ -96,7 +99,8 @@ impl Excitation for Kick {
     }
 }
 
-/// x1'' = kick - c x1' - k x1 - f(x1 - x2), x2'' = f(x1 - x2) - k x2: a wheel that knocks on its housing.
+/// x1'' = kick - 0.1 x1' - k x1 - f(x1 - x2), x2'' = f(x1 - x2) - k x2 - 0.1 x2': a wheel that hits its
+/// housing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knock {
     /// Contact law.
@@ -147,7 +151,7 @@ impl Shape for Knock {
     }
 }
 
-/// Four numbers side by side: a [`Scalar`] of this crate's own.
+/// Four numbers, one for each of four runs: a [`Scalar`] of this crate.
 #[derive(Clone, Copy, Debug)]
 pub struct Four(pub [f64; 4]);
 
@@ -234,7 +238,8 @@ impl Scalar for Four {
     }
 }
 
-/// Heun's method of order 2 with a fixed step: an [`Integrator`] of this crate's own, which all analysis accepts.
+/// Heun's method of order 2 with a fixed step `[s]`: an [`Integrator`] of this crate, which all analyses
+/// accept.
 #[derive(Clone, Copy, Debug)]
 pub struct Heun(pub f64);
 

@@ -160,7 +160,7 @@ impl Periodic for Mathieu {
 /// their deflections, g the dead zone of half width 1.
 pub struct Idler {
     pub omega: f64,
-    /// Phase ψ_2 of the second mesh [rad]; ψ_1 = 0.
+    /// Phase ψ_2 of the second mesh `[rad]`; ψ_1 = 0.
     pub phase: f64,
 }
 

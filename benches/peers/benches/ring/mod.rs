@@ -1,4 +1,5 @@
-//! Workloads B3 and B16, G gears and N = 4 G + 2 components: everyone on the equations of the loop by hand, ours on the crate's ring.
+//! Workloads B3 and B16 with G gears and N = 4 G + 2 components. The other crates integrate the equations
+//! written by hand, `gear-dynamics` its own ring.
 
 use super::common::{RING_END, hand_ring, ring_with_load};
 use super::{ATOL, Nothing, ROUNDS, RTOL};
@@ -14,7 +15,7 @@ use std::ops::ControlFlow;
 /// Step of RK4 `[s]`.
 const H: f64 = 2e-6;
 const STEPS: usize = 100_000;
-/// Errors of the angles are in units of this, those of the speeds of 1 rad/s.
+/// Errors of the angles are shares of this number, those of the speeds of 1 rad/s.
 const SCALE: f64 = 1e-4;
 
 struct End<const N: usize> {
@@ -54,7 +55,7 @@ fn hand_dop853<const G: usize, const N: usize>() -> End<N> {
     End { y, evaluations: evaluations as usize }
 }
 
-/// The number of steps is rounded up, so the end is given half a step early.
+/// This solver rounds the number of steps up, so that the end is given half a step early.
 fn ode_solvers_rk4<const G: usize, const N: usize>() -> End<N> {
     let mut solver =
         ode_solvers::Rk4::new(Rates::<G>, 0.0, SVector::<f64, N>::zeros(), (STEPS as f64 - 0.5) * H, H);
@@ -86,7 +87,8 @@ where
     End { y: *solver.y(), evaluations: solution.evals.function }
 }
 
-/// Least time of each for one evaluation `[s]`, taken in turn; they return how many they made.
+/// Minimum time of each entrant for one evaluation `[s]`. The entrants alternate; each returns its number of
+/// evaluations.
 pub fn least_times(rounds: usize, entrants: &[&dyn Fn() -> usize]) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; entrants.len()];
     for _ in 0..rounds {
@@ -99,7 +101,8 @@ pub fn least_times(rounds: usize, entrants: &[&dyn Fn() -> usize]) -> Vec<f64> {
     least
 }
 
-/// Prints time, work and error of all entrants, and the ratios: ours over the loop by hand, the fastest other crate over ours.
+/// Prints times, evaluations and errors of all entrants, and the ratios of times: `gear-dynamics` over the
+/// loop by hand, the fastest other crate over `gear-dynamics`.
 pub fn ratios<const G: usize, const N: usize>() {
     let ring = &ring_with_load(G, 1e-2, 20.0);
     let tight = Dop853::new().rtol(1e-13).atol_each(&[vec![1e-19; N / 2], vec![1e-15; N / 2]].concat());

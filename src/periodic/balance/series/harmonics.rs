@@ -2,7 +2,9 @@
 
 use crate::error::{ParameterError, check};
 
-/// The orders of a truncated Fourier series, q(t) = Σ_k c_k cos(k ω t) + s_k sin(k ω t), ω = 2π/(p T).
+/// The orders of a truncated Fourier series.
+///
+/// q(t) = Σ_k c_k cos(k ω t) + s_k sin(k ω t), ω = 2π/(p T).
 ///
 /// T is the period of the model and p the number of periods in one base period. The coefficients of one
 /// coordinate are [mean, c_k, s_k, ...] with increasing k; without order 0 there is no mean.
