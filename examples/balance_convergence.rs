@@ -1,10 +1,14 @@
-//! How good a harmonic balance is, and how well it knows: error and its estimates against the number of orders H, for the face gear pair
-//! of Liu 2021 (reading A) without rattle and with rattle on one and on both flanks.
+//! Error of the harmonic balance and its estimates over the number of orders H, for the face gear pair of Liu
+//! 2021 (reading A of docs/models.md) at four speeds: without rattle, with unilateral and with bilateral
+//! rattle.
 //!
-//! The truth is the orbit polished by shooting. Its projection is the guess at every H, so that what is seen is the error of the
-//! equations and not of the search. Estimates: |z_H - z_1.3H|, and the first correction of shooting.
+//! The reference is the orbit polished by shooting. Its projection is the guess at every H, so that the error
+//! is that of the equations and not of the search. The tables and pictures show, as shares of the
+//! peak-to-peak value, the error with closed and with sampled integrals and the estimates |z_H - z_1.3H| and
+//! first correction of shooting; `convergence.csv` contains them.
 //!
-//! `cargo run --release --example balance_convergence`
+//! `cargo run --release --example balance_convergence`; everything is written to
+//! target/gallery/balance_convergence/.
 
 mod support;
 
@@ -29,7 +33,7 @@ fn solver() -> Dop853 {
     Dop853::new().rtol(1e-11).atol_each(&[1e-16, 1e-17])
 }
 
-/// The orbit itself, on more orders than any balance here.
+/// The reference orbit on 4000 orders, and its crossings in a turn.
 fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
     let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
     let cycle =
@@ -38,7 +42,8 @@ fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
     Ok((FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
 }
 
-/// What a balance on H orders comes to, as shares of the peak-to-peak of the truth; NaN where there is none.
+/// Results of a balance of H orders, as shares of the peak-to-peak value of the reference; NaN if no orbit is
+/// found.
 #[derive(Clone, Copy)]
 struct Row {
     error: f64,
@@ -60,7 +65,7 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
         Ok(Proof { truncation, shooting, aliasing, .. }) => {
             Row { error, truncation, shooting, aliasing, iterations }
         }
-        // The finer balance found nothing near: the polish alone is left.
+        // The finer balance found no orbit near: only the polished orbit remains.
         Err(_) => {
             let shooting = orbit.polish(pair).map_or(f64::INFINITY, |cycle| cycle.first_correction());
             Row { error, shooting, iterations, ..NOTHING }
@@ -68,15 +73,15 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
     }
 }
 
-/// Orders that pass the fastest local natural frequency: H > 1.2 √(max F)/ω_c. Both factors of F are largest at the start, where the static
-/// deflection B0/F is known.
+/// Number of orders above the maximum local natural frequency: H > 1.2 √(max F)/ω_c. Both factors of F are
+/// largest at the start, where the static deflection B0/F is known.
 fn needed(pair: &NfgPair) -> Outcome<f64> {
     let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
     let stiffness = load / (-pair.static_start()?.q[0] - pair.half_width());
     Ok(1.2 * stiffness.sqrt() / pair.centre_frequency())
 }
 
-/// One residual and one Jacobian by every way of integrating, at the projected orbit.
+/// Prints the differences of residual and Jacobian between the ways of integration, at the projected orbit.
 fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
     let pair = NfgPair::with_reading(
         &NfgParams { speed, ..NfgParams::table1() },
@@ -96,7 +101,8 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
     let (r, jacobian) = look(Integrals::Closed)?;
     let switches = guess.contacts(&pair)?[0].intervals.len();
     println!(
-        "\n{speed} rad/s, H = {highest}, {switches} switches a turn: largest difference to closed integrals, equations scaled as solved"
+        "\n{speed} rad/s, H = {highest}, {switches} switches a turn: maximum difference from closed \
+         integrals, equations scaled as solved"
     );
     for integrals in [
         Integrals::Kinks,
@@ -142,8 +148,13 @@ fn main() -> Outcome<()> {
             })
             .collect();
         bar.suspend(|| {
-            println!("\n{speed} rad/s, {crossings} edges crossed in a turn: errors as shares of the peak-to-peak\n");
-            println!("{:>6}  {:>10} {:>10} {:>10}   {:>13} {:>14}", "orders", "error", "|zH-z1.3H|", "shooting", WAYS[1].0, WAYS[2].0);
+            println!(
+                "\n{speed} rad/s, {crossings} crossings a turn: errors as shares of the peak-to-peak value\n"
+            );
+            println!(
+                "{:>6}  {:>10} {:>10} {:>10}   {:>13} {:>14}",
+                "orders", "error", "|zH-z1.3H|", "shooting", WAYS[1].0, WAYS[2].0
+            );
             for (h, &orders) in ORDERS.iter().enumerate() {
                 let [closed, coarse, fine] = [0, 1, 2].map(|w| rows[w * ORDERS.len() + h]);
                 println!(
@@ -159,8 +170,12 @@ fn main() -> Outcome<()> {
             let failed = low.iter().filter(|&&h| rows[h].error.is_nan()).count();
             failures = [failures[0] + failed, failures[1] + low.len()];
             let slope = (rows[7].error / rows[5].error).ln() / (ORDERS[7] as f64 / ORDERS[5] as f64).ln();
-            println!("{needed:.0} orders pass the fastest local natural frequency; Newton fails at {failed} of {} below", low.len());
-            println!("from {} to {} orders the error falls like H^{slope:.1}", ORDERS[5], ORDERS[7]);
+            println!(
+                "{needed:.0} orders reach the maximum local natural frequency; Newton fails at {failed} of \
+                 {} below",
+                low.len()
+            );
+            println!("from {} to {} orders the error is proportional to H^{slope:.1}", ORDERS[5], ORDERS[7]);
         });
         for (&(w, h), r) in cases.iter().zip(&rows) {
             csv.row(&[
@@ -182,12 +197,9 @@ fn main() -> Outcome<()> {
                 .filter(|p| p.1.is_finite())
                 .collect()
         };
-        let panel = Panel::new(
-            format!("{speed} rad/s, {crossings} edges crossed"),
-            "orders H",
-            "share of peak-to-peak",
-        )
-        .decades();
+        let panel =
+            Panel::new(format!("{speed} rad/s, {crossings} crossings"), "orders H", "share of peak-to-peak")
+                .decades();
         let panel = panel.labels_at(SeriesLabelPosition::UpperRight);
         panels.push(
             panel
@@ -201,18 +213,19 @@ fn main() -> Outcome<()> {
     bar.finish_and_clear();
     figure(folder.join("convergence.svg"), 2, &panels)?;
     println!(
-        "\nbelow 1.2 √(max F)/ω_c, from the truth itself, Newton fails {} times of {}",
+        "\nbelow 1.2 √(max F)/ω_c orders, started on the reference, Newton fails {} times of {}",
         failures[0], failures[1]
     );
     ways_of_integrating(180.0, 500)?;
-    println!("\n-: no orbit found from the truth itself. pictures and tables: {}", folder.display());
+    println!("\n-: no orbit found from the reference. pictures and tables: {}", folder.display());
     Ok(())
 }
 
+/// A number with two digits; `-` if no orbit was found, `fails` if shooting found none.
 fn short(x: f64) -> String {
     match x {
         x if x.is_nan() => "-".into(),
-        x if x.is_infinite() => "none near".into(),
+        x if x.is_infinite() => "fails".into(),
         x => format!("{x:.1e}"),
     }
 }

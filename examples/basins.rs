@@ -1,6 +1,10 @@
-//! Basins of attraction: where a pair with a dead zone ends, start by start, where two motions live side by side.
+//! Basins of attraction of a spur pair with a dead zone that has two coexisting motions.
 //!
-//! `cargo run --release --example basins`
+//! The table lists the motions at four frequencies, with the share of the starts that lead to each, and the
+//! shares of the rattle states over the amplitude of the torque. The pictures show which motion each start
+//! (q, v) reaches; `basins.csv` and `amplitudes.csv` contain the tables.
+//!
+//! `cargo run --release --example basins`; everything is written to target/gallery/basins/.
 
 mod support;
 
@@ -11,8 +15,8 @@ use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
 use gear_dynamics::{Backlash, Machine, ParameterError, RattleState, Shape, State, Sweep};
 use support::{Csv, Map, Outcome, gallery, maps};
 
-/// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a pulsating torque. Below its resonance
-/// a small motion and a large one, which meets both flanks, live side by side.
+/// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a
+/// pulsating torque. Below its resonance a small motion and a large one, which touches both flanks, coexist.
 #[derive(PartialEq)]
 struct SpurPair {
     law: Backlash,
@@ -99,7 +103,7 @@ fn main() -> Outcome<()> {
     }
     maps(folder.join("basins.svg"), &pictures)?;
 
-    // The amplitude is a constant: one table serves all starts at all amplitudes.
+    // The amplitude is a constant of the machine: one drive table serves all starts at all amplitudes.
     const COARSE: usize = 50;
     let amplitudes = Axis::linear("amplitude", 0.08, 0.32, 13)?;
     let axes = vec![
@@ -113,7 +117,7 @@ fn main() -> Outcome<()> {
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
     )?;
     println!(
-        "Ω = 0.69, {} runs, {} of them alone: how the teeth move in the end",
+        "Ω = 0.69, {} runs, {} of them without lanes: shares of the rattle states",
         rows.iter().count(),
         rows.alone()
     );

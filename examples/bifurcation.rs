@@ -1,7 +1,12 @@
-//! The face gear pair from 100 to 250 rad/s, up and down, each run starting from where the one before it ended (reading A of docs/models.md),
-//! and the largest Lyapunov exponent beneath.
+//! Bifurcation diagram of the face gear pair of Liu 2021 from 100 to 250 rad/s (reading A of docs/models.md),
+//! upwards and downwards with warm starts, with the largest Lyapunov exponent.
 //!
-//! `cargo run --release --example bifurcation`, with `-- --coarse` at a sixth of the speeds
+//! The output lists the speeds with a positive exponent, with hysteresis and without a period. The pictures
+//! show q once a turn and the exponent over the speed, and the range from 145 to 170 rad/s enlarged;
+//! `bifurcation.csv` and `lyapunov.csv` contain the numbers.
+//!
+//! `cargo run --release --example bifurcation`, with `-- --coarse` for one sixth of the speeds; everything is
+//! written to target/gallery/bifurcation/.
 
 mod support;
 
@@ -11,7 +16,7 @@ use gear_dynamics::{Dop853, Lyapunov, NfgPair, NfgParams, Sweep};
 use plotters::prelude::SeriesLabelPosition;
 use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
 
-/// Every half rad/s where the motion is chaotic, coarser elsewhere.
+/// Steps of 0.5 rad/s where the motion is chaotic, larger ones elsewhere.
 fn speeds() -> Vec<f64> {
     let span = |from: f64, step: f64, count: usize| (0..count).map(move |i| from + step * i as f64);
     let all = span(100.0, 3.0, 15).chain(span(145.0, 0.5, 50)).chain(span(170.0, 4.0, 21));
@@ -21,7 +26,7 @@ fn speeds() -> Vec<f64> {
 fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
     let speeds = Axis::list("omega_1", &speeds())?;
-    // For a picture, not for digits: exponents over 40 turns, their flow held to 1e-7.
+    // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
     let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
     let diagram = Bifurcation::strobed(sweep, "q1").run(
@@ -67,8 +72,11 @@ fn main() -> Outcome<()> {
         }
     }
     let hysteresis = diagram.hysteresis(0.01)?;
-    println!("the two ways end on different motions at {hysteresis:?} rad/s");
-    println!("neither way repeats at {:?} rad/s", diagram.undecided());
+    println!("hysteresis: upwards and downwards end on different motions at {hysteresis:?} rad/s");
+    println!(
+        "no decision about hysteresis at {:?} rad/s, since a motion does not repeat",
+        diagram.undecided()
+    );
 
     let panels = [(100.0, 250.0), (145.0, 170.0)].map(|(from, to)| {
         let within = |points: Vec<(f64, f64)>| {
@@ -97,7 +105,7 @@ fn main() -> Outcome<()> {
             .labels_at(SeriesLabelPosition::UpperRight)
             .with("up", Mark::Line, up)
             .with("down", Mark::Line, down)
-            .with("chaos above", Mark::Line, vec![(from, 0.0), (to, 0.0)]);
+            .with("limit of chaos", Mark::Line, vec![(from, 0.0), (to, 0.0)]);
         (strobed, exponent)
     });
     let [(whole, below), (window, beneath)] = panels;

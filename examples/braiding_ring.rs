@@ -1,7 +1,11 @@
-//! The closed-loop gear ring of a braiding machine: Figs. 5-13 of Yao 2020. Parameters that the paper leaves out: sets A and E
-//! of docs/models.md.
+//! The closed-loop gear ring of a braiding machine: Figs. 5-13 of Yao 2020, with sets A and E of
+//! docs/models.md for the parameters that Yao 2020 does not state.
 //!
-//! `cargo run --release --example braiding_ring`
+//! The tables and pictures show natural frequencies, the transmission error over time, its spectrum and its
+//! statistics over speed, and the mesh force with constant and random mesh damping, torque and clearance;
+//! `speed_sweep.csv` and `mesh_force.csv` contain the numbers.
+//!
+//! `cargo run --release --example braiding_ring`; everything is written to target/gallery/braiding_ring/.
 
 mod support;
 
@@ -15,23 +19,24 @@ use rayon::prelude::*;
 use std::ops::ControlFlow;
 use support::{Csv, Mark, Outcome, Panel, envelope, figure, gallery, progress};
 
-/// The ring as the paper prints it, three gears, in the frame of its rigid motion: 44 N m against 3 x 2 N m do not balance.
+/// The ring of three gears as Yao 2020 prints it, in the frame of its rigid motion, since 44 N m and 3 x 2 N
+/// m do not balance.
 fn ring(set: &RingSet) -> Outcome<Ring> {
     Ok(Ring::as_printed(&set.params()?)?.in_frame(Frame::Rigid))
 }
 
-/// Where the damping of each mesh stands among the drives.
+/// The slots of the damping of each mesh.
 fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
     (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
 }
 
-/// Angles of 1e-3 rad warm_start deflections of 1e-5 m: tolerances by component.
+/// Tolerances by component: angles of 1e-3 rad contain deflections of 1e-5 m.
 fn solver<M: Model>(model: &M) -> Dop853 {
     let n = model.dof();
     Dop853::new().rtol(1e-8).atol_each(&[vec![1e-11; n], vec![1e-7; n]].concat())
 }
 
-/// Times, and the values of some channels at them.
+/// Times, and the values of channels at them.
 type History = (Vec<f64>, Vec<Vec<f64>>);
 
 /// Channels of a run from rest, every `spacing` seconds.
@@ -42,14 +47,16 @@ fn history<M: Model>(model: &M, channels: &[&str], end: f64, spacing: f64) -> Ou
     Ok((times, values))
 }
 
+/// Results at one speed.
 struct Point {
+    /// Deflection of the first mesh.
     dte: Summary,
     force: Summary,
-    /// Of the first mesh.
+    /// Contact statistics of the first mesh.
     contact: ContactStatistics,
 }
 
-/// From rest, measured over [5, 5.5) s.
+/// Runs from rest to 5 s and measures until 5.5 s.
 fn at_speed(set: &RingSet) -> Outcome<Point> {
     let ring = ring(set)?;
     let solver = solver(&ring);
@@ -61,13 +68,13 @@ fn at_speed(set: &RingSet) -> Outcome<Point> {
     Ok(Point { dte, force, contact: rattle.contact(0) })
 }
 
-/// The mesh force of the first pair from rest: extremes located inside the steps, before and after 7 s.
+/// The mesh force of the first mesh in a run from rest: extremes inside the steps, before and after 7 s.
 struct Force {
-    /// Largest |W| before and after [N].
+    /// Maximum |W| before and after 7 s [N].
     peak: [f64; 2],
-    /// Largest |K d| without the dead zone [N].
+    /// Maximum |K d| without the dead zone [N].
     spring: [f64; 2],
-    /// Peak-to-peak of W after [N].
+    /// Peak-to-peak value of W after 7 s [N].
     steady: f64,
 }
 
@@ -84,16 +91,16 @@ fn force<M: Model>(model: &M) -> Outcome<Force> {
     Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
 }
 
-/// What disturbs the ring at 1000 r/min.
+/// A disturbance of the ring at 1000 r/min.
 #[derive(Clone, Copy)]
 enum Disturbance {
-    /// C_D [N s/m], the same in all meshes at all times.
+    /// Constant C_D [N s/m], equal in all meshes.
     Constant(f64),
-    /// C_D uniform on 0 .. this [N s/m], mesh by mesh.
+    /// C_D uniform between 0 and this value [N s/m], separately for each mesh.
     Damping(f64),
-    /// The motor torque uniform within this share of itself.
+    /// Motor torque uniform within ± this share.
     Torque(f64),
-    /// b uniform within this share of itself, mesh by mesh.
+    /// b uniform within ± this share, separately for each mesh.
     Clearance(f64),
 }
 
@@ -102,12 +109,12 @@ impl Disturbance {
         match self {
             Disturbance::Constant(c) => format!("C_D = {c:.1} N s/m, constant"),
             Disturbance::Damping(c) => format!("C_D = U(0, {c:.1}) N s/m"),
-            Disturbance::Torque(share) => format!("T_M within +-{:.0} %", 100.0 * share),
-            Disturbance::Clearance(share) => format!("b within +-{:.0} %", 100.0 * share),
+            Disturbance::Torque(share) => format!("T_M within ±{:.0} %", 100.0 * share),
+            Disturbance::Clearance(share) => format!("b within ±{:.0} %", 100.0 * share),
         }
     }
 
-    /// Random values are held for one mesh period.
+    /// Runs the ring with the disturbance; random values are held for one mesh period.
     fn force(&self, set: &RingSet) -> Outcome<Force> {
         let seed = 2020;
         let bare = ring(set)?;
@@ -242,7 +249,7 @@ fn main() -> Outcome<()> {
     )?;
     println!(
         "{:>4} {:>8} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11}",
-        "set", "r/min", "mean [μm]", "RMS [μm]", "p-p [μm]", "W min [N]", "W max [N]", "apart", "back flank"
+        "set", "r/min", "mean [μm]", "RMS [μm]", "p-p [μm]", "W min [N]", "W max [N]", "loss", "back flank"
     );
     let flanks =
         |c: &ContactStatistics| (100.0 * c.loss_fraction(), 100.0 * c.time[0] / c.time.iter().sum::<f64>());
@@ -281,7 +288,8 @@ fn main() -> Outcome<()> {
             let (rms, mean) = (of(&|p| 1e6 * p.dte.rms), of(&|p| 1e6 * p.dte.mean));
             let (apart, back) = (of(&|p| flanks(&p.contact).0), of(&|p| flanks(&p.contact).1));
             println!(
-                "set {name} {words}: RMS {:.2} .. {:.2} μm, mean {:.2} .. {:.2} μm, apart {:.1} .. {:.1} %, on the back flank {:.1} .. {:.1} %",
+                "set {name} {words}: RMS {:.2} .. {:.2} μm, mean {:.2} .. {:.2} μm, contact loss \
+                 {:.1} .. {:.1} %, on the back flank {:.1} .. {:.1} %",
                 rms[0], rms[1], mean[0], mean[1], apart[0], apart[1], back[0], back[1]
             );
         }
@@ -310,7 +318,8 @@ fn main() -> Outcome<()> {
     )?;
 
     println!(
-        "\nFigs. 11-13 and conclusion 4: mesh force of the first pair, 1000 r/min, random values held for one mesh period"
+        "\nFigs. 11-13 and conclusion 4: mesh force of the first pair, 1000 r/min, random values held for \
+         one mesh period"
     );
     println!(
         "{:>4} {:28} {:>13} {:>13} {:>13} {:>16} {:>15}",
@@ -387,7 +396,7 @@ fn main() -> Outcome<()> {
     ];
     figure(folder.join("fig11_13_mesh_force.svg"), 1, &panels)?;
 
-    // Exact extremes of the force while settling, from inside the steps.
+    // Extremes of the force inside the steps, during settling.
     let mut statistics = Statistics::new(&bare, &channels)?;
     let mut seen = 0u64;
     solver(&bare).run(&bare, &State::at_rest(bare.dof()), 7.0, &mut |step: &mut Step<'_>| {
@@ -397,7 +406,7 @@ fn main() -> Outcome<()> {
     })?;
     let (w, kd) = (statistics.summary(channels[0])?, statistics.summary(channels[1])?);
     println!(
-        "set E, extremes located inside the steps, t < 7 s: W {:.2} .. {:.2} N, K d up to {:.2} N, {seen} edges crossed",
+        "set E, extremes inside the steps, t < 7 s: W {:.2} .. {:.2} N, K d up to {:.2} N, {seen} crossings",
         w.min, w.max, kd.max
     );
     println!("\npictures and tables: {}", folder.display());

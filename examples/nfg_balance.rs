@@ -1,12 +1,18 @@
-//! Figs. 8-15, 17, 18 and Table 2 of Liu 2021: the harmonic balance of the paper beside the orbits of its own equations.
+//! Figs. 8-15, 17, 18 and Table 2 of Liu 2021: the harmonic balance of Liu 2021 compared with converged
+//! motions.
 //!
-//! *Reading P* is what the paper did: 15 unknowns, M = 1024 samples, the force truncated to the kept orders before it meets the
-//! stiffness. *published* is the converged motion of the same equations, *exact* that of the corrected ones: orbits polished by shooting, those
-//! of Figs. 8-10 by a balance on many orders first; where no stable orbit is met, statistics of a run in time, marked `aperiodic`. Sweeps
-//! start each point from the one before, upwards and downwards, as a test stand does. Peak-to-peak values are given of q and of its elastic
-//! part f(q), which leaves out the gap.
+//! - *P*: the balance of Liu 2021, with 15 unknowns, M = 1024 samples, and the force truncated to the kept
+//!   orders before it is multiplied by the stiffness;
+//! - *published*: converged motions of the same equations;
+//! - *exact*: converged motions of the corrected equations.
 //!
-//! `cargo run --release --example nfg_balance`, with `-- --coarse` at a sixth of the points
+//! Converged motions are orbits polished by shooting, for Figs. 8-10 after a balance with many orders. If no
+//! stable orbit is found, the statistics are those of a run in time, marked `aperiodic`. Sweeps begin each
+//! point at the result of the previous one, upwards and downwards. The tables, pictures and CSV files show
+//! rattle state and peak-to-peak values of q and of its elastic part f(q), which does not contain the gap.
+//!
+//! `cargo run --release --example nfg_balance`, with `-- --coarse` for one sixth of the points; everything is
+//! written to target/gallery/nfg_balance/.
 
 mod nfg_balance {
     pub mod motions;
@@ -33,8 +39,8 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery, progress};
 
-/// Motor speed r/min, then A_c, A_e and ξ of the theory, then of the experiment f_c [Hz], f_e [Hz] and ξ. The printed headers of A_c and A_e
-/// are swapped.   Liu 2021, Table 2.
+/// Motor speed [r/min]; A_c, A_e and ξ of the theory; f_c [Hz], f_e [Hz] and ξ of the experiment. The printed
+/// headers of A_c and A_e are swapped.   Source: Liu 2021, Table 2.
 #[rustfmt::skip]
 const TABLE2: [[f64; 7]; 9] = [
     [ 280.0, 0.53,  25.91, 48.6, 1.0,  65.4, 34.2],
@@ -47,7 +53,7 @@ const TABLE2: [[f64; 7]; 9] = [
     [1064.0, 2.06, 115.4,  56.0, 4.0, 241.0, 50.7],
     [1176.0, 2.29, 135.5,  59.1, 4.4, 267.9, 65.4],
 ];
-/// From the motor to the pinion.
+/// Ratio of the belt from the motor to the pinion.
 const BELT: f64 = 1.3;
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
@@ -77,26 +83,32 @@ fn portrait(title: &str, orbits: &[(&str, &FourierOrbit)]) -> Outcome<[Panel; 3]
     Ok([history, phase, spectrum])
 }
 
-/// One turn of the converged motion as a series, and how it was found.
+/// One turn of the converged motion as a series, its point, and how it was found.
 fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
     let many = Harmonics::up_to(1000);
     let (motion, point) = converged(pair, None)?;
     let turn = FourierOrbit::project(&solver(), pair, &motion.start, &many)?;
     if motion.cycle.is_none() {
-        return Ok((turn, point, format!("no stable orbit after {SETTLE} turns: {MEASURE} more in time")));
+        return Ok((
+            turn,
+            point,
+            format!("no stable orbit after {SETTLE} turns: run of {MEASURE} more turns"),
+        ));
     }
     let balance = Balance::new(Harmonics::up_to(600));
     let proof = balance.solve_to(pair, &turn, 2e-3, 1400)?;
     let Some(cycle) = &proof.polished else {
         return Ok((turn, point, "settled in time".into()));
     };
-    let how = format!("balance to {:.0e}, shooting moved it {:.0e}", proof.truncation, proof.shooting);
+    let how =
+        format!("balance to {:.0e}, first shooting correction {:.0e}", proof.truncation, proof.shooting);
     Ok((FourierOrbit::project(&solver(), pair, &cycle.states()[0], &many)?, on_cycle(pair, cycle)?, how))
 }
 
 fn figures_8_to_10(folder: &Path) -> Outcome<()> {
     println!(
-        "Figs. 8-10: 15 unknowns (P) beside converged motions; the paper has none, unilateral, bilateral. Peak-to-peak of q, f(q) [rad]\n"
+        "Figs. 8-10: 15 unknowns (P) and converged motions; Liu 2021: none, unilateral, bilateral. \
+         Peak-to-peak of q, f(q) [rad]\n"
     );
     println!(
         "{:>5}  {:32} {:>13} {:>7}  {:32} {:>8}  {:32}  published by",
@@ -112,7 +124,7 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
             .map_or("fails".into(), |orbit| orbit.iterations().to_string());
         let (from, orbit) = match broyden()?.solve_truncating_forces(&pair, &at_rest(&pair)?) {
             Ok(orbit) => ("rest", orbit),
-            // Past the fold only a run in time leads there.
+            // Beyond the fold only the guess from a run in time converges.
             Err(BalanceError::NotConverged { .. }) => {
                 ("run", broyden()?.solve_truncating_forces(&pair, &run(&pair)?)?)
             }
@@ -139,8 +151,9 @@ fn figures_8_to_10(folder: &Path) -> Outcome<()> {
     figure(folder.join("fig8_10.svg"), 3, &panels)
 }
 
-/// Roots of the balance P at one speed, from many starts: turns of runs in time at this and other speeds seen through the 15 orders,
-/// coefficients drawn at random within the half width of the gap, and the roots already found with each coefficient shifted at random.
+/// Prints the roots of the balance P at one speed, found from many starts: turns of runs in time at this and
+/// higher speeds projected on the 15 unknowns, random coefficients within the half width of the gap, and
+/// random changes of the coefficients of the roots already found.
 fn roots_of_p(speed: f64) -> Outcome<()> {
     const TURNS: usize = 6;
     const SHIFTED: u64 = 40;
@@ -171,7 +184,7 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
             .collect()
     };
     let (mut roots, mut count): (Vec<(Point, FourierOrbit)>, usize) = (Vec::new(), 0);
-    // New roots are starts themselves, until there are none.
+    // New roots give further starts, until no root is new.
     while !starts.is_empty() {
         count += starts.len();
         let found: Vec<Vec<FourierOrbit>> = starts.par_iter().map(solved).collect();
@@ -202,7 +215,8 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
         if count > 0 {
             let ([q0, q1], [f0, f1]) = (of(|p| p.ppv), of(|p| p.elastic));
             println!(
-                "  {count:2} {wanted}: peak-to-peak of q {q0:.3e} .. {q1:.3e}, of f(q) {f0:.3e} .. {f1:.3e} rad"
+                "  {count:2} {wanted}: peak-to-peak of q {q0:.3e} .. {q1:.3e}, of f(q) {f0:.3e} .. \
+                 {f1:.3e} rad"
             );
         }
     }
@@ -213,8 +227,8 @@ fn pair_at(speed: f64) -> Outcome<NfgPair> {
     pair(&NfgParams { speed, ..NfgParams::table1() })
 }
 
-/// P over the load at 125 rad/s from above, by the number of samples: below which load contact is first lost, and where the branch off the
-/// back flank ends.
+/// Prints for several numbers of samples at which load P first loses contact, and where the branch ends or
+/// touches the back flank: from 25 N m downwards at 125 rad/s.
 fn load_limits_of_p() -> Outcome<()> {
     const STEP: f64 = 0.01;
     println!("\nP over the load at 125 rad/s, downwards from 25 N m in steps of {STEP} N m:");
@@ -241,14 +255,14 @@ fn load_limits_of_p() -> Outcome<()> {
                     };
                     match next.contacts(&pair)?[0].statistics.rattle_state() {
                         RattleState::Bilateral => {
-                            return Ok((lost.unwrap_or(f64::NAN), load + STEP, "meets the back flank"));
+                            return Ok((lost.unwrap_or(f64::NAN), load + STEP, "reaches the back flank"));
                         }
                         RattleState::None => {}
                         _ => lost = lost.or(Some(load)),
                     }
                     orbit = next;
                 }
-                Err("no end".into())
+                Err("the branch does not end".into())
             };
             let (lost, end, how) = limits().map_err(|e| format!("{samples} samples: {e}"))?;
             Ok(format!(
@@ -260,8 +274,8 @@ fn load_limits_of_p() -> Outcome<()> {
     Ok(())
 }
 
-/// Table 2 at one speed: the orbits of P and of the published equations, and amplitudes of f(q) at the centre and the mesh order, of P, of
-/// the published and of the exact equations.
+/// Table 2 at one speed: the orbits of P and of the published equations; amplitudes of f(q) at the centre and
+/// the mesh order for P, published and exact.
 struct Lines {
     hertz: f64,
     orbits: [FourierOrbit; 2],
@@ -287,12 +301,13 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
     };
     let (published, of_published) = orbit_of(&pair)?;
     let (_, of_exact) = orbit_of(&NfgPair::with_reading(&params, NfgReading::exact())?)?;
-    // Without rattle and at constant half width q and f(q) differ by their means alone.
+    // Without rattle and with a constant half width q and f(q) differ by a constant only.
     let amplitudes = [[p.amplitude(0, 1), p.amplitude(0, MESH)], of_published, of_exact];
     Ok(Lines { hertz: rpm / 60.0 / BELT / params.ratio, orbits: [p, published], amplitudes })
 }
 
-/// The constant C that makes C ours/theirs - 1 least in the mean square, and the worst that is left [%].
+/// The constant C that minimises the mean square of C ours/theirs - 1, and the maximum remaining deviation
+/// [%].
 fn fit(ours: impl Iterator<Item = f64>, theirs: impl Iterator<Item = f64>) -> (f64, f64) {
     let shares: Vec<f64> = ours.zip(theirs).map(|(x, y)| x / y).collect();
     let c = shares.iter().sum::<f64>() / shares.iter().map(|s| s * s).sum::<f64>();
@@ -306,11 +321,12 @@ fn table2(folder: &Path) -> Outcome<()> {
     let fitted = |r: usize| fit(lines.iter().map(|l| ratio(l, r)), TABLE2.iter().map(|row| row[3]));
     let (c, _) = fitted(0);
     println!(
-        "\nTable 2 and Fig. 18: ξ = C (ω_e |z_e|)/(ω_c |z_c|), T2 = 30 N m, belt {BELT}, z of f(q), C = {c:.4}\n"
+        "\nTable 2 and Fig. 18: ξ = C (ω_e |z_e|)/(ω_c |z_c|), T2 = 30 N m, belt {BELT}, z of f(q), \
+         C = {c:.4}\n"
     );
     println!(
         "{:>6} {:>8} {:>8} {:>10} {:>8}   {:>10}",
-        "r/min", "paper", READINGS[0], READINGS[1], READINGS[2], "experiment"
+        "r/min", "Liu 2021", READINGS[0], READINGS[1], READINGS[2], "experiment"
     );
     let header = "n_rpm,paper,p,published,exact,experiment,experiment_f_c_hz,experiment_f_e_hz";
     let mut csv = Csv::new(folder.join("table2.csv"), header)?;
@@ -327,12 +343,10 @@ fn table2(folder: &Path) -> Outcome<()> {
     }
     for (r, reading) in READINGS.iter().enumerate() {
         let (c, worst) = fitted(r);
-        println!(
-            "one constant fitted to all nine ξ of {reading:9}: C = {c:.4}, the worst off by {worst:.2} %"
-        );
+        println!("one constant for all nine ξ of {reading:9}: C = {c:.4}, maximum deviation {worst:.2} %");
     }
     println!(
-        "columns A_c and A_e as velocity amplitudes C ω |z|, ω = 2π f [rad/s], one constant for the nine of a column:"
+        "columns A_c and A_e as velocity amplitudes C ω |z|, ω = 2π f [rad/s], one constant for a column:"
     );
     for (r, reading) in READINGS.iter().enumerate() {
         let of_centre =
@@ -342,7 +356,8 @@ fn table2(folder: &Path) -> Outcome<()> {
             TABLE2.iter().map(|row| row[2]),
         );
         println!(
-            "  {reading:9} A_c: C = {:.4e}, worst off by {:.2} %; A_e: C = {:.4e}, worst off by {:.2} %; the one over the other {:.4}",
+            "  {reading:9} A_c: C = {:.4e}, maximum deviation {:.2} %; A_e: C = {:.4e}, maximum deviation \
+             {:.2} %; ratio of the constants A_e/A_c {:.4}",
             of_centre.0,
             of_centre.1,
             of_mesh.0,
@@ -352,7 +367,7 @@ fn table2(folder: &Path) -> Outcome<()> {
     }
     let off = TABLE2.iter().fold(0.0f64, |m, row| m.max((row[2] / row[1] / row[3] - 1.0).abs()));
     println!(
-        "  the paper's own A_e/A_c are off its ξ by at most {:.1} %: A_c is printed to two or three digits",
+        "  the printed A_e/A_c differ from the printed ξ by up to {:.1} %: A_c has two or three digits",
         100.0 * off
     );
     let natural = NfgPair::with_reading(&NfgParams::table1(), NfgReading::published())?.natural_frequency();
@@ -361,14 +376,14 @@ fn table2(folder: &Path) -> Outcome<()> {
     let mut fig18 = Panel::new("Fig. 18: ratio of amplitudes", "motor [r/min]", "ξ")
         .labels_at(SeriesLabelPosition::LowerRight);
     for (name, curve) in
-        ["paper, theory", READINGS[0], READINGS[1], READINGS[2], "paper, experiment"].iter().zip(curves)
+        ["Liu 2021, theory", READINGS[0], READINGS[1], READINGS[2], "Liu 2021, experiment"].iter().zip(curves)
     {
-        fig18 = fig18.with(*name, if name.starts_with("paper") { Mark::Dots } else { Mark::Line }, curve);
+        fig18 = fig18.with(*name, if name.starts_with("Liu") { Mark::Dots } else { Mark::Line }, curve);
     }
-    // The text has 864 r/min, but its frequencies are those of the row at 840.
+    // The text of Liu 2021 states 864 r/min, but its frequencies are those of the row at 840 r/min.
     let (row, Lines { hertz, orbits: [p, truth], .. }) = (&TABLE2[5], &lines[5]);
     println!(
-        "Fig. 17 at {} r/min: centre {hertz:.2} Hz and mesh {:.1} Hz (paper 3 and 192, measured 3.2 and 194)",
+        "Fig. 17 at {} r/min: centre {hertz:.2} Hz and mesh {:.1} Hz (Liu 2021: 3 and 192, measured 3.2 and 194)",
         row[0],
         MESH as f64 * hertz
     );
@@ -385,7 +400,7 @@ fn table2(folder: &Path) -> Outcome<()> {
     figure(folder.join("fig17_18.svg"), 2, &[fig17, fig18])
 }
 
-/// Fig. 13b: what a circular face gear does.
+/// Fig. 13b: the circular face gear, ε = 0.
 fn circular() -> Outcome<Panel> {
     let pair = pair(&NfgParams { eccentric_ratio: 0.0, ..NfgParams::table1() })?;
     let p = paper_orbit(&pair)?.ok_or("no orbit at ε = 0")?;
@@ -395,19 +410,19 @@ fn circular() -> Outcome<Panel> {
         &[("published", &truth), ("P", &p)],
     )?;
     println!(
-        "Fig. 13b: at ε = 0 and 160 rad/s ppv is {:.3e} rad in P, {:.3e} published",
+        "Fig. 13b: at ε = 0 and 160 rad/s the peak-to-peak value is {:.3e} rad in P, {:.3e} published",
         p.peak_to_peak(0),
         truth.peak_to_peak(0)
     );
     Ok(history)
 }
 
-/// A figure over the parameter of a sweep; `None` where no orbit was found.
+/// The points of a sweep over its parameter; `None` if no orbit was found.
 type Line = Vec<(f64, Option<Point>)>;
 
-/// Fig. 13c in numbers: the gap itself and what moves beyond it.
+/// Fig. 13c in numbers: the gap, and the peak-to-peak values of q and f(q).
 fn gap_and_elastic(points: &[(Case, Line)], sweep: usize) -> Outcome<()> {
-    println!("  ε, gap 2b/L, then peak-to-peak of q and f(q) upwards [rad]:");
+    println!("  ε, gap 2b/L, peak-to-peak of q and f(q) upwards [rad]:");
     for eps in [0.1, 0.2, 0.3, 0.4] {
         let gap = 2.0 * SWEEPS[sweep].pair(0, eps)?.half_width();
         let figures = (0..READINGS.len()).map(|reading| {
@@ -424,7 +439,7 @@ fn gap_and_elastic(points: &[(Case, Line)], sweep: usize) -> Outcome<()> {
     Ok(())
 }
 
-/// Which sweep, reading and branch.
+/// Indices of sweep, reading and branch.
 type Case = (usize, usize, usize);
 
 fn main() -> Outcome<()> {

@@ -1,6 +1,12 @@
-//! Rattle of the noncircular face gear pair: Figs. 8-11 and 13b of Liu 2021, integrated in time with located tooth edges.
+//! Rattle of the noncircular face gear pair: Figs. 8-11 and 13b of Liu 2021, integrated in time with located
+//! edges.
 //!
-//! `cargo run --release --example nfg_rattle`
+//! The table states rattle state, peak-to-peak values, contact loss and period at three speeds, for the
+//! published and the exact reading. The pictures show time histories, phase portraits and spectra at these
+//! speeds, and rattle state and peak-to-peak values from 100 to 250 rad/s; `speed_sweep.csv` contains the
+//! sweep.
+//!
+//! `cargo run --release --example nfg_rattle`; everything is written to target/gallery/nfg_rattle/.
 
 mod support;
 
@@ -15,30 +21,31 @@ use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
 
 type Reading = (&'static str, fn() -> NfgReading);
 const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", NfgReading::exact)];
-/// Turns of the face gear to settle in, and to measure over when nothing repeats.
+/// Turns of the face gear for settling, and for measuring if the motion does not repeat.
 const SETTLE: usize = 60;
 const MEASURE: usize = 40;
-/// Spacing of the speeds on which thresholds are looked for [rad/s], a whole part of 1.
+/// Resolution of the thresholds [rad/s]; 1 must be a multiple of it.
 const FINE: f64 = 0.5;
 
 fn solver() -> Dop853 {
     Dop853::new().rtol(1e-10).atol_each(&[1e-15, 1e-16])
 }
 
-/// A settled run: what is measured, and the state it starts from.
+/// Results of a settled run, and the state in which its measurement starts.
 struct Run {
     state: RattleState,
     q: Summary,
-    /// f(q).
+    /// f(q), the elastic part.
     elastic: Summary,
     deflection: Summary,
     loss: f64,
     impacts_per_turn: f64,
-    /// 0 when nothing repeats.
+    /// Period multiple; 0 if the motion does not repeat.
     multiple: usize,
     on_orbit: State,
 }
 
+/// Settles from the static start and measures one period, or `MEASURE` turns if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let settled =
         Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
@@ -84,10 +91,11 @@ fn portrait(pair: &NfgPair, run: &Run, title: &str) -> Outcome<[Panel; 3]> {
     ])
 }
 
-/// The model of two degrees of freedom tends to that of one as the pinion grows heavy.
+/// Prints how the model of two degrees of freedom tends to that of one with a heavy pinion.
 fn two_degrees_of_freedom() -> Outcome<()> {
     println!(
-        "\nTwo degrees of freedom beside one, third turn from the same start: max|Δx| over the peak-to-peak of x"
+        "\nTwo degrees of freedom against one, third turn from the same start: max|Δx| over the peak-to-peak \
+         value of x"
     );
     for speed in [120.0, 140.0] {
         for inertia in [10.0, 1000.0] {
@@ -98,7 +106,8 @@ fn two_degrees_of_freedom() -> Outcome<()> {
             let x1 = solver().sample(&one, &one.static_start()?, &taus)?.channel(&one, "deflection")?;
             let two_solver = Dop853::new().rtol(1e-10).atol(1e-16);
             let x2 = two_solver.sample(&two, &two.static_start()?, &times)?.channel(&two, "deflection")?;
-            // The drive flank of the one is the lower, that of the other the upper.
+            // The drive flank is the lower one in the first model and the upper one in the second, so that
+            // the deflections have opposite signs.
             let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs()));
             let share = worst / Summary::from_samples(&x1[20_000..])?.peak_to_peak();
             println!("{speed} rad/s, I1 = {inertia:4} kg m²: {share:.1e}");
@@ -110,9 +119,7 @@ fn two_degrees_of_freedom() -> Outcome<()> {
 fn main() -> Outcome<()> {
     let folder = gallery("nfg_rattle")?;
 
-    println!(
-        "Figs. 8-10: the pair of Table 1 at three speeds (the paper sees none, unilateral, bilateral)\n"
-    );
+    println!("Figs. 8-10: the pair of Table 1 at three speeds (Liu 2021: none, unilateral, bilateral)\n");
     println!(
         "{:10} {:>6}  {:10} {:>10} {:>10} {:>12} {:>10} {:>6} {:>12} {:>7}",
         "reading",
@@ -122,7 +129,7 @@ fn main() -> Outcome<()> {
         "ppv f(q)",
         "ppv r_b2 q",
         "mean q",
-        "apart",
+        "loss",
         "impacts/turn",
         "period"
     );
@@ -133,7 +140,8 @@ fn main() -> Outcome<()> {
             let run = measure(&pair)?;
             let period = if run.multiple > 0 { run.multiple.to_string() } else { "none".into() };
             println!(
-                "{name:10} {speed:6}  {:10} {:10.4e} {:10.4e} {:10.3e} m {:10.3e} {:5.1}% {:12.1} {period:>7}",
+                "{name:10} {speed:6}  {:10} {:10.4e} {:10.4e} {:10.3e} m {:10.3e} {:5.1}% {:12.1} \
+                 {period:>7}",
                 run.state.to_string(),
                 run.q.peak_to_peak(),
                 run.elastic.peak_to_peak(),
@@ -148,9 +156,10 @@ fn main() -> Outcome<()> {
     }
 
     println!(
-        "\nThe paper's thresholds are those of a harmonic balance cut off at 15 unknowns; these are the equations themselves. Where no period"
+        "\nThe thresholds of Liu 2021 come from a harmonic balance with 15 unknowns; these are converged \
+         motions.\nIf the period is none, the numbers are those of {MEASURE} turns. See docs/models.md and \
+         docs/errata.md."
     );
-    println!("is given, the figures are over {MEASURE} turns. More in docs/models.md and docs/errata.md.");
 
     println!("\nFig. 11: speed sweep from the static start");
     let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
@@ -200,7 +209,7 @@ fn main() -> Outcome<()> {
         ppv = ppv.with(name, Mark::Line, curve(&|r| r.q.peak_to_peak()));
         elastic = elastic.with(name, Mark::Line, curve(&|r| r.elastic.peak_to_peak()));
         deflection = deflection.with(name, Mark::Line, curve(&|r| r.deflection.peak_to_peak()));
-        // The whole speed at which something is first seen, and the finer bracket in the interval before it.
+        // The first speed of the sweep at which `seen` is true, refined within the interval before it.
         let threshold = |seen: &dyn Fn(&Run) -> bool| -> Result<String, String> {
             let Some(first) = runs.iter().position(seen) else { return Ok("nowhere".into()) };
             let mut upper = speeds[first];
@@ -211,9 +220,9 @@ fn main() -> Outcome<()> {
         };
         let lost = threshold(&|r| r.state != RattleState::None)?;
         let bilateral = threshold(&|r| r.state == RattleState::Bilateral)?;
-        // The last speed without period one, and the motion there.
+        // The last speed at which the period is not 1, and the motion there.
         let last = runs.iter().rposition(|r| r.multiple != 1);
-        let again = last.map_or("always of period one".into(), |last| {
+        let again = last.map_or("always period one".into(), |last| {
             let there = match runs[last].multiple {
                 0 => "none".into(),
                 p => p.to_string(),
@@ -229,17 +238,14 @@ fn main() -> Outcome<()> {
         };
         let (aperiodic, longer) = (list(&|p| p == 0), list(&|p| p > 1));
         bar.suspend(|| {
-            println!("{name:10} contact first lost {lost}, bilateral from {bilateral}; {again}");
-            println!(
-                "{:10} no period up to 8 turns at {aperiodic:?} rad/s; of 2 to 8 turns at {longer:?}",
-                ""
-            );
+            println!("{name:10} contact first lost: {lost}; bilateral from: {bilateral}; {again}");
+            println!("{:10} no period up to 8 turns at {aperiodic:?} rad/s; 2 to 8 turns at {longer:?}", "");
         });
     }
     bar.finish_and_clear();
     figure(folder.join("fig11_speed_sweep.svg"), 1, &[states, ppv, elastic, deflection])?;
 
-    println!("\nFig. 13b: eccentric ratio 0 beside 0.2 at 160 rad/s");
+    println!("\nFig. 13b: eccentric ratios 0 and 0.2 at 160 rad/s");
     let mut panels = Vec::new();
     for (name, reading) in READINGS {
         for eccentric_ratio in [0.0, 0.2] {
@@ -248,7 +254,7 @@ fn main() -> Outcome<()> {
             let run = measure(&pair)?;
             let [q, f] = [run.q, run.elastic].map(|s| s.peak_to_peak());
             println!(
-                "{name:10} eps = {eccentric_ratio}: {:10} ppv of q {q:.4e}, of f(q) {f:.4e} rad",
+                "{name:10} ε = {eccentric_ratio}: {:10} peak-to-peak of q {q:.4e}, of f(q) {f:.4e} rad",
                 run.state.to_string()
             );
             let [history, ..] =

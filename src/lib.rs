@@ -50,66 +50,66 @@ pub use nalgebra;
 pub use num_complex;
 
 /// Guide: an example, what serves which purpose, and pages on theory, models and methods.
+///
+/// - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
+/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advances a model in time. It locates the
+///   instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
+///   drives.
+/// - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
+///   closure.
+/// - [`Settle`] integrates a periodic model until its state repeats.
+///
+/// Example: the noncircular face gear pair of Liu 2021 at 180 rad/s. It rattles on both flanks and crosses
+/// edges of the gap 252 times in one turn.
+///
+/// ```
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle};
+///
+/// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+/// let solver = Dop853::new().rtol(1e-9).atol(1e-14);
+/// let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start()?)?;
+///
+/// let mut rattle = Rattle::new(&pair);
+/// let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
+/// assert_eq!(rattle.contact(0).rattle_state(), RattleState::Bilateral);
+/// assert_eq!(turn.stats.crossings, 252);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Contents
+///
+/// - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
+///   [`check_model`](check::check_model) finds inconsistencies in it.
+/// - **Gear models**: [`NfgPair`] and [`NfgPair2`](models::nfg::NfgPair2) (Liu 2021), [`Ring`] (Yao 2020).
+/// - **Functions of an angle**: [`Wave`] and [`Excitation`](excitation::Excitation), with
+///   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
+///   [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table),
+///   [`Function`](excitation::Function) and others.
+/// - **Contact laws** ([table](guide::contact_laws)): [`Nonlinearity`](contact::Nonlinearity), with
+///   [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash),
+///   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
+///   [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped) and others. Rigid stops:
+///   [`Restitution`](contact::Restitution).
+/// - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
+///   [`Driven`](drives::Driven).
+/// - **Varying speed**: [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed),
+///   [`Waterfall`](analysis::Waterfall).
+/// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
+///   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).
+/// - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
+///   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
+///   [`Stability`](periodic::Stability), [`Lyapunov`].
+/// - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
+///   [`Broyden`](roots::Broyden).
+/// - **Results of a run**: [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`],
+///   [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
+///   [`Probe`](analysis::Probe).
+/// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
+///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
+///   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
+/// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
+/// - **Background**: [`guide`].
 pub mod guide {
-    //! - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
-    //! - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advances a model in time. It locates the
-    //!   instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
-    //!   drives.
-    //! - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
-    //!   closure.
-    //! - [`Settle`] integrates a periodic model until its state repeats.
-    //!
-    //! Example: the noncircular face gear pair of Liu 2021 at 180 rad/s. It rattles on both flanks and crosses
-    //! edges of the gap 252 times in one turn.
-    //!
-    //! ```
-    //! use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle};
-    //!
-    //! let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-    //! let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    //! let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start()?)?;
-    //!
-    //! let mut rattle = Rattle::new(&pair);
-    //! let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
-    //! assert_eq!(rattle.contact(0).rattle_state(), RattleState::Bilateral);
-    //! assert_eq!(turn.stats.crossings, 252);
-    //! # Ok::<(), Box<dyn std::error::Error>>(())
-    //! ```
-    //!
-    //! # Contents
-    //!
-    //! - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
-    //!   [`check_model`](check::check_model) finds inconsistencies in it.
-    //! - **Gear models**: [`NfgPair`] and [`NfgPair2`](models::nfg::NfgPair2) (Liu 2021), [`Ring`] (Yao 2020).
-    //! - **Functions of an angle**: [`Wave`] and [`Excitation`](excitation::Excitation), with
-    //!   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
-    //!   [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table),
-    //!   [`Function`](excitation::Function) and others.
-    //! - **Contact laws** ([table](guide::contact_laws)): [`Nonlinearity`](contact::Nonlinearity), with
-    //!   [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash),
-    //!   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
-    //!   [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped) and others. Rigid stops:
-    //!   [`Restitution`](contact::Restitution).
-    //! - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
-    //!   [`Driven`](drives::Driven).
-    //! - **Varying speed**: [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed),
-    //!   [`Waterfall`](analysis::Waterfall).
-    //! - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
-    //!   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).
-    //! - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
-    //!   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
-    //!   [`Stability`](periodic::Stability), [`Lyapunov`].
-    //! - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
-    //!   [`Broyden`](roots::Broyden).
-    //! - **Results of a run**: [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`],
-    //!   [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
-    //!   [`Probe`](analysis::Probe).
-    //! - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
-    //!   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
-    //!   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
-    //! - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
-    //! - **Background**: [`guide`].
-
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
     #[doc = include_str!("../docs/own-model.md")]

@@ -1,4 +1,4 @@
-//! Motions of the pair: by the balance of the paper, and converged.
+//! Motions of the pair: by the harmonic balance of Liu 2021, and converged.
 
 use crate::support::Outcome;
 use gear_dynamics::analysis::{Summary, Unsettled};
@@ -11,14 +11,14 @@ use gear_dynamics::{
     Shooting, State, Statistics,
 };
 
-/// Turns of the face gear to settle in, and to measure over when nothing repeats.
+/// Turns of the face gear for settling, and for measuring if the motion does not repeat.
 pub const SETTLE: usize = 20;
 pub const MEASURE: usize = 20;
 
 /// The channel of f(q).
 pub const ELASTIC: &str = "elastic part";
 
-/// Mesh order: teeth of the face gear.
+/// Order of the mesh frequency: teeth of the face gear.
 pub const MESH: usize = 63;
 
 /// The published equations.
@@ -34,9 +34,9 @@ pub fn solver() -> Dop853 {
 #[derive(Clone, Copy)]
 pub struct Point {
     pub state: RattleState,
-    /// Peak-to-peak of q [rad].
+    /// Peak-to-peak value of q `[rad]`.
     pub ppv: f64,
-    /// Peak-to-peak of f(q), the elastic part [rad].
+    /// Peak-to-peak value of f(q), the elastic part `[rad]`.
     pub elastic: f64,
     /// `stable`, `unstable`, `undecided` or `aperiodic`.
     pub stable: &'static str,
@@ -50,12 +50,13 @@ pub fn word(stability: Option<Stability>) -> &'static str {
     }
 }
 
-/// The balance of the paper.
+/// The harmonic balance of Liu 2021: 15 unknowns, 1024 samples.
 pub fn paper() -> Result<Balance, BalanceError> {
     Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples: 1024 }))
 }
 
-/// Newton from the flank; past the fold, where that fails, Newton and the paper's Broyden from a run in time.
+/// The orbit by Newton's method from the linear flank. Beyond the fold, where this fails, Newton and then
+/// Broyden as in Liu 2021 start from a run in time.
 pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
     let newton = paper()?;
     if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
@@ -68,14 +69,14 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
         .ok())
 }
 
-/// A run in time from rest, seen through the 15 orders.
+/// A run in time from the static start, projected on the 15 unknowns.
 pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let run = Settle::new().tolerance(1e-4).max_periods(8).run(&solver(), pair, &pair.static_start()?);
     let late = run.map_or_else(|unsettled| unsettled.state().clone(), |steady| steady.state);
     Ok(FourierOrbit::project(&solver(), pair, &late, paper()?.harmonics())?)
 }
 
-/// The paper's guess: rest on the drive flank.
+/// The guess of Liu 2021: rest on the drive flank.
 pub fn at_rest(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let harmonics = paper()?.harmonics().clone();
     let mut coefficients = vec![0.0; harmonics.unknowns()];
@@ -83,22 +84,22 @@ pub fn at_rest(pair: &NfgPair) -> Outcome<FourierOrbit> {
     Ok(FourierOrbit::new(&harmonics, pair.period(), &[coefficients])?)
 }
 
-/// Broyden's good method from the identity, as in the paper.
+/// The balance of Liu 2021 solved by Broyden's good method from the identity, as in Liu 2021.
 pub fn broyden() -> Result<Balance, BalanceError> {
     Ok(paper()?.broyden(Broyden::new()))
 }
 
 pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
-    /// Hardly less than the true extremes: 500 in each period of the highest order.
+    /// 500 samples in a period of the highest order: the extremes are accurate to 1e-5 of its amplitude.
     const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.rattle_state();
     let elastic = Summary::from_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
-    // Of the published equations linearised along the series: the paper gives none.
+    // Multipliers of the published equations linearised along the series; Liu 2021 does not state stability.
     let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
     Ok(Point { state, ppv: orbit.peak_to_peak(0), elastic, stable })
 }
 
-/// Where a converged sweep stands: an orbit, or a state somewhere on a motion that never repeats.
+/// The motion of a converged sweep: an orbit, or a state on a motion that does not repeat.
 pub struct Motion {
     pub start: State,
     pub cycle: Option<ShootingOrbit>,
@@ -109,12 +110,12 @@ pub fn shooting() -> Shooting {
     Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).max_iterations(8)
 }
 
-/// What a run from the motion before settles to, polished where it repeats.
+/// The motion to which a run from the previous motion settles, polished if it repeats.
 pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
     let speed = pair.centre_frequency();
     let motion = |start: State, cycle: Option<ShootingOrbit>| Motion { start, cycle, speed };
     let start = match before {
-        // The same phase; velocities go with the speed.
+        // The same phase; velocities are proportional to the speed.
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
         None => pair.static_start()?,
     };

@@ -1,4 +1,4 @@
-//! Parameters carried from end to end.
+//! Sweeps over one parameter, and their evaluation in words.
 
 use crate::nfg_balance::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::{Outcome, coarse};
@@ -6,7 +6,7 @@ use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::FourierOrbit;
 use gear_dynamics::{NfgPair, NfgParams, RattleState};
 
-/// A parameter carried from end to end.
+/// A sweep over one parameter.
 pub struct Sweep {
     pub file: &'static str,
     pub figure: &'static str,
@@ -14,7 +14,7 @@ pub struct Sweep {
     pub axis: &'static str,
     pub from: f64,
     pub to: f64,
-    /// Intervals of reading P and of the converged sweeps.
+    /// Number of intervals for P and for the converged sweeps.
     pub intervals: [usize; 2],
     pub speed: f64,
     pub with: fn(f64, NfgParams) -> NfgParams,
@@ -96,7 +96,7 @@ pub const SWEEPS: [Sweep; 8] = [
 ];
 
 impl Sweep {
-    /// Intervals of a reading; a sixth in a short run.
+    /// Number of intervals of a reading; one sixth in a short run.
     pub fn intervals(&self, reading: usize) -> usize {
         let intervals = self.intervals[reading.min(1)];
         if coarse() { (intervals / 6).max(4) } else { intervals }
@@ -113,13 +113,15 @@ impl Sweep {
     }
 }
 
-/// The paper's balance of the published equations; converged motions of the published equations; those of the exact ones.
+/// The readings: the balance of Liu 2021; converged motions of the published equations; converged motions of
+/// the exact equations.
 pub const READINGS: [&str; 3] = ["P", "published", "exact"];
 const EXACT: usize = 2;
 
 pub const BRANCHES: [&str; 2] = ["up", "down"];
 
-/// The orbit carried from one value of the parameter to another, in halved steps where Newton fails; `None` at a fold.
+/// Follows the orbit of P from one value of the parameter to another, with halved steps if Newton fails;
+/// `None` at a fold.
 pub fn carry(
     sweep: &Sweep,
     orbit: &FourierOrbit,
@@ -140,7 +142,8 @@ pub fn carry(
     }
 }
 
-/// The points of one sweep of one reading in one direction, in order of the parameter; `None` where no orbit was found.
+/// The points of one sweep for one reading and direction, in ascending order of the parameter; `None` if no
+/// orbit was found.
 pub fn follow(
     sweep: &Sweep,
     reading: usize,
@@ -177,7 +180,8 @@ pub fn follow(
     Ok(points)
 }
 
-/// Runs of equal words along a sweep: `none 100..152.25, unilateral 152.5..`; at most `most` of them.
+/// Intervals of equal words along a sweep, for example `none 100..152.25, unilateral 152.5..160`; at most
+/// `most` of them.
 pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, most: usize) -> String {
     let mut runs: Vec<(String, f64, f64)> = Vec::new();
     for (x, point) in points {
@@ -190,12 +194,13 @@ pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, m
     let mut list: Vec<String> =
         runs.iter().take(most).map(|(word, a, b)| format!("{word} {a}..{b}")).collect();
     if runs.len() > most {
-        list.push(format!("and {} more", runs.len() - most));
+        list.push(format!("and {} more intervals", runs.len() - most));
     }
     list.join(", ")
 }
 
-/// Where the first bilateral point follows a unilateral one: by how much the peak-to-peak of q and of f(q) grow from the one to the other.
+/// The onset of bilateral rattle, where a bilateral point follows another: the growth of the peak-to-peak
+/// values of q and f(q).
 pub fn onset(points: &[(f64, Option<Point>)]) -> String {
     let known = known(points);
     let first = known
@@ -205,11 +210,12 @@ pub fn onset(points: &[(f64, Option<Point>)]) -> String {
         let ([a, b], [x0, x1]) = ([w[0].1, w[1].1], [w[0].0, w[1].0]);
         let grown =
             |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e} rad, x {:.2}", of(&a), of(&b), of(&b) / of(&a));
-        format!("bilateral onset {x0}..{x1}: q {}; f(q) {}", grown(|p| p.ppv), grown(|p| p.elastic))
+        format!("onset of bilateral rattle {x0}..{x1}: q {}; f(q) {}", grown(|p| p.ppv), grown(|p| p.elastic))
     })
 }
 
-/// Within each state: the peak-to-peak at its first and last point, and how many of the intervals between neighbours of that state fall.
+/// For each rattle state the peak-to-peak value at its first and last point, and the number of intervals
+/// between neighbours of this state in which it falls.
 pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
     let known = known(points);
     let states = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral];
@@ -224,7 +230,7 @@ pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
         let falls = pairs.iter().filter(|change| **change < -1e-4).count();
         let deepest = pairs.iter().fold(0.0f64, |m, x| m.min(*x));
         Some(format!(
-            "{state} {:.3e} at {} to {:.3e} at {}, {falls} of {} intervals fall, by up to {:.0} %",
+            "{state} {:.3e} at {} to {:.3e} at {}, falls in {falls} of {} intervals, by up to {:.0} %",
             of(&first.1),
             first.0,
             of(&last.1),
@@ -240,8 +246,8 @@ fn known(points: &[(f64, Option<Point>)]) -> Vec<(f64, Point)> {
     points.iter().filter_map(|(x, p)| p.map(|p| (*x, p))).collect()
 }
 
-/// How far the peak-to-peak of P is from that of the converged motion, at the parameters both were computed for: the worst of those with one
-/// rattle state in both, and the worst of all.
+/// Differences of the peak-to-peak values of P from those of the converged motion at common parameters: the
+/// maximum where both have one rattle state, and the maximum of all.
 pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> String {
     let both: Vec<(f64, f64, bool)> = known(truth)
         .iter()
@@ -256,14 +262,14 @@ pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> Str
     };
     let same = both.iter().filter(|m| m.2).count();
     format!(
-        "{} where both have one state ({same} of {} points), {} over all",
+        "{} where both have the same state ({same} of {} points), {} of all",
         say(worst(true)),
         both.len(),
         say(worst(false))
     )
 }
 
-/// Where peak-to-peak changes by more than a third from point to point.
+/// Intervals in which the peak-to-peak value changes by more than a third.
 pub fn jumps(points: &[(f64, Option<Point>)]) -> String {
     let known: Vec<(f64, f64)> = known(points).iter().map(|(x, p)| (*x, p.ppv)).collect();
     let jump = |w: &&[(f64, f64)]| (w[1].1 / w[0].1).ln().abs() > 0.3;

@@ -1,4 +1,4 @@
-//! What the examples share: a gallery folder, CSV files, stacked SVG panels, a progress bar.
+//! Shared by the examples: output folder, CSV files, SVG figures of panels and maps, progress bar.
 #![allow(dead_code, reason = "each example uses some of these")]
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,20 +11,20 @@ use std::path::PathBuf;
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// `target/gallery/<example>/`.
+/// The folder `target/gallery/<example>/`, which is created.
 pub fn gallery(example: &str) -> Outcome<PathBuf> {
     let folder = PathBuf::from("target/gallery").join(example);
     create_dir_all(&folder)?;
     Ok(folder)
 }
 
-/// Whether a short run is asked for by `-- --coarse`: fewer points, the same steps.
+/// Whether a short run is requested by `-- --coarse`: fewer points, the same steps.
 #[allow(dead_code, reason = "only long examples have a short run")]
 pub fn coarse() -> bool {
     std::env::args().any(|arg| arg == "--coarse")
 }
 
-/// Rows of comma-separated values.
+/// A file of comma-separated values.
 pub struct Csv(BufWriter<File>);
 
 impl Csv {
@@ -48,9 +48,9 @@ pub fn progress(what: &str, count: usize) -> ProgressBar {
 pub enum Mark {
     Line,
     Dots,
-    /// One pixel each, where there are many.
+    /// Dots of one pixel, for many points.
     Specks,
-    /// Vertical bars from the foot of the panel, as in a spectrum.
+    /// Vertical bars from the bottom of the panel, as in a spectrum.
     Bars,
     /// The area within a closed outline.
     Area,
@@ -85,15 +85,15 @@ impl Panel {
             series: Vec::new(),
         }
     }
-    /// The ordinate in decades: give log10 of the values.
+    /// A logarithmic ordinate; the points contain log10 of the values.
     pub fn decades(self) -> Self {
         Panel { logarithmic: true, ..self }
     }
-    /// Labels in another corner.
+    /// Places the labels in a corner.
     pub fn labels_at(self, labels: SeriesLabelPosition) -> Self {
         Panel { labels, ..self }
     }
-    /// Space for the labels above what is drawn.
+    /// Adds space for the labels above the curves, as a share of the range.
     pub fn headroom(self, headroom: f64) -> Self {
         Panel { headroom, ..self }
     }
@@ -110,7 +110,7 @@ impl Panel {
     }
 }
 
-/// Colours that are told apart by everybody.   Source: Okabe & Ito, Color Universal Design, 2008.
+/// Colours that everybody can distinguish.   Source: Okabe & Ito, Color Universal Design, 2008.
 const PALETTE: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -120,7 +120,7 @@ const PALETTE: [RGBColor; 6] = [
     RGBColor(230, 159, 0),
 ];
 
-/// Panels side by side in rows, `columns` to a row.
+/// Draws panels in rows of `columns`.
 pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
     const SIZE: (u32, u32) = (620, 330);
     let rows = panels.len().div_ceil(columns);
@@ -163,7 +163,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
             let points = series.points.iter().copied().filter(|p| p.1.is_finite());
             let drawn = match series.mark {
                 Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
-                // Later dots are smaller, so that earlier ones show around them.
+                // Later dots are smaller, so that earlier ones remain visible.
                 Mark::Dots => chart.draw_series(
                     points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())),
                 )?,
@@ -197,7 +197,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
     Ok(())
 }
 
-/// Least and largest value in each of `bins` equal spans, one after the other: a line through a long oscillation.
+/// Minimum and maximum in each of `bins` equal spans of time: a line through a long oscillation.
 pub fn envelope(times: &[f64], values: &[f64], bins: usize) -> Vec<(f64, f64)> {
     let size = times.len().div_ceil(bins).max(1);
     times
@@ -211,7 +211,7 @@ pub fn envelope(times: &[f64], values: &[f64], bins: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Values over a grid, the vertical axis running fastest.
+/// Values over a grid; the vertical axis varies fastest.
 pub struct Map {
     pub title: String,
     /// Name, start and end of the axes.
@@ -221,7 +221,7 @@ pub struct Map {
     pub values: Vec<f64>,
 }
 
-/// Maps two to a row, each with a scale of its colours beside it.
+/// Draws maps in rows of two, each with a scale of its colours.
 pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
     const SIZE: (u32, u32) = (560, 420);
     let root =
@@ -232,7 +232,7 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
         let (lo, hi) =
             finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         let hi = if hi > lo { hi } else { lo + 1.0 };
-        // A few whole numbers are boxes with their names, all else a continuous scale.
+        // Up to 17 whole numbers are separate boxes, other values a continuous scale.
         let whole = finite().all(|x| x.fract() == 0.0) && hi - lo < 17.0;
         let color =
             |x: f64| if x.is_finite() { shade((x - lo) / (hi - lo)).filled() } else { WHITE.filled() };
@@ -247,7 +247,7 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
         chart.configure_mesh().disable_mesh().x_desc(map.across.0).y_desc(map.up.0).draw()?;
         let (dx, dy) =
             ((map.across.2 - map.across.1) / map.columns as f64, (map.up.2 - map.up.1) / rows as f64);
-        // Runs of one colour make one rectangle.
+        // Neighbours of one colour become one rectangle.
         for column in 0..map.columns {
             let values = &map.values[column * rows..][..rows];
             let x = map.across.1 + column as f64 * dx;
@@ -255,7 +255,7 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
             for to in 1..=rows {
                 if to == rows || values[to].to_bits() != values[from].to_bits() {
                     let corner = |row: usize| map.up.1 + row as f64 * dy;
-                    // A little over the next one, so that no line shows between them.
+                    // The rectangle extends over a part of the next one, so that no line shows between them.
                     let far = (x + 1.5 * dx, corner(to) + 0.5 * dy);
                     let far = (far.0.min(map.across.2), far.1.min(map.up.2));
                     chart.draw_series([Rectangle::new([(x, corner(from)), far], color(values[from]))])?;
@@ -292,7 +292,7 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
     Ok(())
 }
 
-/// Dark blue over green to yellow, for shares from 0 to 1.
+/// Colours from dark blue through green to yellow, for shares from 0 to 1.
 fn shade(share: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 5] = [
         [68.0, 1.0, 84.0],

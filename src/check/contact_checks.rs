@@ -1,7 +1,7 @@
 //! Comparison of contacts and accelerations at the edges: kinks, pieces, forces and impacts.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::check::point::Point;
+use crate::check::point::CheckPoint;
 use crate::check::tolerances::{FINE, ROUNDING};
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -94,7 +94,7 @@ impl Change {
 }
 
 /// Changes of accelerations and force at one edge.
-struct Seen {
+struct EdgeChange {
     /// Deflection at the edge.
     edge: f64,
     /// The shorter distance.
@@ -107,7 +107,7 @@ struct Seen {
     largest: f64,
 }
 
-impl<M: Model + ?Sized> Point<'_, M> {
+impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// The line of a contact; `None` if its deflection does not depend on the coordinates.
     pub(crate) fn line(&self, contact: usize) -> Option<Line> {
         let State { q, v, .. } = &self.state;
@@ -135,7 +135,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);
-            let mut seen: [Vec<Seen>; 2] = Default::default();
+            let mut seen: [Vec<EdgeChange>; 2] = Default::default();
             for edge in line.edges() {
                 let on = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
                 if self.model.impact(contact, on, &self.u, &line.q, &mut self.state.v.clone()) {
@@ -217,7 +217,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
 
     /// Samples accelerations and force at an edge, at distances at which no other contact changes its piece.
     /// `None` if there are no such distances.
-    fn look(&self, contact: usize, line: &Line, v: &[f64], edge: f64) -> Option<Seen> {
+    fn look(&self, contact: usize, line: &Line, v: &[f64], edge: f64) -> Option<EdgeChange> {
         for shares in NEAR {
             let distances = shares.map(|share| share * line.length(edge));
             if distances[1] < 1e3 * f64::EPSILON * self.reach[contact] {
@@ -235,7 +235,7 @@ impl<M: Model + ?Sized> Point<'_, M> {
             let change = |row: usize, i: usize| {
                 Change::of(std::array::from_fn(|k| accelerations[i][k][row]), distances[i])
             };
-            return Some(Seen {
+            return Some(EdgeChange {
                 edge,
                 h: distances[1],
                 acceleration: (0..self.model.dof()).map(|row| [change(row, 0), change(row, 1)]).collect(),
@@ -261,10 +261,10 @@ impl<M: Model + ?Sized> Point<'_, M> {
 
     /// Compares the changes of force and acceleration at all edges of a contact. Their ratio is an effective
     /// mass and must be the same at all edges, for slopes and for jumps.
-    fn force(&self, contact: usize, edges: &[Seen]) -> Option<Inconsistency> {
+    fn force(&self, contact: usize, edges: &[EdgeChange]) -> Option<Inconsistency> {
         // The component with the largest change of slope relative to its rounding, summed over all edges.
         let strength = |row: usize| {
-            let of = |seen: &Seen| {
+            let of = |seen: &EdgeChange| {
                 (seen.acceleration[row][1].bend * seen.h).abs() / (self.terms[row] + f64::MIN_POSITIVE)
             };
             edges.iter().map(of).sum::<f64>()

@@ -2,7 +2,7 @@
 //! typical state.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::check::point::Point;
+use crate::check::point::CheckPoint;
 use crate::model::equations::Model;
 
 /// Number of equal parts of a line.
@@ -53,7 +53,7 @@ impl Bend {
     }
 }
 
-impl<M: Model + ?Sized> Point<'_, M> {
+impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Reports the first kink along the line through zero and the typical coordinates. If there is none, it
     /// searches along each coordinate, over several reaches.
     pub(crate) fn undeclared_kinks(&mut self, findings: &mut Vec<Inconsistency>) {

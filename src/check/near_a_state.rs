@@ -1,7 +1,7 @@
 //! The checks of a model near one state.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::check::point::Point;
+use crate::check::point::CheckPoint;
 use crate::check::tolerances::ROUNDING;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, Periodic, State};
@@ -29,7 +29,7 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
     if (typical.q.len(), typical.v.len()) != (model.dof(), model.dof()) {
         return vec![Inconsistency::State { given: [typical.q.len(), typical.v.len()], dof: model.dof() }];
     }
-    let mut at = Point::new(model, typical);
+    let mut at = CheckPoint::new(model, typical);
     at.finite(&mut findings);
     if findings.is_empty() {
         at.measure();
@@ -57,7 +57,7 @@ pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<I
         findings.push(Inconsistency::BadPeriod { period: model.period() });
         return findings;
     };
-    let mut point = Point::new(model, typical);
+    let mut point = CheckPoint::new(model, typical);
     point.measure();
     // The drives themselves need not repeat: one of them may be time. Accelerations and contacts must repeat.
     let mut probe = Probe::new(model);

@@ -18,7 +18,7 @@ const STEPS: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 const FAINT: std::ops::Range<i32> = 34..50;
 
 /// A model at one state.
-pub(crate) struct Point<'m, M: ?Sized> {
+pub(crate) struct CheckPoint<'m, M: ?Sized> {
     pub(crate) model: &'m M,
     pub(crate) state: State,
     pub(crate) u: Vec<f64>,
@@ -31,7 +31,7 @@ pub(crate) struct Point<'m, M: ?Sized> {
     pub(crate) reach: Vec<f64>,
 }
 
-impl<'m, M: Model + ?Sized> Point<'m, M> {
+impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
     pub(crate) fn new(model: &'m M, state: &State) -> Self {
         let mut u = vec![0.0; model.drives()];
         model.drive(state.t, Side::After, &mut u);
@@ -39,7 +39,7 @@ impl<'m, M: Model + ?Sized> Point<'m, M> {
         let (q, v) = (largest(&state.q), largest(&state.v));
         let size = [if q > 0.0 { q } else { 1.0 }, if v > 0.0 { v } else { 1.0 }];
         let (terms, reach) = (vec![0.0; model.dof()], vec![0.0; model.contacts()]);
-        Point { model, state: state.clone(), u, size, terms, reach }
+        CheckPoint { model, state: state.clone(), u, size, terms, reach }
     }
 
     pub(crate) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! Comparison of the rates of contacts with differences of their deflections and edges.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::check::point::Point;
+use crate::check::point::CheckPoint;
 use crate::check::tolerances::{ROUGH, ROUNDING};
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
@@ -44,7 +44,7 @@ fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
     settled.map(|pair| pair[0].value)
 }
 
-impl<M: Model + ?Sized> Point<'_, M> {
+impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Compares the rates of deflections and edges with central differences in time along the motion q' = v,
     /// v' = a. It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
     pub(crate) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {

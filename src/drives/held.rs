@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Random numbers as a pure function of (seed, member, stream, index).
 ///
-/// They are the SplitMix64 sequence from a start that is mixed from the four numbers.   Source: Steele, Lea
+/// They are the SplitMix64 sequence from a start that is mixed from the four numbers.   ValueSource: Steele, Lea
 /// & Flood, OOPSLA 2014. Numbers may be drawn in any order. Results therefore do not depend on step sizes,
 /// threads or the partition of the work.
 ///
@@ -74,7 +74,7 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// A held process: x(t) = x_k for k h <= t < (k + 1) h, with random or given values x_k and the hold time h.
 ///
 /// With numbers drawn at every evaluation of the acceleration the result depends on the step size. With held
-/// values it converges as the step size decreases, and the hold time h is a physical parameter.   Source:
+/// values it converges as the step size decreases, and the hold time h is a physical parameter.   ValueSource:
 /// docs/theory.md, "Random damping".
 ///
 /// ```
@@ -92,11 +92,11 @@ pub struct HeldProcess {
     hold: f64,
     seed: u64,
     member: u64,
-    source: Source,
+    source: ValueSource,
 }
 
 #[derive(Clone)]
-enum Source {
+enum ValueSource {
     /// A draw from a distribution.
     Drawn(Draw),
     /// A list of values.
@@ -118,7 +118,7 @@ impl HeldProcess {
             hold: check::scale("hold time", hold)?,
             seed: 0,
             member: 0,
-            source: Source::Drawn(Arc::new(draw)),
+            source: ValueSource::Drawn(Arc::new(draw)),
         })
     }
 
@@ -133,7 +133,7 @@ impl HeldProcess {
             return Err(ParameterError::Empty { name: "held values".into(), min: 1 });
         }
         check::quantities("held values", values)?;
-        Ok(HeldProcess { hold, seed: 0, member: 0, source: Source::Given(values.into()) })
+        Ok(HeldProcess { hold, seed: 0, member: 0, source: ValueSource::Given(values.into()) })
     }
 
     /// The same process with another seed, for an independent experiment. Default: 0.
@@ -153,8 +153,8 @@ impl HeldProcess {
     /// meshes share one.
     pub fn held(&self, stream: u64, k: u64) -> f64 {
         match &self.source {
-            Source::Drawn(draw) => draw(&mut CounterRng::new(self.seed, self.member, stream, k)),
-            Source::Given(values) => values[(k as usize).min(values.len() - 1)],
+            ValueSource::Drawn(draw) => draw(&mut CounterRng::new(self.seed, self.member, stream, k)),
+            ValueSource::Given(values) => values[(k as usize).min(values.len() - 1)],
         }
     }
 

@@ -45,7 +45,7 @@ impl InstantCentre {
         2.0 * self.eccentric / (1.0 + self.eccentric * self.eccentric)
     }
 
-    fn curve(self, kind: Kind) -> CentreCurve {
+    fn curve(self, kind: CurveKind) -> CentreCurve {
         CentreCurve { centre: self, kind }
     }
 
@@ -55,7 +55,7 @@ impl InstantCentre {
     /// # Errors
     /// A mean radius outside 1e-50 .. 1e50.
     pub fn radius(self, mean: f64) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(Kind::Radius(check::scale("mean radius", mean)?)))
+        Ok(self.curve(CurveKind::Radius(check::scale("mean radius", mean)?)))
     }
     /// Ratio i = i_j (1 + 2 ε cos x + ε²)/(1 - ε²) `[1]` with the reduction ratio i_j.   Source: Liu 2021,
     /// Eq. (18).
@@ -63,7 +63,7 @@ impl InstantCentre {
     /// # Errors
     /// A reduction ratio outside 1e-50 .. 1e50.
     pub fn ratio(self, reduction: f64) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(Kind::Ratio(check::scale("reduction ratio", reduction)?)))
+        Ok(self.curve(CurveKind::Ratio(check::scale("reduction ratio", reduction)?)))
     }
     /// Rotation of the driven gear in rigid motion: dθ/dx = (1 - ε²)/(1 + 2 ε cos x + ε²) `[1]`.
     ///
@@ -71,7 +71,7 @@ impl InstantCentre {
     /// θ'' = (d²θ/dx²) x'² + (dθ/dx) x''.   Source: Liu 2021, Eq. (20), corrected.
     // Erratum (docs/errata.md): Eq. (20) as printed lacks both squares.
     pub fn rotation(self) -> CentreCurve {
-        self.curve(Kind::Rotation)
+        self.curve(CurveKind::Rotation)
     }
     /// The Fourier series of [`rotation`](InstantCentre::rotation): 1 + 2 Σ_{n=1}^{order} (-ε)^n cos n x.
     /// Order 2 gives Liu 2021, Eq. (22).
@@ -79,7 +79,11 @@ impl InstantCentre {
     /// # Errors
     /// An order above 10 000, because every evaluation sums all orders.
     pub fn rotation_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(Kind::Series(check::count("order of the forcing series", &[order], check::ORDERS)?)))
+        Ok(self.curve(CurveKind::Series(check::count(
+            "order of the forcing series",
+            &[order],
+            check::ORDERS,
+        )?)))
     }
 }
 
@@ -95,11 +99,11 @@ impl InstantCentre {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentreCurve {
     centre: InstantCentre,
-    kind: Kind,
+    kind: CurveKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum CurveKind {
     Radius(f64),
     Ratio(f64),
     Rotation,
@@ -112,10 +116,10 @@ impl Excitation for CentreCurve {
         let (sin, cos) = Jet::variable(angle).sin_cos();
         let swing = || cos * (2.0 * eps) + (1.0 + eps * eps);
         match self.kind {
-            Kind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,
-            Kind::Ratio(reduction) => swing() * (reduction / (1.0 - eps * eps)),
-            Kind::Rotation => Jet::constant(1.0 - eps * eps) / swing(),
-            Kind::Series(order) => {
+            CurveKind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,
+            CurveKind::Ratio(reduction) => swing() * (reduction / (1.0 - eps * eps)),
+            CurveKind::Rotation => Jet::constant(1.0 - eps * eps) / swing(),
+            CurveKind::Series(order) => {
                 let mut sum = Jet::constant(1.0);
                 let (mut s, mut c) = (sin, cos);
                 let mut power = -eps;

@@ -188,10 +188,10 @@ mod tests {
     }
 
     /// q1'' = -g(q1 - 2 q2), q2'' = 2 g(q1 - 2 q2), without damping, Jacobian, fixed pieces or contacts.
-    struct Plain {
+    struct TwoMasses {
         law: fn(f64) -> f64,
     }
-    impl Model for Plain {
+    impl Model for TwoMasses {
         fn dof(&self) -> usize {
             2
         }
@@ -210,17 +210,17 @@ mod tests {
             |x| (x - 30.0).max(0.0) - (-x - 30.0).max(0.0),
         ];
         for law in laws {
-            let modes = rigid_modes(&Plain { law }, 1.0);
+            let modes = rigid_modes(&TwoMasses { law }, 1.0);
             assert_eq!(modes.len(), 1);
             assert!((modes[0][0] / modes[0][1] - 2.0).abs() < 1e-6);
-            assert_eq!(rigid_motions(&Plain { law }, 1.0).doubtful, None);
+            assert_eq!(rigid_motions(&TwoMasses { law }, 1.0).doubtful, None);
         }
-        assert_eq!(rigid_modes(&Plain { law: |_| 0.0 }, 1.0).len(), 2);
+        assert_eq!(rigid_modes(&TwoMasses { law: |_| 0.0 }, 1.0).len(), 2);
     }
     /// Two masses. The second one is connected to the ground by a spring, whose stiffness is a given share
     /// of that of the spring between the masses.
-    struct Held(f64);
-    impl Model for Held {
+    struct Supported(f64);
+    impl Model for Supported {
         fn dof(&self) -> usize {
             2
         }
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn differences_say_when_they_cannot_tell() {
         let found = |share| {
-            let rigid = rigid_motions(&Held(share), 1.0);
+            let rigid = rigid_motions(&Supported(share), 1.0);
             (rigid.modes.len(), rigid.doubtful.is_some())
         };
         assert_eq!(found(0.0), (1, false));

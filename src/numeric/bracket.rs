@@ -44,9 +44,9 @@ mod tests {
     /// from 2.
     #[test]
     fn iterates_stay_inside_and_converge() {
-        type Function = fn(f64) -> (f64, f64);
-        let cubic: Function = |x| (x * x * x - 2.0 * x - 5.0, 3.0 * x * x - 2.0);
-        let atan: Function = |x| (x.atan(), 1.0 / (1.0 + x * x));
+        type WithSlope = fn(f64) -> (f64, f64);
+        let cubic: WithSlope = |x| (x * x * x - 2.0 * x - 5.0, 3.0 * x * x - 2.0);
+        let atan: WithSlope = |x| (x.atan(), 1.0 / (1.0 + x * x));
         for (f, lo, hi, root) in [(cubic, 0.0, 10.0, 2.094_551_481_542_326_5), (atan, -3.0, 7.0, 0.0)] {
             let (mut bracket, mut x) = (Bracket { lo, hi }, 2.0);
             for _ in 0..60 {

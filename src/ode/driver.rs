@@ -84,7 +84,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         let ordinary = run.e.t1 < run.stop && (!LOCATE || run.crossings.is_empty());
         let at_edge = !ordinary && run.edge == run.e.t1;
         let flow = {
-            let mut made = Made::<T, M, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
+            let mut made = MadeStep::<T, M, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &run.crossings))
         };
         if ordinary && flow.is_continue() {
@@ -345,13 +345,13 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
 }
 
 /// The current step as a view for the observer.
-struct Made<'e, 'm, T, M: Model + ?Sized, V: Vector> {
+struct MadeStep<'e, 'm, T, M: Model + ?Sized, V: Vector> {
     engine: &'e mut Engine<'m, M, V>,
     tracked: bool,
     tableau: PhantomData<T>,
 }
 
-impl<T: Tableau, M: Model + ?Sized, V: Vector> StepView for Made<'_, '_, T, M, V> {
+impl<T: Tableau, M: Model + ?Sized, V: Vector> StepView for MadeStep<'_, '_, T, M, V> {
     fn times(&self) -> (f64, f64) {
         (self.engine.t, self.engine.t1)
     }

@@ -18,7 +18,7 @@ use std::ops::Range;
 /// and continues to do so during the elimination; inertia and own stiffness of a gear have this effect. A
 /// nearly singular diagonal block makes other blocks grow, and [`is_sound`](Elimination::is_sound) returns
 /// `false`.
-pub(crate) struct Elimination(Vec<Step>);
+pub(crate) struct Elimination(Vec<PivotStep>);
 
 impl Elimination {
     /// The factors. Error: a row of a diagonal block that is missing or singular to rounding.
@@ -59,7 +59,7 @@ impl Elimination {
             }
             let named =
                 |list: Vec<(usize, Block)>| list.into_iter().map(|(i, block)| (range(i), block)).collect();
-            steps.push(Step { rows: range(p), divisor, left: named(below), right: named(right) });
+            steps.push(PivotStep { rows: range(p), divisor, left: named(below), right: named(right) });
         }
         Ok(Elimination(steps))
     }
@@ -136,7 +136,7 @@ impl Divisor {
 }
 
 /// One eliminated block row.
-pub(crate) struct Step {
+pub(crate) struct PivotStep {
     rows: Range<usize>,
     divisor: Divisor,
     /// Blocks below the diagonal block, with their rows.

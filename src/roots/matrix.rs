@@ -24,7 +24,7 @@ use nalgebra::DMatrix;
 pub struct Matrix {
     /// First row of each block row; the last entry is the size.
     starts: Vec<usize>,
-    parts: Vec<Part>,
+    parts: Vec<MatrixPart>,
     /// The block row that is eliminated last; `None`: the elimination chooses it.
     last: Option<usize>,
 }
@@ -37,7 +37,7 @@ const MAX_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct MatrixPart {
     pub(crate) i: usize,
     pub(crate) j: usize,
     /// Whether only pairs of rows on the diagonal are stored, two entries per column.
@@ -54,7 +54,7 @@ impl Matrix {
         assert!(size <= MAX_DENSE, "the size of a dense matrix is {size}: it must be at most {MAX_DENSE}");
         Matrix {
             starts: vec![0, size],
-            parts: vec![Part { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }],
+            parts: vec![MatrixPart { i: 0, j: 0, pairs: false, values: vec![0.0; size * size] }],
             last: None,
         }
     }
@@ -98,7 +98,7 @@ impl Matrix {
     /// Stores block (i, j) as zeros. `pairs`: only pairs of rows on the diagonal.
     pub(crate) fn add_part(&mut self, i: usize, j: usize, pairs: bool) {
         let entries = self.height(j) * if pairs { 2 } else { self.height(i) };
-        self.parts.push(Part { i, j, pairs, values: vec![0.0; entries] });
+        self.parts.push(MatrixPart { i, j, pairs, values: vec![0.0; entries] });
     }
 
     pub(crate) fn eliminate_last(&mut self, block: usize) {
@@ -117,10 +117,10 @@ impl Matrix {
     pub(crate) fn block_rows(&self) -> usize {
         self.starts.len() - 1
     }
-    pub(crate) fn parts(&self) -> &[Part] {
+    pub(crate) fn parts(&self) -> &[MatrixPart] {
         &self.parts
     }
-    pub(crate) fn parts_mut(&mut self) -> &mut [Part] {
+    pub(crate) fn parts_mut(&mut self) -> &mut [MatrixPart] {
         &mut self.parts
     }
     /// The entries of a dense matrix; `None` for a matrix in blocks.
@@ -220,7 +220,7 @@ impl Matrix {
     }
 
     /// A stored block in the form for the elimination.
-    pub(crate) fn block(&self, part: &Part) -> Block {
+    pub(crate) fn block(&self, part: &MatrixPart) -> Block {
         let (height, width) = (self.height(part.i), self.height(part.j));
         if part.pairs {
             Block::Pairs(Pairs::new(&part.values, width))

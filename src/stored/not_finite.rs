@@ -6,19 +6,19 @@ use std::fmt;
 
 /// A number. Text formats store one that is not finite as "inf", "-inf" or "NaN".
 #[derive(Clone, Copy)]
-pub(crate) struct Number(pub(crate) f64);
+pub(crate) struct AnyNumber(pub(crate) f64);
 
-/// A list as [`Number`]s.
-pub(crate) fn numbers(values: &[f64]) -> Vec<Number> {
-    values.iter().map(|x| Number(*x)).collect()
+/// A list as [`AnyNumber`]s.
+pub(crate) fn numbers(values: &[f64]) -> Vec<AnyNumber> {
+    values.iter().map(|x| AnyNumber(*x)).collect()
 }
 
-/// A list of [`Number`]s as plain numbers.
-pub(crate) fn plain(values: Vec<Number>) -> Vec<f64> {
+/// A list of [`AnyNumber`]s as plain numbers.
+pub(crate) fn plain(values: Vec<AnyNumber>) -> Vec<f64> {
     values.into_iter().map(|x| x.0).collect()
 }
 
-impl Serialize for Number {
+impl Serialize for AnyNumber {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() && !self.0.is_finite() {
             serializer.collect_str(&self.0)
@@ -28,12 +28,12 @@ impl Serialize for Number {
     }
 }
 
-impl<'de> Deserialize<'de> for Number {
+impl<'de> Deserialize<'de> for AnyNumber {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
             deserializer.deserialize_any(NumberOrText)
         } else {
-            f64::deserialize(deserializer).map(Number)
+            f64::deserialize(deserializer).map(AnyNumber)
         }
     }
 }
@@ -41,25 +41,25 @@ impl<'de> Deserialize<'de> for Number {
 struct NumberOrText;
 
 impl Visitor<'_> for NumberOrText {
-    type Value = Number;
+    type Value = AnyNumber;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a number, \"inf\", \"-inf\" or \"NaN\"")
     }
-    fn visit_f64<E: Error>(self, x: f64) -> Result<Number, E> {
-        Ok(Number(x))
+    fn visit_f64<E: Error>(self, x: f64) -> Result<AnyNumber, E> {
+        Ok(AnyNumber(x))
     }
-    fn visit_i64<E: Error>(self, x: i64) -> Result<Number, E> {
-        Ok(Number(x as f64))
+    fn visit_i64<E: Error>(self, x: i64) -> Result<AnyNumber, E> {
+        Ok(AnyNumber(x as f64))
     }
-    fn visit_u64<E: Error>(self, x: u64) -> Result<Number, E> {
-        Ok(Number(x as f64))
+    fn visit_u64<E: Error>(self, x: u64) -> Result<AnyNumber, E> {
+        Ok(AnyNumber(x as f64))
     }
-    fn visit_str<E: Error>(self, text: &str) -> Result<Number, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<AnyNumber, E> {
         match text {
-            "inf" => Ok(Number(f64::INFINITY)),
-            "-inf" => Ok(Number(f64::NEG_INFINITY)),
-            "NaN" => Ok(Number(f64::NAN)),
+            "inf" => Ok(AnyNumber(f64::INFINITY)),
+            "-inf" => Ok(AnyNumber(f64::NEG_INFINITY)),
+            "NaN" => Ok(AnyNumber(f64::NAN)),
             _ => Err(E::custom(format!("\"{text}\" is not a number"))),
         }
     }

@@ -4,7 +4,7 @@ use crate::error::check;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::stored::not_finite::Number;
+use crate::stored::not_finite::AnyNumber;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 
@@ -31,7 +31,7 @@ impl<'de> Deserialize<'de> for Harmonics {
 
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "FourierOrbit")]
-struct StoredOrbit {
+struct StoredFourierOrbit {
     harmonics: Harmonics,
     span: f64,
     /// One list for each coordinate.
@@ -40,12 +40,12 @@ struct StoredOrbit {
     notes: Vec<BalanceNote>,
     iterations: usize,
     evaluations: usize,
-    residual: Number,
+    residual: AnyNumber,
 }
 
 impl Serialize for FourierOrbit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let stored = StoredOrbit {
+        let stored = StoredFourierOrbit {
             harmonics: self.harmonics().clone(),
             span: self.span(),
             coefficients: (0..self.dof()).map(|j| self.coefficients(j).to_vec()).collect(),
@@ -53,7 +53,7 @@ impl Serialize for FourierOrbit {
             notes: self.notes.clone(),
             iterations: self.iterations,
             evaluations: self.evaluations,
-            residual: Number(self.residual),
+            residual: AnyNumber(self.residual),
         };
         stored.serialize(serializer)
     }
@@ -61,7 +61,7 @@ impl Serialize for FourierOrbit {
 
 impl<'de> Deserialize<'de> for FourierOrbit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let stored = StoredOrbit::deserialize(deserializer)?;
+        let stored = StoredFourierOrbit::deserialize(deserializer)?;
         let orbit = FourierOrbit::new(&stored.harmonics, stored.span, &stored.coefficients);
         let orbit = orbit.map_err(D::Error::custom)?;
         let mean_acceleration = stored.mean_acceleration;

@@ -1,6 +1,6 @@
 //! The stored form of rows.
 
-use crate::stored::not_finite::{Number, numbers, plain};
+use crate::stored::not_finite::{AnyNumber, numbers, plain};
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::settings::sweep::Sweep;
@@ -22,11 +22,11 @@ struct StoredRows {
     first: usize,
     layout: Layout,
     /// The values of each point, in the order of the layout; none for a point without a row.
-    rows: Vec<Option<Vec<Number>>>,
+    rows: Vec<Option<Vec<AnyNumber>>>,
     /// Texts of the errors of points without a row.
     errors: Vec<(usize, String)>,
     /// Results with a quarter of the step.
-    checks: Vec<(usize, Result<Vec<Number>, String>)>,
+    checks: Vec<(usize, Result<Vec<AnyNumber>, String>)>,
     /// Texts of the errors of Lyapunov exponents.
     exponent_errors: Vec<(usize, String)>,
 }
@@ -82,7 +82,7 @@ impl StoredRows {
         }
         Rows::check_room(self.rows.len(), layout.stride_checked()).map_err(|error| error.to_string())?;
         let stride = layout.stride();
-        let fits = |index: usize, row: &[Number]| {
+        let fits = |index: usize, row: &[AnyNumber]| {
             if row.len() == stride {
                 Ok(())
             } else {

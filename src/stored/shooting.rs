@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::State;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use crate::stored::not_finite::{Number, numbers, plain};
+use crate::stored::not_finite::{AnyNumber, numbers, plain};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use serde::de::{Deserialize, Deserializer, Error};
@@ -14,15 +14,18 @@ use serde::ser::{Serialize, Serializer};
 #[serde(rename = "Multipliers")]
 struct StoredMultipliers {
     /// Real and imaginary parts.
-    values: Vec<[Number; 2]>,
-    error: Number,
+    values: Vec<[AnyNumber; 2]>,
+    error: AnyNumber,
 }
 
 impl Serialize for Multipliers {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let parts = |z: &Complex64| [Number(z.re), Number(z.im)];
-        StoredMultipliers { values: self.values().iter().map(parts).collect(), error: Number(self.error()) }
-            .serialize(serializer)
+        let parts = |z: &Complex64| [AnyNumber(z.re), AnyNumber(z.im)];
+        StoredMultipliers {
+            values: self.values().iter().map(parts).collect(),
+            error: AnyNumber(self.error()),
+        }
+        .serialize(serializer)
     }
 }
 
@@ -36,7 +39,7 @@ impl<'de> Deserialize<'de> for Multipliers {
 
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "ShootingOrbit")]
-struct StoredOrbit {
+struct StoredShootingOrbit {
     states: Vec<State>,
     /// Time at the end of the orbit.
     end: f64,
@@ -46,17 +49,17 @@ struct StoredOrbit {
     range: Vec<f64>,
     drift: [Vec<f64>; 2],
     /// Column by column.
-    monodromy: Vec<Number>,
+    monodromy: Vec<AnyNumber>,
     multipliers: Multipliers,
-    first: Number,
-    corrections: Vec<Number>,
+    first: AnyNumber,
+    corrections: Vec<AnyNumber>,
     crossings: u64,
     flow: f64,
 }
 
 impl Serialize for ShootingOrbit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let stored = StoredOrbit {
+        let stored = StoredShootingOrbit {
             states: self.states.clone(),
             end: self.end,
             multiple: self.multiple,
@@ -66,7 +69,7 @@ impl Serialize for ShootingOrbit {
             drift: self.drift.clone(),
             monodromy: numbers(self.monodromy.as_slice()),
             multipliers: self.multipliers.clone(),
-            first: Number(self.first),
+            first: AnyNumber(self.first),
             corrections: numbers(&self.corrections),
             crossings: self.crossings,
             flow: self.flow,
@@ -77,11 +80,11 @@ impl Serialize for ShootingOrbit {
 
 impl<'de> Deserialize<'de> for ShootingOrbit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        StoredOrbit::deserialize(deserializer)?.read().map_err(D::Error::custom)
+        StoredShootingOrbit::deserialize(deserializer)?.read().map_err(D::Error::custom)
     }
 }
 
-impl StoredOrbit {
+impl StoredShootingOrbit {
     /// The orbit, if all parts fit together.
     fn read(self) -> Result<ShootingOrbit, ParameterError> {
         let Some(first) = self.states.first() else {

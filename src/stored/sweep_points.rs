@@ -1,6 +1,6 @@
 //! The stored form of the points of a sweep.
 
-use crate::sweep::settings::points::{Axis, Kind, Points};
+use crate::sweep::settings::points::{Axis, Points, PointsKind};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 
@@ -38,8 +38,10 @@ enum StoredPoints {
 impl Serialize for Points {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.kind {
-            Kind::Grid(axes) => StoredPoints::Grid(axes.clone()),
-            Kind::List(values) => StoredPoints::List { names: self.names().to_vec(), values: values.clone() },
+            PointsKind::Grid(axes) => StoredPoints::Grid(axes.clone()),
+            PointsKind::List(values) => {
+                StoredPoints::List { names: self.names().to_vec(), values: values.clone() }
+            }
         }
         .serialize(serializer)
     }

@@ -1,4 +1,5 @@
-//! A sweep over many machines: its chunks are farmed over MPI ranks, rank 0 computing too.
+//! A sweep on several computers: the ranks of an MPI job compute its chunks, rank 0 too. The program prints
+//! the fingerprint of the rows.
 //!
 //! ```text
 //! sudo apt-get install libopenmpi-dev openmpi-bin libclang-dev clang
@@ -6,10 +7,11 @@
 //! mpirun -n 4 target/release/sweep-mpi
 //! ```
 //!
-//! Rank 0 gives out the numbers of the chunks, and computes on a thread of its own meanwhile; whoever is free asks for the next one and sends
-//! the rows of the last one along. Rows are a function of their points alone, so the result has the same bits for any number of ranks: the
-//! program prints its fingerprint, and `examples/mpi/check.sh` compares those of 1, 2 and 3 ranks with that of a run without MPI (`--serial`).
-//! A rank that fails ends the job: nobody waits for its answer. `--channel NAME` measures another channel than `q1`.
+//! Rank 0 assigns the numbers of the chunks and computes on another thread. A rank that is ready sends the
+//! rows of its last chunk and asks for the next one. Rows are functions of their points alone, so that the
+//! fingerprint does not depend on the number of ranks: `examples/mpi/check.sh` compares runs on 1, 2 and 3
+//! ranks with a run without MPI (`--serial`). If a rank fails, the job ends. `--channel NAME` measures another
+//! channel than `q1`.
 
 use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Rows, SweepError};
 use gear_dynamics::{NfgPair, NfgParams, ParameterError, State, Sweep};
@@ -21,7 +23,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 const CHUNKS: u64 = 24;
-/// The answer when there are no more chunks.
+/// Number that means: no more chunks.
 const NO_MORE: u64 = u64::MAX;
 
 fn sweep(channel: &str) -> Result<Sweep, ParameterError> {
@@ -38,7 +40,7 @@ fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
     sweep.runner(&LaneRk4::<16>::new(63 * 64), pair, start).chunk(chunk as usize, chunks as usize)
 }
 
-/// Rank 0: answers on this thread, computes on another.
+/// Rank 0: assigns chunks on this thread and computes on another one. Returns the merged rows.
 fn lead(world: &SimpleCommunicator, sweep: &Sweep) -> Result<Rows, Box<dyn Error>> {
     let next = AtomicU64::new(0);
     let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|chunk| *chunk < CHUNKS);
@@ -67,14 +69,14 @@ fn lead(world: &SimpleCommunicator, sweep: &Sweep) -> Result<Rows, Box<dyn Error
         }
         match own.join() {
             Ok(parts) => parts.map_err(Box::<dyn Error>::from),
-            Err(_) => Err("the computing thread of rank 0 broke down".into()),
+            Err(_) => Err("the computing thread of rank 0 panicked".into()),
         }
     })?;
     parts.extend(own);
     Ok(Rows::merge(parts)?)
 }
 
-/// Any other rank: asks, computes, sends.
+/// Any other rank: asks for chunks, computes them and sends their rows.
 fn follow(world: &SimpleCommunicator, sweep: &Sweep) -> Result<(), Box<dyn Error>> {
     let leader = world.process_at_rank(0);
     let mut rows = Vec::new();
@@ -97,7 +99,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{:016x}", compute(&sweep, 0, 1)?.fingerprint());
         return Ok(());
     }
-    let (universe, _) = mpi::initialize_with_threading(Threading::Funneled).ok_or("MPI does not start")?;
+    let (universe, _) =
+        mpi::initialize_with_threading(Threading::Funneled).ok_or("MPI cannot be initialised")?;
     let world = universe.world();
     let work = || -> Result<(), Box<dyn Error>> {
         if world.rank() > 0 {

@@ -8,7 +8,7 @@ use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
 use crate::ode::stepping::control::{Limits, StepRule};
 use crate::ode::stepping::engine::{Engine, Tableau};
-use crate::ode::stepping::tableau_row::Row;
+use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
 
 /// The classical Runge-Kutta method of order 4, with a fixed step.
@@ -68,13 +68,13 @@ impl Integrator for Rk4 {
 /// The tableau of [`Rk4`].
 struct Classical;
 
-const A2: Row<1> = [(0, 1.0 / 2.0)];
+const A2: TableauRow<1> = [(0, 1.0 / 2.0)];
 
-const A3: Row<1> = [(1, 1.0 / 2.0)];
+const A3: TableauRow<1> = [(1, 1.0 / 2.0)];
 
-const A4: Row<1> = [(2, 1.0)];
+const A4: TableauRow<1> = [(2, 1.0)];
 
-const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
+const B: TableauRow<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
 
 impl Tableau for Classical {
     const ADAPTIVE: bool = false;

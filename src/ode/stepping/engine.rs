@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::ode::stepping::tableau_row::{Row, SLOTS};
+use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 
 /// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.
@@ -171,7 +171,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// k_s = f(y + h Σ a_l k_l), with the drives of the last [`drive`](Engine::drive).
     #[inline(always)]
-    pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+    pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
         V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
             accelerate::<M, FIXED>(model, pieces, u, q, v, a)
@@ -180,7 +180,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// k_s = f(y + h Σ a_l k_l), with the drives at the end of the step.
     #[inline(always)]
-    pub(crate) fn stage_end<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &Row<L>) {
+    pub(crate) fn stage_end<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
         V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
             accelerate::<M, FIXED>(model, pieces, u, q, v, a)
@@ -189,7 +189,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
 
     /// y1 = y + h Σ b_l k_l.
     #[inline(always)]
-    pub(crate) fn advance<const L: usize>(&mut self, row: &Row<L>) {
+    pub(crate) fn advance<const L: usize>(&mut self, row: &TableauRow<L>) {
         V::combine(&mut self.y1, &self.y, &self.k, self.h, row);
     }
 
@@ -274,7 +274,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// h √(Σ_j (Σ_l e_l k_lj/size_j)²/m), size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row e: root
     /// mean square over the m components, in units of the tolerances.
     #[inline(always)]
-    pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&Row<L>; R]) -> [f64; R] {
+    pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&TableauRow<L>; R]) -> [f64; R] {
         let (h, m) = (self.h(), self.y.slice().len() as f64);
         V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
@@ -316,7 +316,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     }
 
     /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.
-    pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &Row<L>) {
+    pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &TableauRow<L>) {
         V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
     }
 
@@ -337,7 +337,7 @@ pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
     let columns: [&[f64]; DENSE] =
         std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
-    // Eight components at a time: the operations of one component depend on each other and cannot run in
+    // Block components at a time: the operations of one component depend on each other and cannot run in
     // parallel.
     let whole = out.len() - out.len() % 8;
     for j in (0..whole).step_by(8) {

@@ -1,7 +1,7 @@
 //! A row of a Runge-Kutta tableau.
 
 /// A row of a tableau: pairs (column from 0, coefficient), without zero coefficients.
-pub type Row<const L: usize> = [(usize, f64); L];
+pub type TableauRow<const L: usize> = [(usize, f64); L];
 
 /// Maximum number of slots of a tableau.
 pub(crate) const SLOTS: usize = 16;

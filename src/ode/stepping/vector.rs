@@ -1,6 +1,6 @@
 //! Storage for coordinates and velocities, and the sums over derivatives that a step consists of.
 
-use crate::ode::stepping::tableau_row::{Row, SLOTS};
+use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector_blocks::Blocks;
 
 /// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is
@@ -28,21 +28,21 @@ pub trait Vector: Clone {
         s: usize,
         y: &Self,
         h: f64,
-        row: &Row<L>,
+        row: &TableauRow<L>,
         f: impl FnOnce(&[f64], &[f64], &mut [f64]),
     );
     /// out = y + Σ (h a_l) k_l. The products h a_l do not depend on k, so that only few operations follow the
     /// computation of the last k.
-    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>);
     /// out = h Σ d_l k_l.
-    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>);
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>);
     /// Σ_j (e_j/size_j)² with e_j = Σ_l e_l k_lj and size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row.
     fn squares<const L: usize, const R: usize>(
         ends: [&Self; 2],
         k: &[Self; SLOTS],
         atol: &Self,
         rtol: f64,
-        rows: [&Row<L>; R],
+        rows: [&TableauRow<L>; R],
     ) -> [f64; R];
     /// Σ |y_j|, in any order.
     fn size(&self) -> f64;
@@ -78,7 +78,7 @@ impl<const M: usize> Vector for [f64; M] {
         s: usize,
         y: &Self,
         h: f64,
-        row: &Row<L>,
+        row: &TableauRow<L>,
         f: impl FnOnce(&[f64], &[f64], &mut [f64]),
     ) {
         let mut stage = [0.0; M];
@@ -87,7 +87,7 @@ impl<const M: usize> Vector for [f64; M] {
     }
 
     #[inline(always)]
-    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>) {
         let a: [f64; L] = std::array::from_fn(|l| h * row[l].1);
         for j in 0..M {
             let mut sum = a[0] * k[row[0].0][j];
@@ -97,7 +97,7 @@ impl<const M: usize> Vector for [f64; M] {
             out[j] = y[j] + sum;
         }
     }
-    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>) {
         for j in 0..M {
             out[j] = h * row.iter().map(|&(i, d)| d * k[i][j]).sum::<f64>();
         }
@@ -108,7 +108,7 @@ impl<const M: usize> Vector for [f64; M] {
         k: &[Self; SLOTS],
         atol: &Self,
         rtol: f64,
-        rows: [&Row<L>; R],
+        rows: [&TableauRow<L>; R],
     ) -> [f64; R] {
         let mut sums = [0.0; R];
         for (sum, row) in sums.iter_mut().zip(rows) {
@@ -161,7 +161,7 @@ impl Vector for Blocks {
         s: usize,
         y: &Self,
         h: f64,
-        row: &Row<L>,
+        row: &TableauRow<L>,
         f: impl FnOnce(&[f64], &[f64], &mut [f64]),
     ) {
         let (earlier, later) = k.split_at_mut(s);
@@ -170,11 +170,11 @@ impl Vector for Blocks {
     }
 
     #[inline(always)]
-    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+    fn combine<const L: usize>(out: &mut Self, y: &Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>) {
         Blocks::combine(out, y, k, h, row);
     }
     #[inline(always)]
-    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &Row<L>) {
+    fn weigh<const L: usize>(out: &mut Self, k: &[Self; SLOTS], h: f64, row: &TableauRow<L>) {
         Blocks::weigh(out, k, h, row);
     }
     #[inline(always)]
@@ -183,7 +183,7 @@ impl Vector for Blocks {
         k: &[Self; SLOTS],
         atol: &Self,
         rtol: f64,
-        rows: [&Row<L>; R],
+        rows: [&TableauRow<L>; R],
     ) -> [f64; R] {
         rows.map(|row| Blocks::squares(ends, k, atol, rtol, row))
     }

@@ -12,7 +12,7 @@ use pulp::WithSimd;
 /// parallel.
 const WIDTH: usize = 16;
 
-type Block = [f64; WIDTH];
+type Eight = [f64; WIDTH];
 
 /// A vector in whole blocks. Numbers beyond its length have no meaning.
 ///
@@ -20,7 +20,7 @@ type Block = [f64; WIDTH];
 /// The derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
-    blocks: Vec<Block>,
+    blocks: Vec<Eight>,
     /// Index of the block at which the vector begins.
     first: usize,
     len: usize,
@@ -126,7 +126,7 @@ fn squares(
 
 /// Σ (times a_l) k_l in block `b`, which counts from the start of the memory.
 #[inline(always)]
-fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Block {
+fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Eight {
     let mut sum = [0.0; WIDTH];
     let Some((&(slot, a), rest)) = row.split_first() else { return sum };
     let (block, a) = (&k[slot].blocks[b], times * a);
@@ -156,7 +156,7 @@ impl WithSimd for Combine<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let first = self.k[0].first;
         for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
-            let (mut sum, y): (Block, Block) = (sum(self.k, first + b, self.h, self.row), *y);
+            let (mut sum, y): (Eight, Eight) = (sum(self.k, first + b, self.h, self.row), *y);
             for i in 0..WIDTH {
                 sum[i] += y[i];
             }
@@ -166,7 +166,7 @@ impl WithSimd for Combine<'_> {
 }
 
 struct Weigh<'a> {
-    out: &'a mut [Block],
+    out: &'a mut [Eight],
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -187,10 +187,10 @@ impl WithSimd for Weigh<'_> {
 }
 
 struct Squares<'a> {
-    y: &'a [Block],
-    y1: &'a [Block],
+    y: &'a [Eight],
+    y1: &'a [Eight],
     k: &'a [Blocks; SLOTS],
-    atol: &'a [Block],
+    atol: &'a [Eight],
     rtol: f64,
     row: &'a [(usize, f64)],
     len: usize,

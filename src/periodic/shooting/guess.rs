@@ -12,7 +12,7 @@ use crate::periodic::shooting::failure::ShootingError;
 use std::ops::ControlFlow;
 
 /// Settings of shooting that the guess depends on.
-pub(crate) struct Plan {
+pub(crate) struct NodePlan {
     pub(crate) multiple: usize,
     pub(crate) segments: Option<usize>,
     pub(crate) flow_tolerance: f64,
@@ -39,7 +39,7 @@ const SAME: f64 = 1e-9;
 impl Guess {
     pub(crate) fn of(
         model: &dyn Periodic,
-        plan: &Plan,
+        plan: &NodePlan,
         guess: &[State],
         meter: &Meter<'_>,
     ) -> Result<Guess, ShootingError> {

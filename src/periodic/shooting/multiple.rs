@@ -6,7 +6,7 @@ use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
-use crate::periodic::shooting::guess::{Guess, Plan};
+use crate::periodic::shooting::guess::{Guess, NodePlan};
 use crate::periodic::shooting::segments::{Round, Segments};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::roots::newton::is_monotone;
@@ -138,8 +138,11 @@ impl Shooting {
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
         self.check(model.dof())?;
-        let plan =
-            Plan { multiple: self.multiple, segments: self.segments, flow_tolerance: self.flow_tolerance };
+        let plan = NodePlan {
+            multiple: self.multiple,
+            segments: self.segments,
+            flow_tolerance: self.flow_tolerance,
+        };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
 

@@ -8,7 +8,7 @@ use crate::numeric::spread::golden;
 use crate::ode::integrate_error::IntegrateError;
 use crate::sweep::engines::sweep_engine::{Job, Source};
 use crate::sweep::engines::track::{Next, Plan, Track};
-use crate::sweep::lanes::drive_table::{Table, TableError};
+use crate::sweep::lanes::drive_table::{DriveTable, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::{Algebra, Bundle, Kernel};
 use crate::sweep::lanes::meter::{Kind, Meters, Reading};
@@ -38,7 +38,7 @@ pub(crate) fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
 }
 
 /// The data of a job that its lane needs.
-pub(crate) struct Run {
+pub(crate) struct LaneRun {
     pub(crate) index: usize,
     pub(crate) start: State,
     pub(crate) period: f64,
@@ -46,7 +46,7 @@ pub(crate) struct Run {
     pub(crate) constants: Vec<f64>,
 }
 
-impl Run {
+impl LaneRun {
     pub(crate) fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
         let (model, constants) = (&job.model, job.model.own_drives());
         refuse_stops(model)?;
@@ -58,7 +58,7 @@ impl Run {
             }
             .into());
         }
-        Ok(Run { index: job.index, start: job.start.clone(), period: model.period(), constants })
+        Ok(LaneRun { index: job.index, start: job.start.clone(), period: model.period(), constants })
     }
 }
 
@@ -79,7 +79,7 @@ struct Slot {
 /// Runs over the same table.
 pub(crate) struct Batch<'a, M> {
     pub(crate) plan: &'a Plan,
-    pub(crate) table: &'a Table,
+    pub(crate) table: &'a DriveTable,
     pub(crate) kinds: &'a [Kind],
     pub(crate) set: InstructionSet,
     pub(crate) shares: &'a dyn Fn(&Job<M>) -> bool,
@@ -94,7 +94,7 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// One run of a model that need not be a [`Machine`].
-    pub(crate) fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, run: &Run) {
+    pub(crate) fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, run: &LaneRun) {
         let mut bundle = self.bundle::<f64, _>(algebra);
         let mut slots = [Some(self.load(&mut bundle, 0, run))];
         while let [Some(slot)] = &slots {
@@ -111,7 +111,7 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// Puts the start, the step and the constant drives of a run into a lane.
-    fn load<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
+    fn load<S: Number>(&self, bundle: &mut Bundle<S>, lane: usize, run: &LaneRun) -> Slot {
         let (drives, State { q, v, .. }) = (bundle.u.len(), &run.start);
         for (u, x) in bundle.u[drives - run.constants.len()..].iter_mut().zip(&run.constants) {
             u.set_lane(lane, *x);
@@ -193,7 +193,7 @@ impl<M: Periodic> Batch<'_, M> {
 
 impl<G: Shape> Batch<'_, Machine<G>> {
     /// Runs of machines. A lane whose run is over takes the next job that shares lanes; other jobs wait.
-    pub(crate) fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[Run]) {
+    pub(crate) fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[LaneRun]) {
         let mut bundle = self.bundle::<S, _>(algebra);
         let mut slots: Vec<Option<Slot>> = (0..S::WIDTH).map(|_| None).collect();
         for ((lane, slot), run) in slots.iter_mut().enumerate().zip(runs) {
@@ -213,7 +213,7 @@ impl<G: Shape> Batch<'_, Machine<G>> {
                         next = self.source.next(None);
                         continue;
                     }
-                    next = match Run::of(&job) {
+                    next = match LaneRun::of(&job) {
                         Ok(run) => {
                             *slot = Some(self.load_one(&mut bundle, lane, &run));
                             None
@@ -226,7 +226,7 @@ impl<G: Shape> Batch<'_, Machine<G>> {
     }
 
     /// As [`load`](Batch::load); counts the point if it runs alone.
-    fn load_one<S: Number>(&mut self, bundle: &mut Bundle<S>, lane: usize, run: &Run) -> Slot {
+    fn load_one<S: Number>(&mut self, bundle: &mut Bundle<S>, lane: usize, run: &LaneRun) -> Slot {
         if S::WIDTH == 1 {
             self.source.alone(1);
         }

@@ -2,10 +2,10 @@
 
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
-use crate::sweep::engines::batch::{Batch, Run, refuse};
+use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::lanes::drive_table::Table;
+use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::Shared;
 use crate::sweep::lanes::number::Lanes;
@@ -82,7 +82,7 @@ impl<const W: usize> LaneRk4<W> {
 
 impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
     fn accepts(&self, model: &Machine<G>, channels: &[usize]) -> Result<(), SweepError> {
-        Table::check_size(self.steps, model.size().waves)?;
+        DriveTable::check_size(self.steps, model.size().waves)?;
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
@@ -118,7 +118,7 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
                     pending.push(job);
                     continue;
                 }
-                match Run::of(&job) {
+                match LaneRun::of(&job) {
                     Ok(run) => runs.push(run),
                     Err(error) => drawn.extend(refuse(source, job.index, error)),
                 }
@@ -147,8 +147,8 @@ fn lead<G: Shape>(
     job: &Job<Machine<G>>,
     steps: usize,
     source: &dyn Source<Machine<G>>,
-) -> Result<Option<(Table, Run)>, PointError> {
-    let run = Run::of(job)?;
-    let table = Table::of_waves(&job.model, steps, || !source.is_cancelled())?;
+) -> Result<Option<(DriveTable, LaneRun)>, PointError> {
+    let run = LaneRun::of(job)?;
+    let table = DriveTable::of_waves(&job.model, steps, || !source.is_cancelled())?;
     Ok(table.map(|table| (table, run)))
 }

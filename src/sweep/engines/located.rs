@@ -61,7 +61,7 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
     }
 }
 
-type Made = Option<(Vec<f64>, Vec<f64>)>;
+type RowAndState = Option<(Vec<f64>, Vec<f64>)>;
 
 impl<I: Integrator> Located<I> {
     /// The row and the last state of a run; `None` if cancelled.
@@ -73,7 +73,7 @@ impl<I: Integrator> Located<I> {
         model: &M,
         start: &State,
         source: &dyn Source<M>,
-    ) -> Result<Made, PointError> {
+    ) -> Result<RowAndState, PointError> {
         let names: Vec<String> =
             channels.iter().map(|&c| Probe::new(model).channels()[c].name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();

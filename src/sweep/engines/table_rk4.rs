@@ -1,10 +1,10 @@
 //! The engine with a fixed step for any periodic model: RK4 over a table of drives, one run at a time.
 
 use crate::model::equations::Periodic;
-use crate::sweep::engines::batch::{Batch, Run, refuse, refuse_stops};
+use crate::sweep::engines::batch::{Batch, LaneRun, refuse, refuse_stops};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::lanes::drive_table::Table;
+use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::Plain;
 use crate::sweep::sweep_error::SweepError;
@@ -54,7 +54,7 @@ impl TableRk4 {
 
 impl<M: Periodic> SweepEngine<M> for TableRk4 {
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError> {
-        Table::check_size(self.steps, model.drives())?;
+        DriveTable::check_size(self.steps, model.drives())?;
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
@@ -72,13 +72,13 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                 waiting.extend(refuse(source, index, error));
                 continue;
             }
-            match Table::of_drives(&model, self.steps, || !source.is_cancelled()) {
+            match DriveTable::of_drives(&model, self.steps, || !source.is_cancelled()) {
                 Err(error) => waiting.extend(refuse(source, index, error.into())),
                 Ok(None) => return,
                 Ok(Some(table)) => {
                     let never = |_: &Job<M>| false;
                     let set = InstructionSet::Baseline;
-                    let run = Run { index, start, period: model.period(), constants: Vec::new() };
+                    let run = LaneRun { index, start, period: model.period(), constants: Vec::new() };
                     let mut batch = Batch {
                         plan,
                         table: &table,

@@ -5,7 +5,7 @@ use crate::sweep::ensembles::moments::Distribution;
 use crate::sweep::sweep_error::PointError;
 
 /// Results of one member: channel values (time by time), peaks, and the number of impacts of each contact.
-pub(crate) struct Seen {
+pub(crate) struct MemberResults {
     pub(crate) values: Vec<f64>,
     pub(crate) peaks: Vec<f64>,
     pub(crate) impacts: Vec<f64>,
@@ -63,7 +63,7 @@ impl Bands {
         }
     }
 
-    pub(crate) fn add(&mut self, seen: &Seen) {
+    pub(crate) fn add(&mut self, seen: &MemberResults) {
         let add = |all: &mut [Distribution], values: &[f64]| {
             all.iter_mut().zip(values).for_each(|(all, x)| all.add(*x))
         };

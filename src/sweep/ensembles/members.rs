@@ -9,7 +9,7 @@ use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::uniform_times;
-use crate::sweep::ensembles::bands::{Bands, Seen};
+use crate::sweep::ensembles::bands::{Bands, MemberResults};
 use crate::sweep::monitor::Monitor;
 use crate::sweep::sweep_error::PointError;
 use rayon::prelude::*;
@@ -198,7 +198,7 @@ impl Ensemble {
                 }
                 seen
             };
-            let seen: Vec<Option<Result<Seen, PointError>>> =
+            let seen: Vec<Option<Result<MemberResults, PointError>>> =
                 (next..until).into_par_iter().map(run).collect();
             for (member, seen) in (next..until).zip(seen) {
                 match seen {
@@ -225,7 +225,7 @@ impl Ensemble {
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
         watch: &Monitor<'_>,
-    ) -> Result<Option<Seen>, PointError> {
+    ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
         start.check(model.dof()).map_err(PointError::Start)?;
         if start.t != 0.0 {
@@ -280,6 +280,6 @@ impl Ensemble {
         let peak = |name: &&str| statistics.summary(name).map(|x| x.max.abs().max(x.min.abs()));
         let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Value)?;
         let impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
-        Ok(Some(Seen { values, peaks, impacts }))
+        Ok(Some(MemberResults { values, peaks, impacts }))
     }
 }

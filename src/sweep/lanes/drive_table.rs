@@ -69,7 +69,7 @@ const STRETCH: usize = 64;
 /// Row 2i is the start of step i, row 2i + 1 its middle. The end of step i is the start of the next step; the
 /// last step ends with row 0. If a drive jumps there, an additional row contains the drives before the jump.
 #[derive(Debug)]
-pub(crate) struct Table {
+pub(crate) struct DriveTable {
     /// All columns at the start of the period.
     start: Vec<f64>,
     /// The columns in the rows: all if the table has at most [`WHOLE`] columns, else those that vary over the
@@ -93,7 +93,7 @@ fn finite_at_rest<M: Periodic + ?Sized>(model: &M) -> bool {
     a.iter().all(|a| a.is_finite())
 }
 
-impl Table {
+impl DriveTable {
     /// Checks the size of a table.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ impl Table {
         let (shape, waves) = (model.shape(), model.size().waves);
         let turn = TAU / f64::from(shape.repeats());
         let next = |share: f64| shape.next_edge(turn * share).map(|edge| edge / turn);
-        Table::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| {
+        DriveTable::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| {
             shape.waves(turn * share, side, out)
         })
     }
@@ -129,7 +129,7 @@ impl Table {
     ) -> Result<Option<Self>, TableError> {
         let period = model.period();
         let next = |share: f64| model.next_edge(share * period).map(|edge| edge / period);
-        Table::new(model, model.drives(), steps, go_on, next, |share, side, out: &mut [f64]| {
+        DriveTable::new(model, model.drives(), steps, go_on, next, |share, side, out: &mut [f64]| {
             model.drive(share * period, side, out)
         })
     }
@@ -143,7 +143,7 @@ impl Table {
         next_edge: impl Fn(f64) -> Option<f64>,
         mut read: impl FnMut(f64, Side, &mut [f64]),
     ) -> Result<Option<Self>, TableError> {
-        Table::check_size(steps, columns)?;
+        DriveTable::check_size(steps, columns)?;
         let jumps = edges(next_edge, steps)?;
         let n = steps as f64;
         let mut values = vec![0.0; 2 * steps * columns];
@@ -181,7 +181,7 @@ impl Table {
         if varying.len() < columns {
             values = values.chunks_exact(columns).flat_map(|row| varying.iter().map(|&c| row[c])).collect();
         }
-        Ok(Some(Table { start, varying, values, ends }))
+        Ok(Some(DriveTable { start, varying, values, ends }))
     }
 
     /// Number of steps per period.
@@ -197,7 +197,7 @@ impl Table {
     pub(crate) fn start(&self) -> &[f64] {
         &self.start
     }
-    /// Row `row`: the values of the columns [`varying`](Table::varying).
+    /// Row `row`: the values of the columns [`varying`](DriveTable::varying).
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[f64] {
         &self.values[row * self.varying.len()..][..self.varying.len()]

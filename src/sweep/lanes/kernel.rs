@@ -5,7 +5,7 @@ use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::model::shape::{Drives, Shape};
 use crate::scalar::{Scalar, keep_rolled};
-use crate::sweep::lanes::drive_table::{Table, WHOLE};
+use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Meters;
 use crate::sweep::lanes::number::Number;
@@ -93,7 +93,7 @@ pub(crate) struct Bundle<S: Number> {
     pub(crate) v: Vec<S>,
     /// Step h of each lane, in the time unit of its model.
     pub(crate) step: S,
-    /// All drives. Each step overwrites those that are [`varying`](Table::varying) columns of the table.
+    /// All drives. Each step overwrites those that are [`varying`](DriveTable::varying) columns of the table.
     pub(crate) u: Vec<S>,
     /// Whether the steps are measured.
     pub(crate) metered: bool,
@@ -104,7 +104,7 @@ pub(crate) struct Bundle<S: Number> {
 
 impl<S: Number> Bundle<S> {
     /// States and steps of zero; the drives at the start of the period.
-    pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &Table, meters: Meters<S>) -> Self {
+    pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &DriveTable, meters: Meters<S>) -> Self {
         let zero = S::from(0.0);
         let (n, drives) = (algebra.dof(), algebra.drives());
         let mut u = vec![zero; drives];
@@ -142,7 +142,7 @@ impl<S: Number> Bundle<S> {
 /// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
 pub(crate) struct Kernel<'a, A, S: Number> {
     pub(crate) algebra: &'a A,
-    pub(crate) table: &'a Table,
+    pub(crate) table: &'a DriveTable,
     /// The steps of the period, counted from 0.
     pub(crate) steps: Range<usize>,
     pub(crate) bundle: &'a mut Bundle<S>,
@@ -154,7 +154,7 @@ const DRIVES: usize = WHOLE;
 /// Maximum number of contacts of a model whose stages stay in registers.
 const CONTACTS: usize = 2;
 
-/// Number of vectors in [`Work`] with one element for each degree of freedom.
+/// Number of vectors in [`LaneWork`] with one element for each degree of freedom.
 const STATES: usize = 7;
 
 /// Whether the stages of a step stay in registers.
@@ -186,7 +186,7 @@ fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
 
 /// The working vectors of a step: q and v, q and v of a stage, the acceleration of a stage, a₁ (`first`), a₂
 /// and then a₂ + a₃ (`inner`), the drives of the stage, the contacts.
-struct Work<'w, S> {
+struct LaneWork<'w, S> {
     q: &'w mut [S],
     v: &'w mut [S],
     qs: &'w mut [S],
@@ -234,8 +234,17 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         q.copy_from_slice(&self.bundle.q);
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
-        let mut work =
-            Work { q, v, qs, vs, a, first, inner, u: &mut u[..drives], contacts: &mut contacts[..touching] };
+        let mut work = LaneWork {
+            q,
+            v,
+            qs,
+            vs,
+            a,
+            first,
+            inner,
+            u: &mut u[..drives],
+            contacts: &mut contacts[..touching],
+        };
         self.advance::<true, METERED>(N, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
@@ -248,7 +257,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let mut scratch = std::mem::take(&mut self.bundle.scratch);
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
         let mut rest = &mut scratch[..];
-        let mut work = Work {
+        let mut work = LaneWork {
             q: cut(&mut rest, n),
             v: cut(&mut rest, n),
             qs: cut(&mut rest, n),
@@ -272,8 +281,8 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     // Not inlined without optimisation: it is then compiled once, instead of once for each instruction set.
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut Work<'_, S>) {
-        let w = &mut Work {
+    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut LaneWork<'_, S>) {
+        let w = &mut LaneWork {
             q: &mut w.q[..n],
             v: &mut w.v[..n],
             qs: &mut w.qs[..n],
@@ -341,7 +350,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
 
 /// Writes the drives of row `row` to all lanes.
 #[inline(always)]
-fn fill<S: Number, const SMALL: bool>(table: &Table, row: usize, columns: usize, u: &mut [S]) {
+fn fill<S: Number, const SMALL: bool>(table: &DriveTable, row: usize, columns: usize, u: &mut [S]) {
     let row = table.row(row);
     if SMALL {
         // A table of at most `WHOLE` columns contains all columns. The compiler knows their number here and

@@ -52,14 +52,14 @@ impl<M: Periodic> Work<'_, M> {
         let (batch, share) = (engine.batch().max(1), lines.len() / (4 * rayon::current_num_threads()));
         let block = batch * (share / batch).clamp(1, 16);
         lines.par_chunks(block).for_each(|lines| {
-            let mut source = Block { work: self, lines, taken: 0, checking };
+            let mut source = LineBlock { work: self, lines, taken: 0, checking };
             engine.work(self.plan, self.channels, &mut source);
         });
     }
 }
 
 /// A block: some lines of a sweep, whose runs one worker makes.
-struct Block<'b, 's, M> {
+struct LineBlock<'b, 's, M> {
     work: &'b Work<'s, M>,
     lines: &'b [usize],
     /// Number of lines that were started.
@@ -68,7 +68,7 @@ struct Block<'b, 's, M> {
     checking: bool,
 }
 
-impl<M: Periodic> Block<'_, '_, M> {
+impl<M: Periodic> LineBlock<'_, '_, M> {
     /// The job of a point. `carried`: the state of a warm start, if any.
     fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
         let point = self.work.sweep.points.point(index);
@@ -125,7 +125,7 @@ impl<M: Periodic> Block<'_, '_, M> {
     }
 }
 
-impl<M: Periodic> Source<M> for Block<'_, '_, M> {
+impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
         let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
         let mut next = after.and_then(|(index, _)| self.neighbour(index));

@@ -74,11 +74,11 @@ impl Axis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
     names: Vec<String>,
-    pub(crate) kind: Kind,
+    pub(crate) kind: PointsKind,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum PointsKind {
     Grid(Vec<Axis>),
     /// The rows of all points, concatenated.
     List(Vec<f64>),
@@ -102,12 +102,15 @@ impl Points {
                 allowed: "[1, usize::MAX]",
             });
         }
-        Ok(Points { names: different(axes.iter().map(|axis| axis.name.as_str()))?, kind: Kind::Grid(axes) })
+        Ok(Points {
+            names: different(axes.iter().map(|axis| axis.name.as_str()))?,
+            kind: PointsKind::Grid(axes),
+        })
     }
 
     /// The values of one axis as points.
     pub fn on_axis(axis: Axis) -> Self {
-        Points { names: vec![axis.name.clone()], kind: Kind::Grid(vec![axis]) }
+        Points { names: vec![axis.name.clone()], kind: PointsKind::Grid(vec![axis]) }
     }
 
     /// A list of points: named columns, one row for each point.
@@ -123,7 +126,7 @@ impl Points {
             check::length(format!("point {i}"), row.len(), names.len())?;
             check::all_finite(&format!("point {i}"), row)?;
         }
-        Ok(Points { names: different(names.iter().copied())?, kind: Kind::List(rows.concat()) })
+        Ok(Points { names: different(names.iter().copied())?, kind: PointsKind::List(rows.concat()) })
     }
 
     /// A [`list`](Points::list) from concatenated rows.
@@ -140,14 +143,14 @@ impl Points {
                 check::all_finite(&format!("point {i}"), row)?;
             }
         }
-        Ok(Points { names: different(names.iter().map(String::as_str))?, kind: Kind::List(values) })
+        Ok(Points { names: different(names.iter().map(String::as_str))?, kind: PointsKind::List(values) })
     }
 
     /// The number of points.
     pub fn len(&self) -> usize {
         match &self.kind {
-            Kind::Grid(axes) => axes.iter().map(|axis| axis.values.len()).product(),
-            Kind::List(values) => values.len() / self.names.len(),
+            PointsKind::Grid(axes) => axes.iter().map(|axis| axis.values.len()).product(),
+            PointsKind::List(values) => values.len() / self.names.len(),
         }
     }
     /// Always `false`: a sweep has at least one point.
@@ -164,8 +167,8 @@ impl Points {
     /// grid, or of the whole list.
     pub(crate) fn line(&self) -> usize {
         match &self.kind {
-            Kind::Grid(axes) => axes.last().map_or(1, |axis| axis.values.len()),
-            Kind::List(_) => self.len(),
+            PointsKind::Grid(axes) => axes.last().map_or(1, |axis| axis.values.len()),
+            PointsKind::List(_) => self.len(),
         }
     }
 
@@ -176,8 +179,8 @@ impl Points {
     pub fn point(&self, index: usize) -> Point<'_> {
         assert!(index < self.len(), "point {index} does not exist: there are {}", self.len());
         let values = match &self.kind {
-            Kind::List(values) => values[index * self.names.len()..][..self.names.len()].to_vec(),
-            Kind::Grid(axes) => {
+            PointsKind::List(values) => values[index * self.names.len()..][..self.names.len()].to_vec(),
+            PointsKind::Grid(axes) => {
                 let mut rest = index;
                 let mut values: Vec<f64> = axes
                     .iter()

@@ -18,7 +18,7 @@ use crate::periodic::balance::integration::fixed_pieces::OnFixedPieces;
 use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
 use crate::periodic::balance::integration::truncated::Truncated;
 use crate::periodic::balance::note::BalanceNote;
-use crate::periodic::balance::series::assembly::Layout;
+use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
@@ -47,7 +47,7 @@ use crate::roots::residual::Residual;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
-    pub(crate) layout: Layout,
+    pub(crate) layout: JacobianLayout,
     pub(crate) couplings: Couplings,
     pub(crate) grid: Grid<'m, M>,
     pub(crate) slopes: Slopes<'m, M>,
@@ -95,7 +95,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             Demand { model, harmonics, integrals, near, finer, size: &size, rates: &rates, has_fixed_pieces };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         let (samples, varying) = (grid.samples(), couplings.varying.len());
-        let layout = Layout::new(harmonics, omega, size, rigid, &couplings);
+        let layout = JacobianLayout::new(harmonics, omega, size, rigid, &couplings);
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
         Ok(BalanceEquations {
             spectra: Spectra::new(n, varying, harmonics),

@@ -18,7 +18,7 @@ use crate::numeric::spread::weyl;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::quadrature::at_rest::{AtRest, Part, Series, value_at};
+use crate::periodic::balance::quadrature::at_rest::{AtRest, Series, SeriesPart, value_at};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
@@ -38,9 +38,9 @@ const AGREE: f64 = 1e-11;
 /// Integration in closed form: the series of a model, and scratch.
 pub(crate) struct Closed {
     /// α, A and B: all contacts in their gaps.
-    base: Part,
+    base: SeriesPart,
     /// α_cf, A_cf and B_cf of every contact, on the lower and on the upper flank.
-    flanks: Vec<[Part; 2]>,
+    flanks: Vec<[SeriesPart; 2]>,
     /// χ_m of one contact on one flank, m = 0, 1, ...
     indicator: Vec<Complex64>,
     /// Switches of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it
@@ -109,7 +109,7 @@ impl Closed {
         };
         let base = gap.series(None, None)?;
         let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut at_rest)).collect();
-        let mut flanks: Vec<Option<[Part; 2]>> = (0..contacts).map(|_| None).collect();
+        let mut flanks: Vec<Option<[SeriesPart; 2]>> = (0..contacts).map(|_| None).collect();
         // Contacts that change no acceleration and no slope in common are evaluated together.
         while let Some(first) = flanks.iter().position(Option::is_none) {
             let mut group: Vec<usize> = Vec::new();
@@ -155,7 +155,7 @@ impl Closed {
     /// Whether the series agree with the model between the samples, with all contacts on one piece.
     fn agrees<M: Periodic + ?Sized>(&self, at_rest: &mut AtRest<'_, '_, M>, piece: Piece) -> bool {
         let parts = || {
-            let flank = |on: &'_ [Part; 2]| match piece {
+            let flank = |on: &'_ [SeriesPart; 2]| match piece {
                 Piece::Lower => 0,
                 _ => on.len() - 1,
             };
@@ -165,7 +165,7 @@ impl Closed {
         (0..INSTANTS).all(|k| {
             let share = weyl(k, 0);
             let sampled = at_rest.between(piece, share);
-            let agree = |sampled: &[Vec<f64>], series: &dyn Fn(&Part) -> &[Series]| {
+            let agree = |sampled: &[Vec<f64>], series: &dyn Fn(&SeriesPart) -> &[Series]| {
                 sampled.iter().enumerate().all(|(i, sampled)| {
                     let (sum, size) = parts().fold((0.0, sampled[0].abs()), |(sum, size), part| {
                         let value = value_at(&series(part)[i], share);

@@ -3,7 +3,7 @@
 use crate::model::couplings::Couplings;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::series::assembly::Layout;
+use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::switching::instants::Switching;
@@ -64,5 +64,5 @@ pub(crate) trait Integration<M: ?Sized> {
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra);
 
     /// Adds to the Jacobian the terms that do not follow from the periodic slopes. Default: none.
-    fn add_jacobian(&self, _layout: &Layout, _out: &mut Matrix) {}
+    fn add_jacobian(&self, _layout: &JacobianLayout, _out: &mut Matrix) {}
 }

@@ -10,10 +10,10 @@ use crate::model::shape::{Drives, Shape};
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
-use crate::periodic::balance::series::assembly::Layout;
+use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::periodic::balance::series::slope_series::Table;
+use crate::periodic::balance::series::slope_series::SlopeTable;
 use crate::periodic::balance::series::spectra::{Samples, Spectra, pack};
 use crate::periodic::balance::series::transform::{spread, unpack, write};
 use crate::roots::matrix::Matrix;
@@ -26,7 +26,7 @@ use std::cell::Cell;
 /// coordinates, the velocities and the truncated values.
 const DIRECTIONS: usize = 4;
 
-type Number = Dual<DIRECTIONS>;
+type DualNumber = Dual<DIRECTIONS>;
 
 /// Integration with the truncated values f_c of the contact laws, and the derivatives for the Jacobian.
 pub(crate) struct Truncated {
@@ -34,12 +34,12 @@ pub(crate) struct Truncated {
     /// f_c at all samples: contact x sample.
     forces: Vec<Vec<f64>>,
     /// ∂a_i/∂q_j and ∂a_i/∂v_j at constant f_c. Sequence of the indices: i, then q or v, then j.
-    direct: Vec<Table>,
+    direct: Vec<SlopeTable>,
     /// ∂a_i/∂f_c. Sequence of the indices: i, then c.
-    levers: Vec<Table>,
+    levers: Vec<SlopeTable>,
     /// Derivatives of the contact law c before truncation, with respect to q_j and v_j. Sequence of the
     /// indices: c, then q or v, then j.
-    slopes: Vec<Table>,
+    slopes: Vec<SlopeTable>,
     contacts: usize,
     dof: usize,
     /// One list of samples for each table, in the order direct, levers, slopes.
@@ -52,8 +52,8 @@ pub(crate) struct Truncated {
     /// Values of the contact laws in the last evaluation, before truncation.
     seen: Vec<Cell<f64>>,
     /// Drives, q, v, f_c and a at one sample.
-    duals: Vec<Number>,
-    seen_duals: Vec<Cell<Number>>,
+    duals: Vec<DualNumber>,
+    seen_duals: Vec<Cell<DualNumber>>,
 }
 
 impl Truncated {
@@ -64,8 +64,9 @@ impl Truncated {
         harmonics: &Harmonics,
         samples: usize,
     ) -> Self {
-        let tables = |count: usize| (0..count).map(|_| Table::new(harmonics.highest())).collect::<Vec<_>>();
-        let zero = Number::from(0.0);
+        let tables =
+            |count: usize| (0..count).map(|_| SlopeTable::new(harmonics.highest())).collect::<Vec<_>>();
+        let zero = DualNumber::from(0.0);
         Truncated {
             accelerations: Samples::new(dof, 0, samples),
             forces: vec![vec![0.0; samples]; contacts],
@@ -163,7 +164,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
             forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
             let (u, rest) = self.duals.split_at_mut(drives);
             let (variables, a) = rest.split_at_mut(2 * n + c);
-            let set = |to: &mut [Number], from: &[f64]| {
+            let set = |to: &mut [DualNumber], from: &[f64]| {
                 to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
             };
             set(u, grid.drives(s));
@@ -193,7 +194,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
         self.transform(grid);
     }
 
-    fn add_jacobian(&self, layout: &Layout, out: &mut Matrix) {
+    fn add_jacobian(&self, layout: &JacobianLayout, out: &mut Matrix) {
         let (n, harmonics) = (self.dof, &layout.harmonics);
         let width = harmonics.unknowns();
         let levers: Vec<DMatrix<f64>> = self.levers.iter().map(|table| operator(table, harmonics)).collect();
@@ -234,7 +235,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
 }
 
 /// Matrix of the product with a periodic factor, for coefficients at the kept orders.
-fn operator(table: &Table, harmonics: &Harmonics) -> DMatrix<f64> {
+fn operator(table: &SlopeTable, harmonics: &Harmonics) -> DMatrix<f64> {
     let width = harmonics.unknowns();
     let mut matrix = DMatrix::zeros(width, width);
     for (index, &order) in harmonics.orders().iter().enumerate() {

@@ -15,7 +15,7 @@ pub(crate) type Series = Vec<Complex64>;
 
 /// Contribution of one piece: the acceleration at rest of every coordinate, and the periodic slopes in the
 /// sequence of [`Couplings::varying`]. An empty series is zero.
-pub(crate) struct Part {
+pub(crate) struct SeriesPart {
     pub(crate) accelerations: Vec<Series>,
     pub(crate) slopes: Vec<Series>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct AtRest<'a, 'm, M: ?Sized> {
 }
 
 /// Accelerations and periodic slopes at rest, sampled over a period.
-pub(crate) struct Sampled {
+pub(crate) struct SamplesAtRest {
     pub(crate) accelerations: Vec<Vec<f64>>,
     pub(crate) slopes: Vec<Vec<f64>>,
 }
@@ -56,7 +56,7 @@ impl<'a, 'm, M: Periodic + ?Sized> AtRest<'a, 'm, M> {
     }
 
     /// Evaluates the model at one instant, a share of the period, with all contacts on one piece.
-    pub(crate) fn between(&mut self, piece: Piece, share: f64) -> Sampled {
+    pub(crate) fn between(&mut self, piece: Piece, share: f64) -> SamplesAtRest {
         let mut u = vec![0.0; self.model.drives()];
         self.model.drive(self.model.period() * share, Side::After, &mut u);
         let samples = std::mem::replace(&mut self.drives, vec![u]);
@@ -66,10 +66,10 @@ impl<'a, 'm, M: Periodic + ?Sized> AtRest<'a, 'm, M> {
     }
 
     /// Evaluates the model at the first `samples` samples.
-    pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> Sampled {
+    pub(crate) fn at(&mut self, pieces: &[Piece], samples: usize) -> SamplesAtRest {
         let n = self.model.dof();
         let (rest, mut a) = (vec![0.0; n], vec![0.0; n]);
-        let mut sampled = Sampled {
+        let mut sampled = SamplesAtRest {
             accelerations: vec![vec![0.0; samples]; n],
             slopes: vec![vec![0.0; samples]; self.couplings.varying.len()],
         };
@@ -86,9 +86,9 @@ impl<'a, 'm, M: Periodic + ?Sized> AtRest<'a, 'm, M> {
     }
 }
 
-impl Sampled {
+impl SamplesAtRest {
     /// Whether each acceleration, then each slope, differs from the one of `other` at any of these samples.
-    pub(crate) fn touched(&self, other: &Sampled) -> Vec<bool> {
+    pub(crate) fn touched(&self, other: &SamplesAtRest) -> Vec<bool> {
         let both = self
             .accelerations
             .iter()
@@ -101,7 +101,7 @@ impl Sampled {
     ///
     /// `only` selects accelerations, then slopes; the series of the others are empty. `None` if a series is
     /// too long for the samples.
-    pub(crate) fn series(&self, less: Option<&Sampled>, only: Option<&[bool]>) -> Option<Part> {
+    pub(crate) fn series(&self, less: Option<&SamplesAtRest>, only: Option<&[bool]>) -> Option<SeriesPart> {
         let wanted = |k: usize| only.is_none_or(|only| only[k]);
         let samples = self.accelerations.first().or(self.slopes.first()).map_or(0, Vec::len);
         let mut transform = Transform::new(samples);
@@ -119,7 +119,7 @@ impl Sampled {
             (0..values.len()).map(one).collect()
         };
         let accelerations = list(&self.accelerations, less.map(|l| &l.accelerations[..]), 0)?;
-        Some(Part {
+        Some(SeriesPart {
             accelerations,
             slopes: list(&self.slopes, less.map(|l| &l.slopes[..]), self.accelerations.len())?,
         })

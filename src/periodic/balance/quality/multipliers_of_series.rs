@@ -76,7 +76,7 @@ impl FourierOrbit {
         if breaks.len() > MAX_EDGES {
             return None;
         }
-        let mut flow = Flow::new(self, model, meter);
+        let mut flow = SeriesFlow::new(self, model, meter);
         let multipliers = Multipliers::without(&flow.monodromy(self, &breaks, STEP)?, &basis, 0.0)?;
         if jumps {
             return Some(multipliers.with_error(f64::INFINITY));
@@ -186,7 +186,7 @@ const TWICE: [f64; STAGES] = {
 };
 
 /// Integration of Y along a series.
-struct Flow<'m, M: ?Sized> {
+struct SeriesFlow<'m, M: ?Sized> {
     model: &'m M,
     meter: &'m Meter<'m>,
     slopes: Slopes<'m, M>,
@@ -209,13 +209,13 @@ struct Flow<'m, M: ?Sized> {
     k: Vec<f64>,
 }
 
-impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
+impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
     fn new(orbit: &FourierOrbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
         let n = orbit.dof();
         let size = sizes(orbit);
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
         let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
-        Flow {
+        SeriesFlow {
             slopes: Slopes::new(model, scale, 0.0),
             q: vec![0.0; n],
             v: vec![0.0; n],
@@ -234,7 +234,7 @@ impl<'m, M: Periodic + ?Sized> Flow<'m, M> {
         }
     }
 
-    /// Monodromy matrix ∂x(span)/∂x(0) along a series. `None` if [`advance`](Flow::advance) fails.
+    /// Monodromy matrix ∂x(span)/∂x(0) along a series. `None` if [`advance`](SeriesFlow::advance) fails.
     fn monodromy(&mut self, orbit: &FourierOrbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
         let m = 2 * orbit.dof();
         self.ahead.0 = 0.0;

@@ -9,7 +9,7 @@ use crate::roots::matrix::Matrix;
 ///
 /// The unknowns are the coefficients of every coordinate over its scale, then the mean accelerations of the
 /// rigid motions.
-pub(crate) struct Layout {
+pub(crate) struct JacobianLayout {
     pub(crate) harmonics: Harmonics,
     pub(crate) dof: usize,
     pub(crate) omega: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Layout {
     sparse: bool,
 }
 
-impl Layout {
+impl JacobianLayout {
     pub(crate) fn new(
         harmonics: &Harmonics,
         omega: f64,
@@ -37,7 +37,7 @@ impl Layout {
         let varying = couplings.list.iter().filter(|c| is_varying(c.q) || is_varying(c.v)).count();
         let rigid = if harmonics.has_mean() { rigid } else { Vec::new() };
         let fixed = fixed_coordinates(&rigid, dof);
-        Layout {
+        JacobianLayout {
             harmonics: harmonics.clone(),
             dof,
             omega,

@@ -4,16 +4,16 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use num_complex::Complex64;
 
 /// Coefficients D_k of D(t) = Σ_k D_k e^{i k ω t}, k = -2H ..= 2H, as real and imaginary parts.
-pub(crate) struct Table {
+pub(crate) struct SlopeTable {
     re: Vec<f64>,
     im: Vec<f64>,
     middle: usize,
 }
 
-impl Table {
+impl SlopeTable {
     /// All coefficients zero; `highest` is H.
     pub(crate) fn new(highest: usize) -> Self {
-        Table { re: vec![0.0; 4 * highest + 1], im: vec![0.0; 4 * highest + 1], middle: 2 * highest }
+        SlopeTable { re: vec![0.0; 4 * highest + 1], im: vec![0.0; 4 * highest + 1], middle: 2 * highest }
     }
 
     /// Highest k.

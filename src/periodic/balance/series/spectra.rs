@@ -6,7 +6,7 @@ use crate::model::equations::Periodic;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::periodic::balance::series::slope_series::Table;
+use crate::periodic::balance::series::slope_series::SlopeTable;
 use crate::periodic::balance::series::transform::{unpack, write};
 use num_complex::Complex64;
 
@@ -15,7 +15,7 @@ pub(crate) struct Spectra {
     /// Coefficients of every acceleration, in the order of the harmonics.
     pub(crate) accelerations: Vec<Vec<f64>>,
     /// D_k of every periodic slope, up to 2H.
-    pub(crate) slopes: Vec<Table>,
+    pub(crate) slopes: Vec<SlopeTable>,
     /// Jumps of the accelerations at switches.
     pub(crate) jumps: Vec<Jump>,
 }
@@ -51,7 +51,7 @@ impl Spectra {
     pub(crate) fn new(dof: usize, varying: usize, harmonics: &Harmonics) -> Self {
         Spectra {
             accelerations: vec![vec![0.0; harmonics.unknowns()]; dof],
-            slopes: (0..varying).map(|_| Table::new(harmonics.highest())).collect(),
+            slopes: (0..varying).map(|_| SlopeTable::new(harmonics.highest())).collect(),
             jumps: Vec::new(),
         }
     }
