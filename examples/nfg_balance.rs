@@ -383,7 +383,8 @@ fn table2(folder: &Path) -> Outcome<()> {
     // The text of Liu 2021 states 864 r/min, but its frequencies are those of the row at 840 r/min.
     let (row, Lines { hertz, orbits: [p, truth], .. }) = (&TABLE2[5], &lines[5]);
     println!(
-        "Fig. 17 at {} r/min: centre {hertz:.2} Hz and mesh {:.1} Hz (Liu 2021: 3 and 192, measured 3.2 and 194)",
+        "Fig. 17 at {} r/min: centre {hertz:.2} Hz and mesh {:.1} Hz (Liu 2021: 3 and 192, measured 3.2 \
+         and 194)",
         row[0],
         MESH as f64 * hertz
     );

@@ -90,7 +90,7 @@ pub fn broyden() -> Result<Balance, BalanceError> {
 }
 
 pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
-    /// 500 samples in a period of the highest order: the extremes are accurate to 1e-5 of its amplitude.
+    /// 500 samples in a period of the highest order: the extremes are accurate to 2e-5 of its amplitude.
     const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.rattle_state();
     let elastic = Summary::from_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();

@@ -86,7 +86,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// The case `index` of a target. Four tempers take turns: sensible throughout, a hostile value now and then, often, in every other place.
+    /// The case `index` of a target. Four tempers take turns: sensible throughout, a hostile value now and
+    /// then, often, in every other place.
     pub fn new(seed: u64, target: &str, index: u64, verbose: bool) -> Self {
         let name = target.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

@@ -1,11 +1,16 @@
-//! Hostile values for every public constructor and setting of the crate, then short runs of what was accepted.
+//! Hostile values for every public constructor and setting of the crate, then short runs of what was
+//! accepted.
 //!
-//! `cargo run --release -p fuzz -- SEED SECONDS` prints how many cases of every target ended in finite numbers, a typed error, a panic, a
-//! number that is not finite, a hang, an abort or a broken promise, and names each bad one; the exit code is 1 if there is one.
-//! `-- SEED SECONDS --case TARGET:INDEX` runs one case again and tells what it uses; `--only TARGET` keeps to one target's cases;
+//! `cargo run --release -p fuzz -- SEED SECONDS` prints how many cases of every target ended in finite
+//! numbers, a typed error, a panic, a
+//! number that is not finite, a hang, an abort or a broken promise, and names each bad one; the exit code is
+//! 1 if there is one.
+//! `-- SEED SECONDS --case TARGET:INDEX` runs one case again and tells what it uses; `--only TARGET` keeps to
+//! one target's cases;
 //! `--limit S` sets after how many seconds a case counts as a hang, 10 if nothing is said.
 //!
-//! A case is a function of seed, target and index alone. Cases run in child processes: a case that hangs or aborts ends its child, and a
+//! A case is a function of seed, target and index alone. Cases run in child processes: a case that hangs or
+//! aborts ends its child, and a
 //! fresh one goes on with the next case.
 
 mod any;

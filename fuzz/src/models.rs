@@ -1,4 +1,5 @@
-//! Models behind one type, so that a generic run is compiled once: those of the crate, and one as a user would write it, with its slips.
+//! Models behind one type, so that a generic run is compiled once: those of the crate, and one as a user
+//! would write it, with its slips.
 
 use crate::case::{Case, Stop};
 use crate::targets::{excitations, laws};

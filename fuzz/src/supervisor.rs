@@ -1,4 +1,5 @@
-//! The parent: starts the child that runs cases, watches the clock, and goes on with a fresh child after a hang or an abort.
+//! The parent: starts the child that runs cases, watches the clock, and goes on with a fresh child after a
+//! hang or an abort.
 
 use crate::worker::{Order, Place};
 use std::io::{BufRead, BufReader, Read};
@@ -54,7 +55,8 @@ fn errors(child: &mut Child) -> thread::JoinHandle<String> {
     })
 }
 
-/// Follows a child through its cases until the deadline, a hang or its own end, and counts those that were begun.
+/// Follows a child through its cases until the deadline, a hang or its own end, and counts those that were
+/// begun.
 fn follow(
     child: &mut Child,
     limit: Duration,

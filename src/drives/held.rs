@@ -13,7 +13,8 @@ use std::sync::Arc;
 
 /// Random numbers as a pure function of (seed, member, stream, index).
 ///
-/// They are the SplitMix64 sequence from a start that is mixed from the four numbers.   ValueSource: Steele, Lea
+/// They are the SplitMix64 sequence from a start that is mixed from the four numbers. Source: Steele,
+/// Lea
 /// & Flood, OOPSLA 2014. Numbers may be drawn in any order. Results therefore do not depend on step sizes,
 /// threads or the partition of the work.
 ///
@@ -74,7 +75,7 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// A held process: x(t) = x_k for k h <= t < (k + 1) h, with random or given values x_k and the hold time h.
 ///
 /// With numbers drawn at every evaluation of the acceleration the result depends on the step size. With held
-/// values it converges as the step size decreases, and the hold time h is a physical parameter.   ValueSource:
+/// values it converges as the step size decreases, and the hold time h is a physical parameter. Source:
 /// docs/theory.md, "Random damping".
 ///
 /// ```

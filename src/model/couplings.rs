@@ -38,7 +38,8 @@ pub(crate) struct Couplings {
 const LOOKS: usize = 16;
 
 impl Couplings {
-    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `has_fixed_pieces`: the
+    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `has_fixed_pieces`:
+    /// the
     /// Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank; otherwise
     /// by deflection.
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {

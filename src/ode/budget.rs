@@ -12,7 +12,8 @@ use thiserror::Error;
 
 /// Limits on the work of one call: steps, wall time, a cancel flag.
 ///
-/// A step is an accepted step of a time integration or an iteration of a root finder. Another thread cancels the
+/// A step is an accepted step of a time integration or an iteration of a root finder. Another thread cancels
+/// the
 /// call with the flag.
 ///
 /// Defaults: 10⁸ steps, no time limit, no flag. A step limit gives the same result on every machine; a time

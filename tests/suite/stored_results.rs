@@ -1,4 +1,5 @@
-//! Parameters, rows and orbits that are stored by `serde` and read again: the same values to the bit, from text and from bytes;
+//! Parameters, rows and orbits that are stored by `serde` and read again: the same values to the bit, from
+//! text and from bytes;
 //! stored forms whose parts do not fit together are errors.
 
 use crate::api::*;
@@ -26,7 +27,8 @@ fn rows() -> Rows {
     sweep().run(&engine, pair, |_, pair| pair.static_start()).unwrap()
 }
 
-/// The file was written by `cargo test --test suite stored_results::writes_the_row_file -- --ignored` of version 0.1.0.
+/// The file was written by `cargo test --test suite stored_results::writes_the_row_file -- --ignored` of
+/// version 0.1.0.
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rows.json");
 
 #[test]
@@ -129,7 +131,8 @@ fn stored_forms_that_contradict_themselves_are_refused() {
     assert!(serde_json::from_value::<Harmonics>(orders).unwrap_err().to_string().contains("order"));
 }
 
-/// Bytes that are cut off are an error. Bytes with a changed bit are an error or rows that can be read from end to end.
+/// Bytes that are cut off are an error. Bytes with a changed bit are an error or rows that can be read from
+/// end to end.
 #[test]
 fn damaged_bytes_never_panic() {
     let bytes = postcard::to_stdvec(&rows()).unwrap();

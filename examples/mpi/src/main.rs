@@ -10,8 +10,8 @@
 //! Rank 0 assigns the numbers of the chunks and computes on another thread. A rank that is ready sends the
 //! rows of its last chunk and asks for the next one. Rows are functions of their points alone, so that the
 //! fingerprint does not depend on the number of ranks: `examples/mpi/check.sh` compares runs on 1, 2 and 3
-//! ranks with a run without MPI (`--serial`). If a rank fails, the job ends. `--channel NAME` measures another
-//! channel than `q1`.
+//! ranks with a run without MPI (`--serial`). If a rank fails, the job ends. `--channel NAME` measures
+//! another channel than `q1`.
 
 use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Rows, SweepError};
 use gear_dynamics::{NfgPair, NfgParams, ParameterError, State, Sweep};

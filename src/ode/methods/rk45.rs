@@ -7,7 +7,8 @@ use crate::ode::stepping::vector::Vector;
 
 /// Runge-Kutta method 5(4) of Dormand and Prince, adaptive.
 ///
-/// Order 5 with an error estimate of order 4, dense output of order 4.   Source: Hairer, Nørsett & Wanner I, Table
+/// Order 5 with an error estimate of order 4, dense output of order 4. Source: Hairer, Nørsett & Wanner I,
+/// Table
 /// II.5.2.
 ///
 /// ```

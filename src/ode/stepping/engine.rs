@@ -337,7 +337,7 @@ pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
 pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
     let columns: [&[f64]; DENSE] =
         std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
-    // Block components at a time: the operations of one component depend on each other and cannot run in
+    // Eight components at a time: the operations of one component depend on each other and cannot run in
     // parallel.
     let whole = out.len() - out.len() % 8;
     for j in (0..whole).step_by(8) {
