@@ -1,4 +1,4 @@
-//! Any model of all that the targets know.
+//! Any of the models of the targets.
 
 use crate::case::{Case, Stop};
 use crate::models::{self, Erased, Slip, User};
@@ -7,7 +7,7 @@ use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::{Model, NfgPair, Periodic, State};
 use std::f64::consts::TAU;
 
-/// Any model and a start for it: by its own static start, at rest, or anywhere.
+/// Any model, and a start: its static start, rest, or any state.
 pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
     let (model, start) = match case.below(9) {
         0 | 1 => {

@@ -1,19 +1,20 @@
-//! One case: its random numbers, a function of seed, target and index alone, and what may come out of it.
+//! One case: its random numbers, which are a function of seed, target and index alone, and its possible
+//! results.
 
 use std::fmt::Display;
 
-/// Why a case ends before its end.
+/// The reason why a case ends early.
 #[derive(Debug)]
 pub enum Stop {
-    /// An error of the crate: what hostile values should give.
+    /// An error of the crate: the intended answer to extreme values.
     Typed(String),
-    /// A result that is no number, or infinite where no infinity is documented.
+    /// A result that is NaN, or infinite although no infinity is documented.
     NotFinite(String),
-    /// A promise that does not hold: an edge that does not lie ahead, a sum that is not kept.
+    /// A promise that does not hold, for example a drive edge that is not later than the given time.
     Broken(String),
 }
 
-/// Any error of the crate ends a case in an orderly way.
+/// Any error of the crate ends a case as intended.
 impl<E: std::error::Error> From<E> for Stop {
     fn from(error: E) -> Self {
         let text = error.to_string();
@@ -21,10 +22,10 @@ impl<E: std::error::Error> From<E> for Stop {
     }
 }
 
-/// What a target gives.
+/// The result of a target.
 pub type Run = Result<(), Stop>;
 
-/// Numbers that break what is not guarded.
+/// Extreme numbers, to find values that are not checked.
 const HOSTILE: [f64; 30] = [
     0.0,
     -0.0,
@@ -58,7 +59,7 @@ const HOSTILE: [f64; 30] = [
     f64::NAN,
 ];
 
-/// Counts that overflow or exhaust what is not bounded.
+/// Extreme counts, to find counts without a maximum.
 const COUNTS: [usize; 13] = [
     0,
     1,
@@ -78,16 +79,15 @@ const COUNTS: [usize; 13] = [
 /// The random numbers of one case: number n is a mix of seed, target, index and n.
 pub struct Case {
     state: u64,
-    /// Share of hostile values.
+    /// Share of extreme values.
     temper: f64,
     verbose: bool,
-    /// Errors met on the way that did not end the case.
+    /// The last error that did not end the case.
     refused: Option<String>,
 }
 
 impl Case {
-    /// The case `index` of a target. Four tempers take turns: sensible throughout, a hostile value now and
-    /// then, often, in every other place.
+    /// Case `index` of a target. The share of extreme values is 0, 3 %, 10 % and 50 % in turn.
     pub fn new(seed: u64, target: &str, index: u64, verbose: bool) -> Self {
         let name = target.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -96,7 +96,7 @@ impl Case {
         Case { state, temper: [0.0, 0.03, 0.1, 0.5][index as usize % 4], verbose, refused: None }
     }
 
-    /// Says what the case is about to use, when it is run by name.
+    /// Prints a value that the case uses, if the case is run by name.
     pub fn note(&self, what: impl FnOnce() -> String) {
         if self.verbose {
             eprintln!("  {}", what());
@@ -115,7 +115,7 @@ impl Case {
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
-    /// 0 .. n.
+    /// A whole number from 0 to n - 1.
     pub fn below(&mut self, n: usize) -> usize {
         (self.unit() * n as f64) as usize
     }
@@ -123,21 +123,21 @@ impl Case {
     pub fn chance(&mut self, p: f64) -> bool {
         self.unit() < p
     }
-    /// One of the list.
+    /// An element of the list.
     pub fn pick<T: Clone>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())].clone()
     }
-    /// Any 64 bits.
+    /// A seed of any 64 bits.
     pub fn seed(&mut self) -> u64 {
         if self.hostile() { self.pick(&[0, 1, u64::MAX, 1 << 63]) } else { self.bits() }
     }
-    /// Whether the next value is to be a hostile one.
+    /// Whether the next value is an extreme one.
     pub fn hostile(&mut self) -> bool {
         let temper = self.temper;
         self.chance(temper)
     }
 
-    /// Within a factor of e of a sensible value, or a hostile one.
+    /// A value within a factor of e of a sensible one, or an extreme one.
     pub fn number(&mut self, sensible: f64) -> f64 {
         if !self.hostile() {
             return sensible * self.signed().exp();
@@ -148,52 +148,52 @@ impl Case {
             _ => self.pick(&HOSTILE),
         }
     }
-    /// A value that a user's own code may have: within the range of all quantities.
+    /// A value that a user's own code may contain: within the range of all quantities.
     pub fn quantity(&mut self, sensible: f64) -> f64 {
         let value = self.number(sensible);
         if value.abs() <= 1e50 { value } else { 1.0 }
     }
-    /// 0 .. 2 of a sensible count, or a hostile one.
+    /// A count between 1 and twice a sensible one, or an extreme one.
     pub fn count(&mut self, sensible: usize) -> usize {
         if self.hostile() { self.pick(&COUNTS) } else { self.effort(sensible) }
     }
-    /// A count of work that is asked for and then done: never more than twice a sensible one.
+    /// A count of work that is really done: at most twice a sensible one.
     pub fn effort(&mut self, sensible: usize) -> usize {
         if self.hostile() { self.below(2) } else { 1 + self.below(2 * sensible) }
     }
-    /// As many numbers about a sensible value, or too few or too many.
+    /// A list of `length` numbers near a sensible value, or of another length.
     pub fn list(&mut self, length: usize, sensible: f64) -> Vec<f64> {
         let length = if self.hostile() { self.pick(&[0, 1, length + 1, length / 2]) } else { length };
         (0..length).map(|_| self.number(sensible) * if self.chance(0.3) { -1.0 } else { 1.0 }).collect()
     }
-    /// Cosine and sine amplitudes.
+    /// Up to `most` pairs of cosine and sine amplitudes.
     pub fn pairs(&mut self, most: usize, sensible: f64) -> Vec<[f64; 2]> {
         (0..self.below(most + 1))
             .map(|_| [self.number(sensible), self.number(sensible) * self.signed()])
             .collect()
     }
 
-    /// What was accepted; a refusal is remembered and the case goes on.
+    /// The accepted value. An error is stored, and the case goes on.
     pub fn accept<T, E: std::error::Error>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.refused = Some(error.to_string())).ok()
     }
-    /// A refusal met on the way.
+    /// The stored error.
     pub fn refused(self) -> Option<String> {
         self.refused
     }
 }
 
-/// A finite number.
+/// Checks that a number is finite.
 pub fn finite(what: impl Display, value: f64) -> Run {
     if value.is_finite() { Ok(()) } else { Err(Stop::NotFinite(format!("{what} is {value}"))) }
 }
 
-/// Finite numbers.
+/// Checks that all numbers are finite.
 pub fn all_finite(what: impl Display, values: &[f64]) -> Run {
     values.iter().enumerate().try_for_each(|(i, &value)| finite(format_args!("{what}[{i}]"), value))
 }
 
-/// A promise.
+/// Checks a promise.
 pub fn holds(promise: bool, what: impl FnOnce() -> String) -> Run {
     if promise { Ok(()) } else { Err(Stop::Broken(what())) }
 }

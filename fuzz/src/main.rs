@@ -1,17 +1,16 @@
-//! Hostile values for every public constructor and setting of the crate, then short runs of what was
-//! accepted.
+//! Fuzzing: calls every public constructor and setting of the crate with extreme values, then makes short
+//! runs with what was accepted.
 //!
-//! `cargo run --release -p fuzz -- SEED SECONDS` prints how many cases of every target ended in finite
-//! numbers, a typed error, a panic, a
-//! number that is not finite, a hang, an abort or a broken promise, and names each bad one; the exit code is
-//! 1 if there is one.
-//! `-- SEED SECONDS --case TARGET:INDEX` runs one case again and tells what it uses; `--only TARGET` keeps to
-//! one target's cases;
-//! `--limit S` sets after how many seconds a case counts as a hang, 10 if nothing is said.
+//! `cargo run --release -p fuzz -- SEED SECONDS` prints for every target how many cases ended with finite
+//! numbers, a typed error, a panic, a number that is not finite, a hang, an abort or a broken promise, and
+//! names each bad case. The exit code is 1 if there is one. Options:
+//!
+//! - `--case TARGET:INDEX` runs one case again and prints its values;
+//! - `--only TARGET` restricts the run to one target;
+//! - `--limit S` sets the seconds after which a case counts as a hang. Default: 10.
 //!
 //! A case is a function of seed, target and index alone. Cases run in child processes: a case that hangs or
-//! aborts ends its child, and a
-//! fresh one goes on with the next case.
+//! aborts ends its child, and a new child continues with the next case.
 
 mod any;
 mod case;
@@ -29,10 +28,10 @@ use supervisor::{Seen, Share};
 use targets::TARGETS;
 use worker::{Order, Place};
 
-/// The ways in which a case may end; the first two are well.
+/// The ways in which a case may end; the first two are good.
 const KINDS: [&str; 7] = ["finite", "typed", "panic", "non-finite", "hang", "abort", "broken"];
 
-/// How many bad cases of one target and kind are named.
+/// Maximum number of bad cases that are named, for each target and way of ending.
 const NAMED: u64 = 12;
 
 fn number<T: std::str::FromStr>(arguments: &[String], i: usize) -> Option<T> {
@@ -44,7 +43,7 @@ fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
     arguments.get(at + 1).map(String::as_str)
 }
 
-/// What all cases came to, printed as they come.
+/// Counts of all cases. Bad cases are printed as they occur.
 #[derive(Default)]
 struct Table {
     counts: BTreeMap<(usize, usize), u64>,

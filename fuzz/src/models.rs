@@ -1,5 +1,5 @@
-//! Models behind one type, so that a generic run is compiled once: those of the crate, and one as a user
-//! would write it, with its slips.
+//! Models behind one type, so that a generic run is compiled once: those of the crate, and one that a user
+//! might write, with its mistakes.
 
 use crate::case::{Case, Stop};
 use crate::targets::{excitations, laws};
@@ -12,11 +12,11 @@ use gear_dynamics::models::nfg::{
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet, Shaft};
 use gear_dynamics::{Backlash, Mesh, Model, NfgPair, NfgParams, Periodic, Ring, State, Wave};
 
-/// Any model, with the period it claims.
+/// Any model, with the period that it states.
 pub struct Erased {
     pub model: Box<dyn Model + Send + Sync>,
     pub period: f64,
-    /// Whether channels are made of numbers while the motion is.
+    /// Whether the channels are finite while the motion is.
     pub sound: bool,
 }
 
@@ -81,19 +81,19 @@ impl Periodic for Erased {
     }
 }
 
-/// What may be wrong with a user's model.
+/// Mistakes in a user's model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Slip {
     None,
     /// The acceleration is NaN from a time on.
     NotANumber(f64),
-    /// A drive edge that does not lie ahead.
+    /// A drive edge that is not later than the given time.
     DriveEdgeBehind,
     /// Drive edges closer than any step.
     EdgesWithoutEnd(f64),
     /// The lower edge lies above the upper one.
     NegativeGap,
-    /// A deflection that is NaN.
+    /// A deflection of NaN.
     Deflection,
     /// The rate of the contact has the wrong sign.
     Rate,
@@ -101,7 +101,7 @@ pub enum Slip {
     Period(f64),
 }
 
-/// m q_i'' chained oscillators with a stop on the first one: a model as a new user writes it.
+/// A chain of oscillators with a stop on the first one: a model that a new user might write.
 #[derive(Clone, Debug)]
 pub struct User {
     pub dof: usize,
@@ -111,11 +111,11 @@ pub struct User {
     pub cubic: f64,
     pub force: f64,
     pub mean: f64,
-    /// Stiffness of the stop and half of its gap; without it there is no contact.
+    /// Stiffness of the stop and half width b of its gap; `None`: no contact.
     pub stop: Option<[f64; 2]>,
     /// Amplitude and frequency of the motion of the gap.
     pub shake: [f64; 2],
-    /// Damping while the stop touches.
+    /// Damping while the stop is in contact.
     pub touch: f64,
     pub pieces: bool,
     pub slip: Slip,
@@ -227,7 +227,7 @@ impl User {
     }
 }
 
-/// Parameters of the face gear pair about those of table 1.
+/// Parameters of the face gear pair, near those of Liu 2021, Table 1.
 pub fn pair_params(case: &mut Case) -> NfgParams {
     let table = NfgParams::table1();
     let params = NfgParams {
@@ -250,10 +250,10 @@ pub fn pair_params(case: &mut Case) -> NfgParams {
     params
 }
 
-/// Any reading of the paper.
+/// Any reading of Liu 2021.
 pub fn reading(case: &mut Case) -> NfgReading {
     let order = if case.hostile() { case.count(2) as u32 } else { 2 };
-    // Thousands of terms at every evaluation are allowed, and slow.
+    // Thousands of terms at every evaluation are allowed but slow.
     let order = if order <= 10_000 { order.min(64) } else { order };
     let reading = NfgReading {
         radius: case.pick(&[Radius::Pitch, Radius::Base]),
@@ -266,10 +266,10 @@ pub fn reading(case: &mut Case) -> NfgReading {
     reading
 }
 
-/// The ring in plain numbers about set A.
+/// The numbers of a ring, near set A.
 pub fn ring_set(case: &mut Case) -> RingSet {
     let gears = if case.hostile() { case.count(4) } else { case.pick(&[3, 4, 4, 6]) };
-    // The set itself is of moderate size; its number of gears is put in afterwards.
+    // The set is created with a moderate number of gears, which is then replaced.
     let base = if gears <= 16 {
         RingSet::set_a(gears, 3000.0)
     } else {
@@ -305,7 +305,7 @@ pub fn ring_set(case: &mut Case) -> RingSet {
     set
 }
 
-/// A mesh with any waves and any law.
+/// A mesh with any waves and any contact law.
 fn mesh(case: &mut Case, stiffness: f64, error: f64) -> Result<Mesh<laws::Any>, Stop> {
     let damping = case.pick(&[ContactDamping::Always, ContactDamping::InContact]);
     let mut k = excitations::wave(case, 1, 0.2 * stiffness)?;
@@ -318,19 +318,19 @@ fn mesh(case: &mut Case, stiffness: f64, error: f64) -> Result<Mesh<laws::Any>, 
     Ok(mesh)
 }
 
-/// The face gear pair with a mesh of its own.
+/// The face gear pair with such a mesh.
 pub fn own_pair(case: &mut Case) -> Result<NfgPair<laws::Any>, Stop> {
     let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
     Ok(NfgPair::with_mesh(&params, reading, mesh)?)
 }
 
-/// That of two degrees of freedom.
+/// The pair of two degrees of freedom with such a mesh.
 pub fn own_pair2(case: &mut Case) -> Result<NfgPair2<laws::Any>, Stop> {
     let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
     Ok(NfgPair2::with_mesh(&params, case.number(0.01), reading, mesh)?)
 }
 
-/// A ring with a mixture of laws, in either frame, as printed or not.
+/// A ring with several contact laws, in either frame, as printed or corrected.
 pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     let params = ring_set(case).params()?;
     let own = case.chance(0.5);
@@ -355,7 +355,7 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     Ok(ring.in_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
 }
 
-/// A state near another, or none that fits.
+/// A state near another one, or one of the wrong size.
 pub fn state(case: &mut Case, near: State) -> State {
     let mut state = near;
     if case.chance(0.3) {

@@ -5,7 +5,7 @@ use gear_dynamics::ode::{Finish, IntegrateError, Observer, Step};
 use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State};
 use std::ops::ControlFlow;
 
-/// Steps after which a run gives up: what makes a case short.
+/// Maximum number of steps of a run, which keeps cases short.
 const STEPS: usize = 4_000;
 
 /// A solver behind one type.
@@ -33,7 +33,7 @@ impl Integrator for Solver {
         t_end: f64,
         observer: &mut O,
     ) -> Result<Finish, IntegrateError> {
-        // One run is compiled for each tableau, whatever the model and the observer.
+        // One run is compiled for each method, for any model and observer.
         let (model, mut observer): (&dyn Model, _) = (&model, Watching(observer));
         match self {
             Solver::Rk4(solver) => solver.run(model, start, t_end, &mut observer),
@@ -43,7 +43,7 @@ impl Integrator for Solver {
     }
 }
 
-/// Any settings on either adaptive solver; the tableau that tells them apart has no public name.
+/// Any settings of an adaptive solver. A macro, since the type of the method has no public name.
 macro_rules! adaptive {
     ($case:ident, $solver:expr, $period:expr, $components:expr) => {{
         let mut solver = $solver.rtol($case.number(1e-7)).atol($case.number(1e-10)).max_steps(STEPS);
@@ -64,7 +64,7 @@ macro_rules! adaptive {
     }};
 }
 
-/// Any solver with any setting, for a model of such a period.
+/// Any solver with any settings, for a model with this period.
 pub fn solver(case: &mut Case, period: f64, components: usize) -> Solver {
     let period = if period.is_finite() && period > 0.0 { period } else { 1.0 };
     let solver = match case.below(3) {

@@ -1,5 +1,5 @@
-//! The parent: starts the child that runs cases, watches the clock, and goes on with a fresh child after a
-//! hang or an abort.
+//! The parent process: starts the child that runs cases, limits their time, and continues with a new child
+//! after a hang or an abort.
 
 use crate::worker::{Order, Place};
 use std::io::{BufRead, BufReader, Read};
@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A case and what came of it.
+/// A case and its result.
 #[derive(Debug)]
 pub struct Seen {
     pub place: Place,
@@ -17,7 +17,8 @@ pub struct Seen {
     pub time: Duration,
 }
 
-/// Address space of a child [KiB]: larger allocations fail, and the child aborts in place of the machine.
+/// Address space of a child `[KiB]`: a larger allocation fails and aborts the child instead of exhausting the
+/// memory of the machine.
 const MEMORY: &str = "6000000";
 
 fn start(arguments: &[String]) -> std::io::Result<Child> {
@@ -32,7 +33,7 @@ fn start(arguments: &[String]) -> std::io::Result<Child> {
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
 }
 
-/// Lines of the child as they come; the channel closes when it ends.
+/// The lines that the child prints. The channel closes when the child ends.
 fn lines(child: &mut Child) -> Receiver<String> {
     let (send, receive) = channel();
     if let Some(out) = child.stdout.take() {
@@ -43,7 +44,7 @@ fn lines(child: &mut Child) -> Receiver<String> {
     receive
 }
 
-/// The end of what the child wrote to standard error, read on the side so that it never waits.
+/// The standard error of the child, read on a separate thread so that the child never blocks.
 fn errors(child: &mut Child) -> thread::JoinHandle<String> {
     let err = child.stderr.take();
     thread::spawn(move || {
@@ -55,8 +56,8 @@ fn errors(child: &mut Child) -> thread::JoinHandle<String> {
     })
 }
 
-/// Follows a child through its cases until the deadline, a hang or its own end, and counts those that were
-/// begun.
+/// Receives the results of a child until the deadline, a hang or the end of the child. Returns the number of
+/// cases that began.
 fn follow(
     child: &mut Child,
     limit: Duration,
@@ -115,7 +116,7 @@ fn follow(
     begun
 }
 
-/// Which of all cases one child after the other runs.
+/// The part of all cases that one sequence of children runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     pub seed: u64,
@@ -146,7 +147,7 @@ pub fn run(
     Ok(())
 }
 
-/// Runs one case by name, with what it tells.
+/// Runs one case by name; the child prints its values.
 pub fn again(seed: u64, place: Place, limit: Duration, report: &mut dyn FnMut(Seen)) -> std::io::Result<()> {
     let arguments = ["--single".into(), seed.to_string(), place.target.to_string(), place.index.to_string()];
     follow(&mut start(&arguments)?, limit, None, report);

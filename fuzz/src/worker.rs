@@ -1,4 +1,4 @@
-//! The child process: runs cases one after the other and says what came of each.
+//! The child process: runs cases one after the other and prints the result of each.
 
 use crate::case::{Case, Stop};
 use crate::targets::TARGETS;
@@ -8,14 +8,14 @@ use std::sync::Mutex;
 
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// Where a case stands among all: its target and its index there.
+/// The place of a case: its target and its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     pub target: usize,
     pub index: u64,
 }
 
-/// In which order cases come: block after block, each of one target.
+/// The order of the cases: blocks of consecutive cases of one target.
 #[derive(Clone, Copy, Debug)]
 pub struct Order {
     /// Only the cases of this target.
@@ -26,11 +26,11 @@ impl Order {
     fn target(self, n: u64) -> usize {
         self.only.unwrap_or((n % TARGETS.len() as u64) as usize)
     }
-    /// How many cases block `n` has: a cheap target has many at a time.
+    /// Number of cases in block `n`: larger for targets with short cases.
     pub fn batch(self, n: u64) -> u64 {
         TARGETS[self.target(n)].batch
     }
-    /// Targets take turns.
+    /// The cases of block `n`. The blocks belong to the targets in turn.
     fn block(self, n: u64) -> impl Iterator<Item = Place> {
         let (target, batch) = (self.target(n), self.batch(n));
         let turn = if self.only.is_some() { n } else { n / TARGETS.len() as u64 };
@@ -38,7 +38,7 @@ impl Order {
     }
 }
 
-/// Says `B target index` before a case and `E kind text` after it, on standard output.
+/// Runs a case. Prints `B target index` before it and `E kind text` after it on standard output.
 fn one(seed: u64, place: Place, verbose: bool) -> std::io::Result<()> {
     let target = &TARGETS[place.target];
     let mut out = std::io::stdout().lock();
@@ -65,7 +65,8 @@ fn keep_panics() {
     }));
 }
 
-/// Every `stride`-th block from `first` on, less its first `skip` cases, until the parent ends this process.
+/// Runs every `stride`-th block from `first` on, without its first `skip` cases, until the parent ends this
+/// process.
 pub fn work(seed: u64, order: Order, first: u64, stride: u64, skip: u64) -> std::io::Result<()> {
     keep_panics();
     let mut skip = skip as usize;
@@ -77,7 +78,7 @@ pub fn work(seed: u64, order: Order, first: u64, stride: u64, skip: u64) -> std:
     Ok(())
 }
 
-/// One case by name, telling what it uses.
+/// Runs one case by name and prints its values.
 pub fn single(seed: u64, place: Place) -> std::io::Result<()> {
     keep_panics();
     one(seed, place, true)

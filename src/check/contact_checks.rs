@@ -128,9 +128,15 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         Some(Line { q: q.clone(), per_deflection, contact: base, size: self.size[0] * square.sqrt() })
     }
 
-    /// Checks every contact at its finite edges: the acceleration has a kink or a jump there,
-    /// `accel_on_pieces` depends on the pieces, and the force of the contact changes in proportion to the
-    /// acceleration. At a rigid stop it checks the impact instead.
+    /// Tests every contact at its finite edges and reports to `findings` if
+    /// - no acceleration has a kink, a jump or a change of curvature there (not tested if the deflection
+    ///   depends
+    ///   on velocities),
+    /// - `accel_on_pieces` gives the same on both pieces (reported once),
+    /// - the changes of the contact force and of the acceleration do not have the same ratio at all edges.
+    ///
+    /// At a rigid stop it tests the impact instead. Skipped: a deflection that does not depend on the
+    /// coordinates, a gap without width, an edge near which another contact changes its piece.
     pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };

@@ -17,8 +17,10 @@ use crate::ode::probe::Probe;
 /// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
 /// - the drives with the edges that `next_edge` returns.
 ///
-/// Two errors are not found: a constant factor in the force of a contact, because masses are not known; and
-/// missing damping in the force of a contact, if the damping acts in the gap as well.
+/// Three errors are not found: a constant factor in the force of a contact, because masses are not known;
+/// missing damping in the force of a contact, if the damping acts in the gap as well; a jump that `accel`
+/// makes
+/// of the time, because only jumps of drives are compared with `next_edge`.
 pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     check_over(model, typical, None)
 }

@@ -19,7 +19,8 @@ struct Quotient {
 }
 
 impl Quotient {
-    /// Whether a given rate agrees with the quotient within [`ROUGH`] and rounding.
+    /// Whether a rate that the model gives equals this difference quotient, up to [`ROUGH`] of the larger of
+    /// the two plus the rounding of the quotient.
     fn agrees(&self, given: f64) -> bool {
         (given - self.value).abs() <= ROUGH * given.abs().max(self.value.abs()) + self.rounding
     }

@@ -148,7 +148,8 @@ pub(crate) struct PivotStep {
 /// Maximum backward error of factors that are used `[1]`.
 pub(crate) const SOUND: f64 = 1e-10;
 
-/// Two ranges of x that do not overlap: one to read, one to write.
+/// Splits the vector `x`: the entries of `read`, and those of `write` to be changed. The ranges must not
+/// overlap; either may come first.
 pub(crate) fn apart<'a>(
     x: &'a mut [f64],
     read: &Range<usize>,

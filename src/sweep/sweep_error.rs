@@ -113,7 +113,7 @@ pub enum PointError {
         /// Index of the point in the sweep.
         index: usize,
     },
-    /// The text of an error that was read from bytes.
+    /// The text of an error in rows that were stored and read.
     #[error("{0}")]
     Text(String),
 }

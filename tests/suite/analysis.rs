@@ -213,8 +213,8 @@ fn settling_finds_the_period_multiple() {
             .run(&solver, &Duffing { force }, &start)
             .map(|s| s.period_multiple)
     };
-    // Periods at the force amplitudes: 0.20 period 1, 0.28 period 2, 0.29 period 4, 0.50 chaos, 0.65 period
-    // 2.   Source: Jordan & Smith, Sect. 13.3.
+    // Period at each amplitude of the force: 1 at 0.20, 2 at 0.28, 4 at 0.29, chaos at 0.50, 2 at 0.65.
+    // Source: Jordan & Smith, Sect. 13.3.
     assert_eq!(multiple(0.20), Ok(1));
     assert_eq!(multiple(0.28), Ok(2));
     assert_eq!(multiple(0.29), Ok(4));

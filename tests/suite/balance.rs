@@ -237,9 +237,9 @@ fn reading_p_has_the_papers_coefficients() {
 }
 
 /// Numbers of iterations with 15 unknowns, in ranges that were found independently: Broyden's good method
-/// takes 19-37 from the identity at the static start, and 1-19 with the Jacobian of the linear flank. Beyond
-/// the fold, at 200 rad/s, it finds a bilateral orbit from the identity (175-234 iterations, printed but not
-/// asserted).
+/// takes 19-37 from the identity at the static start (up to 40 at 172 rad/s), and 1-19 with the Jacobian of
+/// the linear flank. Beyond the fold, at 200 rad/s, it finds a bilateral orbit from the identity (175-234
+/// iterations, printed but not asserted).
 #[test]
 fn broyden_takes_the_known_counts() {
     let harmonics = Harmonics::bands(63, 1, 2).unwrap();
@@ -385,7 +385,7 @@ fn coexisting_orbits_and_their_multipliers() {
             };
             let cheap = orbit.multipliers(&*model).unwrap();
             println!(
-                "{name} {}: shot {:.1e}, series {:.1e} of {:.1e}",
+                "{name} {}: shooting {:.1e}, series {:.1e} (estimate {:.1e})",
                 point["Omega"],
                 apart(cycle.multipliers()),
                 apart(&cheap),

@@ -34,7 +34,7 @@ fn without_pieces_edges_are_found_by_re_stepping() {
     let plain = solver.clone().plain().trajectory(&Impact, &Impact::start(), 60.0).unwrap();
     let [a, b, c] =
         [&held, &unheld, &plain].map(|run| (error(&run.last().unwrap()), run.stats().evaluations));
-    println!("held {a:?}, re-stepped {b:?}, plain {c:?}");
+    println!("fixed pieces {a:?}, stepped again {b:?}, not located {c:?}");
     assert_eq!(held.stats().crossings, unheld.stats().crossings);
     assert!(a.0 < 1e-8 && b.0 < 1e-8);
     assert!(a.1 < c.1);
@@ -221,8 +221,8 @@ fn a_stall_is_a_typed_error() {
     assert!(failed.trajectory.len() > 1);
 }
 
-/// A ring without torques and with equal meshes stays at rest. The meshes are loaded against each other: W_i
-/// = -C e' + K g(-e).
+/// A ring without torques and with equal meshes stays at rest. The meshes are loaded against each other, with
+/// the forces W_i = -C e' + K g(-e).
 #[test]
 fn a_symmetric_ring_stays_at_rest() {
     for (n, half_backlash, error) in [(4, 2.65e-5, 2e-6), (6, 2.65e-6, 1e-5), (3, 1e-5, 1.5e-5)] {

@@ -205,8 +205,8 @@ impl Periodic for Driven {
     }
 }
 
-/// In a sweep the exponent per period has its closed form, with either engine and with warm starts: -T for c
-/// = 3 and (√2 - 2) T for c = 4.
+/// In a sweep the exponent per period has its closed form, with either engine and with warm starts: for c = 3
+/// it is -T and for c = 4 it is (√2 - 2) T.
 #[test]
 fn the_largest_exponent_is_a_measure_of_sweeps() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));

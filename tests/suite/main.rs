@@ -8,43 +8,43 @@
 //! | excitations and waves: derivatives, edges, fits, comparison | `excitations` |
 //! | contact laws: pieces, edges, impacts in closed form | `laws`, `excitations` |
 //! | rigid stops and restitution | `impacts` |
-//! | shapes, constants, machines; laws and waves of one's own | `machines` |
+//! | shapes, constants, machines; laws and waves of one's own | `shapes_and_machines` |
 //! | numbers of the algebra: dual numbers, lanes | `scalar_functions` |
-//! | held processes | `held` |
+//! | held processes | `held_processes` |
 //! | phase laws, runs at varying speed, waterfalls | `phase_laws` |
 //! | the face gear pair of Liu 2021 against reference orbits | `reference_nfg` |
 //! | the ring of Yao 2020 against reference trajectories | `reference_ring`, `ring_relative` |
-//! | `check_model`, `check_periodic`: models of the crate, findings | `consistency`, `slips` |
+//! | `check_model`, `check_periodic`: models of the crate, findings | `check_own_models`, `check_findings` |
 //! | **Integration in time** | |
 //! | order, dense output, tolerances, output times | `solvers` |
 //! | location of edges, with a few contacts | `located_edges` |
-//! | location of edges in many difficult cases | `torture` |
-//! | work that located edges save | `workloads` |
-//! | bits do not depend on the number of coordinates | `storage` |
+//! | location of edges in many difficult cases | `located_edges_hard_cases` |
+//! | work that located edges save | `located_edges_work` |
+//! | bits do not depend on the number of coordinates | `coordinate_storage` |
 //! | **Results of a run** | |
 //! | statistics, spectra, rattle, sections, settling | `analysis` |
-//! | statistics, sections and rattle at edges and jumps | `read_off` |
-//! | period multiples, tolerance of settling | `returns` |
+//! | statistics, sections and rattle at edges and jumps | `results_at_edges` |
+//! | period multiples, tolerance of settling | `settling` |
 //! | **Periodic orbits and stability** | |
 //! | harmonic balance | `balance` |
-//! | harmonic balance: sampling, orders above the kept ones | `balance_resolution` |
-//! | harmonic balance: error and its estimates (long) | `balance_truth` |
+//! | harmonic balance: sampling, orders above the kept ones | `balance_sampling` |
+//! | harmonic balance: error and its estimates (long) | `balance_error_estimates` |
 //! | multiple shooting | `shooting` |
-//! | derivative of the flow, saltation matrices | `variation`, `hard_flows`, `impacts` |
+//! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
 //! | engines, fingerprints, warm starts, errors of points | `sweeps` |
-//! | lanes that models share | `lane_sharing`, `sweeps`, `machines` |
-//! | chunks, cancelled and resumed sweeps, monitors | `long_work` |
+//! | lanes that models share | `lane_sharing`, `sweeps`, `shapes_and_machines` |
+//! | chunks, cancelled and resumed sweeps, monitors | `chunks_and_resuming` |
 //! | parameters, rows and orbits stored by `serde` | `stored_results` |
-//! | rows and results that are kept after an error | `kept_work` |
+//! | rows and results that are kept after an error | `rows_after_errors` |
 //! | bifurcation diagrams, basins of attraction | `bifurcation` |
 //! | ensembles, distributions, Sobol indices | `ensembles` |
 //! | **Input** | |
 //! | errors for invalid input | `bad_input` |
-//! | largest counts and ranges of values | `limits` |
+//! | largest counts and ranges of values | `input_ranges` |
 //!
 //! Helpers: `common` (small models with known solutions), `data` (reference data of tests/data), `benchmarks`
 //! (the problems of the benches).
@@ -52,41 +52,41 @@
 mod analysis;
 mod bad_input;
 mod balance;
-mod balance_resolution;
-mod balance_truth;
+mod balance_error_estimates;
+mod balance_sampling;
 mod bifurcation;
-mod consistency;
+mod check_findings;
+mod check_own_models;
+mod chunks_and_resuming;
+mod coordinate_storage;
 mod ensembles;
 mod excitations;
 mod floquet;
-mod hard_flows;
-mod held;
+mod held_processes;
 mod impacts;
-mod kept_work;
+mod input_ranges;
 mod lane_sharing;
 mod laws;
-mod limits;
 mod located_edges;
-mod long_work;
+mod located_edges_hard_cases;
+mod located_edges_work;
 mod lyapunov;
-mod machines;
 mod phase_laws;
-mod read_off;
 mod reference_nfg;
 mod reference_ring;
-mod returns;
+mod results_at_edges;
 mod ring_relative;
 mod roots;
+mod rows_after_errors;
 mod scalar_functions;
+mod settling;
+mod shapes_and_machines;
 mod shooting;
-mod slips;
 mod solvers;
-mod storage;
 mod stored_results;
 mod sweeps;
-mod torture;
 mod variation;
-mod workloads;
+mod variation_hard_cases;
 
 #[path = "../../benches/common/mod.rs"]
 mod benchmarks;

@@ -41,7 +41,7 @@ fn ring() -> Ring {
 const B_E: f64 = 2.5e-5;
 const OMEGA_N: f64 = 1.3e3;
 
-/// The coefficients of the list under Eq. (2) of Yao 2020, corrected (docs/errata.md): an entry X/D means ξ =
+/// The coefficients of the list under Eq. (2) of Yao 2020, corrected (docs/errata.md). An entry X/D means ξ =
 /// C_X/(2 D ω) and k = K_X/(D ω²).
 #[test]
 #[rustfmt::skip]

@@ -57,6 +57,7 @@ fn a_row_file_of_the_repository_is_read() {
 fn rows_keep_their_bits() {
     let rows = rows();
     let read = stored(&rows);
+    assert!(!rows.errors().is_empty() && read == rows);
     assert_eq!(read.fingerprint(), rows.fingerprint());
     for (a, b) in read.iter().zip(rows.iter()) {
         assert_eq!(a.channel("deflection").unwrap(), b.channel("deflection").unwrap());

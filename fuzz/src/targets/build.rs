@@ -1,4 +1,4 @@
-//! Constructors of models, and what an accepted model says of itself.
+//! Constructors of models, and the functions of accepted models.
 
 use super::laws;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
@@ -10,7 +10,7 @@ use gear_dynamics::model::Jacobian;
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::{Model, NfgPair, Periodic, State};
 
-/// Drives, acceleration and contacts at a start are numbers.
+/// Checks that drives, acceleration and contacts at a state are finite and that the edges are in order.
 pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {
     speaks_numbers(model, state)?;
     let (mut u, mut contacts) = (vec![0.0; model.drives()], vec![Contact::default(); model.contacts()]);
@@ -19,13 +19,14 @@ pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {
     contacts.iter().try_for_each(|contact| holds(contact.lower <= contact.upper, || format!("{contact:?}")))
 }
 
-/// The same where a half width that varies may be told below zero, which `check_model` names.
+/// The same without the order of the edges: a half width that varies may become negative, which `check_model`
+/// reports.
 fn speaks_numbers(model: &(impl Model + ?Sized), state: &State) -> Run {
     let n = model.dof();
     let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
     let mut contacts = vec![Contact::default(); model.contacts()];
     model.drive(state.t, Side::After, &mut u);
-    // A law without an edge has it at infinity.
+    // A law without an edge has an infinite one.
     holds(!u.iter().any(|u| u.is_nan()), || format!("drives {u:?}"))?;
     model.accel(&u, &state.q, &state.v, &mut a);
     all_finite("acceleration", &a)?;
@@ -65,7 +66,7 @@ pub fn pair(case: &mut Case) -> Run {
     speaks(&pair, &start)
 }
 
-/// That of two degrees of freedom.
+/// The face gear pair of two degrees of freedom.
 pub fn pair2(case: &mut Case) -> Run {
     let (params, reading) = (models::pair_params(case), models::reading(case));
     if case.chance(0.5) {
@@ -119,7 +120,7 @@ pub fn ring(case: &mut Case) -> Run {
     all_finite("relative stiffness", k.as_slice())
 }
 
-/// A model with random drives on slots that it has, or has not.
+/// A pair with held processes on existing and other slots.
 pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
     let pair = NfgPair::new(&models::pair_params(case))?;
     let start = pair.static_start()?;
@@ -152,7 +153,7 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
     Ok((held, start))
 }
 
-/// Held drives as the model sees them.
+/// The drives of such a pair.
 pub fn held(case: &mut Case) -> Run {
     let (held, start) = held_pair(case)?;
     finite("speed", held.bare().constant("speed")?)?;

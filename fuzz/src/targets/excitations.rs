@@ -1,4 +1,4 @@
-//! Functions of an angle: every constructor, nested, on any wave; values, derivatives, edges.
+//! Excitations: every constructor, nested, in any wave; values, derivatives and edges.
 
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 
@@ -8,7 +8,7 @@ use gear_dynamics::excitation::{
 };
 use std::f64::consts::TAU;
 
-/// A wave of up to so many levels about a mean.
+/// A wave near a mean, nested up to `levels` deep.
 pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
     let kinds = if levels == 0 { 9 } else { 12 };
     let wave = match case.below(kinds) {
@@ -59,14 +59,14 @@ pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
     turned(case, wave)
 }
 
-/// The same wave so many times a turn and ahead.
+/// The same wave with any order and phase.
 fn turned(case: &mut Case, wave: Wave) -> Result<Wave, Stop> {
     let order = if case.hostile() { case.count(3) as u32 } else { case.pick(&[1, 1, 2, 30]) };
     let wave = if case.chance(0.5) { wave.per_turn(order)? } else { wave };
     Ok(if case.chance(0.5) { wave.with_phase(case.number(1.0) * case.signed())? } else { wave })
 }
 
-/// Angles at which a function might jump: in a turn, or anywhere.
+/// Angles at which a function may jump: within a turn, or anywhere.
 pub fn angles(case: &mut Case) -> Vec<f64> {
     (0..case.below(4)).map(|_| if case.hostile() { case.number(1.0) } else { TAU * case.unit() }).collect()
 }
@@ -76,7 +76,7 @@ fn some(case: &mut Case, levels: usize, mean: f64) -> Result<Vec<Wave>, Stop> {
     (0..count).map(|_| wave(case, levels - 1, mean)).collect()
 }
 
-/// An excitation of a user with edges of any kind.
+/// A user's excitation with any edges.
 #[derive(Debug)]
 struct Own {
     edges: Vec<f64>,
@@ -91,7 +91,7 @@ impl Excitation for Own {
     }
 }
 
-/// What an accepted wave of moderate size has to give at any angle.
+/// Checks an accepted wave at any angle.
 pub fn any(case: &mut Case) -> Run {
     let scale = case.number(1.0);
     let one = if case.chance(0.9) {
@@ -104,7 +104,7 @@ pub fn any(case: &mut Case) -> Run {
     case.note(|| format!("{one:?}"));
     let mut angle = case.number(1.0) * case.signed();
     for _ in 0..20 {
-        // Past this an angle is no number of turns that could be told.
+        // Beyond this angle the resolution of numbers is too coarse.
         if angle.is_nan() || angle.abs() > 1e12 {
             break;
         }
@@ -158,7 +158,7 @@ pub fn tables(case: &mut Case) -> Run {
     finite("value of a fit", fit.value(TAU * case.unit()))
 }
 
-/// Arithmetic of jets about sensible values.
+/// Arithmetic of jets near sensible values.
 pub fn jets(case: &mut Case) -> Run {
     let mut jet = Jet::new(1.0 + case.unit(), case.signed(), case.signed());
     for _ in 0..6 {

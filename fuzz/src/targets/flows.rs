@@ -1,4 +1,4 @@
-//! Runs in time: every integrator and setting, every observer.
+//! Runs in time: every solver and setting, every observer.
 
 use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
@@ -24,7 +24,7 @@ pub fn runs(case: &mut Case) -> Run {
     let trajectory = match case.below(3) {
         0 => {
             let state = solver.end(&model, &start, end)?;
-            holds(state.t == end, || format!("ends at {:e} in place of {end:e}", state.t))?;
+            holds(state.t == end, || format!("ends at {:e} instead of {end:e}", state.t))?;
             all_finite("q", &state.q)?;
             return all_finite("v", &state.v);
         }
@@ -138,7 +138,7 @@ pub fn settling(case: &mut Case) -> Run {
             finite("change", steady.change)
         }
         Err(error) => {
-            // A start that is no number is handed back as it was.
+            // A start that is not finite is returned as it was.
             holds(
                 start.q.iter().any(|q| !q.is_finite()) || error.state().q.iter().all(|q| q.is_finite()),
                 || format!("{:?}", error.state()),
@@ -148,7 +148,7 @@ pub fn settling(case: &mut Case) -> Run {
     }
 }
 
-/// Random drives, runs under a law of phase, and a waterfall.
+/// Held processes, runs with a phase law, and a waterfall.
 pub fn varying(case: &mut Case) -> Run {
     let (held, start) = build::held_pair(case)?;
     let period = held.bare().period();
@@ -174,7 +174,7 @@ pub fn varying(case: &mut Case) -> Run {
     Ok(())
 }
 
-/// What the checks of models say: never a panic, and every finding has figures.
+/// The checks of models: they never panic.
 pub fn checks(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let findings =
@@ -193,7 +193,7 @@ pub fn stopped(case: &mut Case) -> Result<(), Stop> {
         left = left.saturating_sub(1);
         let mut y = vec![0.0; step.y1().len()];
         step.at(0.5 * (step.t0() + step.t1()), &mut y);
-        // Between the steps of a motion that blows up there is nothing to interpolate.
+        // Between the steps of a diverging motion the interpolation may not be finite.
         let moderate = step.y1().iter().all(|y| y.abs() < 1e30);
         if left == 0 || (moderate && y.iter().any(|y| !y.is_finite())) {
             ControlFlow::Break(())

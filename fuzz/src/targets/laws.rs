@@ -1,4 +1,4 @@
-//! Contact laws, laws of phase, held processes.
+//! Contact laws, phase laws, held processes.
 
 use super::excitations::wave;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
@@ -13,7 +13,7 @@ use gear_dynamics::excitation::Side;
 /// Any law behind one type.
 pub type Any = MixedLaw<Damped<MixedLaw>>;
 
-/// Any built-in law, its half width about a size.
+/// Any contact law of the crate with a half width near `size`.
 pub fn law(case: &mut Case, size: f64) -> Result<Any, Stop> {
     Ok(match case.below(10) {
         0 => MixedLaw::Other(match case.below(3) {
@@ -26,7 +26,7 @@ pub fn law(case: &mut Case, size: f64) -> Result<Any, Stop> {
     })
 }
 
-/// A law whose force does not depend on the rate.
+/// A contact law without damping.
 fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Stop> {
     Ok(match case.below(7) {
         0 => MixedLaw::Linear(Linear),
@@ -46,7 +46,7 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Sto
                 if case.hostile() { case.number(1.5) } else { case.pick(&[1.0, 10.0 / 9.0, 1.5, 2.0]) };
             let (b, depth) = (case.number(size), case.number(size));
             let one = PowerLaw::new(b, exponent, depth)?;
-            // Higher powers are allowed, and overflow far from the edge.
+            // Higher exponents are allowed but overflow far from the edge.
             let one = if exponent <= 3.0 { one } else { PowerLaw::new(b, 3.0, depth)? };
             MixedLaw::Power(if case.chance(0.8) {
                 one
@@ -58,7 +58,7 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Sto
     })
 }
 
-/// Forces and slopes at deflections within a million sizes.
+/// Forces and slopes at deflections up to a million times the half width.
 pub fn any(case: &mut Case) -> Run {
     let size = case.number(1e-4);
     let law = law(case, size)?;
@@ -69,7 +69,7 @@ pub fn any(case: &mut Case) -> Run {
     for _ in 0..10 {
         let angle = case.signed();
         let edges = law.edges(angle, Side::After);
-        // A half width that varies may be told below zero: `check_model` names it.
+        // A half width that varies may become negative, which `check_model` reports.
         let told = matches!(law, MixedLaw::Varying(_) | MixedLaw::Other(_));
         let crossed = edges.lower > edges.upper;
         holds(told || !crossed, || format!("edges {edges:?}"))?;
@@ -104,7 +104,7 @@ pub fn any(case: &mut Case) -> Run {
     Ok(())
 }
 
-/// Any law of phase about a speed.
+/// Any phase law near a speed.
 pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Stop> {
     Ok(match case.below(4) {
         0 => PhaseLaw::constant(case.number(speed))?,
@@ -125,7 +125,7 @@ pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Sto
     })
 }
 
-/// A phase rises, and the time of a phase is when it is reached.
+/// The phase increases, and `time` inverts `phase`.
 pub fn phases(case: &mut Case) -> Run {
     let (speed, time) = (case.number(10.0), case.number(4.0));
     let law = phase_law(case, speed, time)?;
@@ -164,7 +164,7 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
     Ok(process.with_seed(case.seed()).with_member(case.seed()))
 }
 
-/// Values of held processes at any time and number.
+/// Values of held processes at any time and of any number.
 pub fn held(case: &mut Case) -> Run {
     let process = process(case, 0.1, 1.0)?;
     case.note(|| format!("{process:?}"));

@@ -1,4 +1,4 @@
-//! What is called: one target per theme of the crate.
+//! The targets: one for each part of the crate.
 
 mod build;
 pub mod excitations;
@@ -12,7 +12,7 @@ pub mod sweeps;
 
 use crate::case::{Case, Run};
 
-/// One theme: a name, how many of its cases are run in a row, and what a case does.
+/// A target: its name, the number of its cases that run in a block, and the function that runs a case.
 pub struct Target {
     pub name: &'static str,
     pub batch: u64,
@@ -23,7 +23,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
     Target { name, batch, run }
 }
 
-/// All of them. A case is named by the target's name, so new ones may stand anywhere.
+/// All targets. A case is named by its target, so that the order may change.
 pub const TARGETS: [Target; 36] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),

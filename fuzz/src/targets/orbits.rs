@@ -1,4 +1,4 @@
-//! Periodic orbits, exponents, variational equations, harmonic balance.
+//! Periodic orbits, Lyapunov exponents, variational equations, harmonic balance.
 
 use crate::any;
 use crate::case::{Case, Run, all_finite, finite, holds};
@@ -12,7 +12,7 @@ use gear_dynamics::{
 };
 use std::f64::consts::TAU;
 
-/// What makes a case short.
+/// The budget, which keeps cases short.
 fn budget() -> Budget {
     Budget::new().steps(20_000)
 }
@@ -48,7 +48,7 @@ fn cycle(model: &Erased, cycle: &ShootingOrbit, phase: f64) -> Run {
     Ok(())
 }
 
-/// Shooting, and once more from the orbit found.
+/// Shooting, and again from the orbit found.
 pub fn shooting(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let guess: Vec<State> = if case.hostile() {
@@ -99,7 +99,7 @@ pub fn variation(case: &mut Case) -> Run {
     }
 }
 
-/// Exponents of any kind.
+/// Lyapunov exponents with any settings.
 pub fn lyapunov(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let mut lyapunov = Lyapunov::new()
@@ -124,7 +124,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
     all_finite("exponents", &exponents.values())?;
     all_finite("exponents per period", &exponents.per_period())?;
     holds(exponents.standard_error().iter().all(|bar| !bar.is_nan()), || {
-        format!("bars {:?}", exponents.standard_error())
+        format!("standard errors {:?}", exponents.standard_error())
     })?;
     for i in 0..exponents.values().len() {
         all_finite("history", &exponents.history(i))?;
@@ -145,7 +145,7 @@ fn harmonics(case: &mut Case) -> Result<Harmonics, ParameterError> {
     if case.chance(0.2) { harmonics.over_periods(case.count(2)) } else { Ok(harmonics) }
 }
 
-/// Sets of orders by themselves: with any counts.
+/// Sets of orders with any counts, and series on them.
 pub fn orders(case: &mut Case) -> Run {
     let kept = if case.chance(0.2) { Harmonics::up_to(case.count(10)) } else { harmonics(case)? };
     case.note(|| format!("{kept:?}"));
@@ -181,7 +181,7 @@ pub fn orders(case: &mut Case) -> Run {
     holds(!orbit.distance(&other).is_nan(), || "distance is NaN".into())
 }
 
-/// Harmonic balance of anything with a period.
+/// Harmonic balance of any model.
 pub fn balance(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let samples = case.count(200);
@@ -200,7 +200,7 @@ pub fn balance(case: &mut Case) -> Run {
     };
     case.note(|| format!("{balance:?}"));
     if balance.harmonics().highest() > 512 {
-        return Ok(()); // asked for in earnest: minutes of work
+        return Ok(()); // so many orders would take minutes
     }
     let guess = match case.below(4) {
         0 => FourierOrbit::project(

@@ -27,7 +27,7 @@ pub fn broyden(case: &mut Case, tolerance: f64) -> Broyden {
     }
 }
 
-/// Roots that are found are roots; those that are not come back with the last iterate.
+/// A root that is found has a small residual; an error contains the last iterate.
 pub fn solve(case: &mut Case) -> Run {
     let kind = case.below(5);
     let (a, b) = (case.number(1.0), case.number(2.0));
@@ -65,9 +65,9 @@ pub fn solve(case: &mut Case) -> Run {
             residual(&root.x, &mut r);
             let largest = r.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
             holds((largest - root.residual).abs() <= 1e-9 * (1.0 + largest.abs()), || {
-                format!("residual {largest:e}, said {:e}", root.residual)
+                format!("residual {largest:e}, reported {:e}", root.residual)
             })?;
-            // The tolerance is a share of the largest unknown of the guess or the root.
+            // The tolerance is a share of the largest unknown of guess and root.
             let scale = a.abs() + b.abs() + guess.iter().chain(&root.x).fold(0.0, |m: f64, x| m.max(x.abs()));
             let sensible = scale < 1e3 && n > 0 && tolerance < 1e-3;
             holds(!sensible || largest < 0.1 * scale.max(1e-3), || {

@@ -1,4 +1,4 @@
-//! What is read off samples: summaries, spectra, distributions.
+//! Evaluation of samples: summaries, spectra, distributions.
 
 use crate::case::{Case, Run, all_finite, finite, holds};
 
@@ -14,7 +14,7 @@ pub fn summaries(case: &mut Case) -> Run {
     case.note(|| format!("{summary:?}"));
     all_finite("summary", &[summary.mean, summary.rms, summary.min, summary.max])?;
     all_finite("range and deviation", &[summary.peak_to_peak(), summary.standard_deviation()])?;
-    // Squares of values below 1e-150 are lost.
+    // Squares of values below 1e-150 underflow.
     let slack = 1e-9 * summary.min.abs().max(summary.max.abs()) + 1e-150;
     holds(summary.mean >= summary.min - slack && summary.mean <= summary.max + slack, || {
         format!("{summary:?}")
@@ -42,7 +42,7 @@ pub fn spectra(case: &mut Case) -> Run {
     all_finite("orders", &spectrum.orders(base)?)
 }
 
-/// Moments and quantiles; numbers that are not finite are counted apart.
+/// Moments and quantiles; values that are not finite are counted separately.
 pub fn distributions(case: &mut Case) -> Run {
     let (length, size) = (1 + case.below(200), case.number(1.0));
     let values = case.list(length, size);

@@ -1,4 +1,4 @@
-//! Shapes of a user, with slips, and what every machine does with names.
+//! Shapes of a user with mistakes, and the named constants of every machine.
 
 use super::build::speaks;
 use super::excitations::wave;
@@ -13,33 +13,33 @@ use gear_dynamics::{
     Backlash, Integrator, Machine, Model, NfgPair, ParameterError, Periodic, Rk45, Shape, State, Wave,
 };
 
-/// What a user may get wrong in a shape.
+/// Mistakes in a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Slip {
     None,
-    /// Names of constants: none, one missing, one twice, one too many.
+    /// Names of the constants: none, one missing, one repeated, one too many.
     Names(usize),
-    /// Another size than the rest of the shape has: of what, and how large.
+    /// A size that contradicts the rest of the shape: which entry, and its value.
     Size(usize, usize),
-    /// Prepared constants: another number of them, or none.
+    /// Number of prepared constants.
     Prepared(usize),
-    /// The first prepared constant is this, in place of the speed.
+    /// Value of the first prepared constant, the speed.
     Speed(f64),
-    /// Every constant is refused.
+    /// `check` refuses all constants.
     Refused,
-    /// Wave 0 is this at all angles.
+    /// Value of wave 0 at all angles.
     Wave(f64),
-    /// Wave 0 grows with the angle.
+    /// Wave 0 is proportional to the angle.
     Growing,
-    /// The next edge, as seen from an angle, so far ahead.
+    /// Distance of the next edge from any angle.
     Edge(f64),
-    /// The waves repeat so many times.
+    /// Number of repetitions of the waves in a turn.
     Repeats(u32),
-    /// The acceleration is this.
+    /// Value of the acceleration.
     Acceleration(f64),
 }
 
-/// q'' + c q' + k(φ) q + s f(q) = F: as a user writes it, with slips.
+/// q'' + c q' + k(φ) q + s f(q - e(φ)) = F: a shape that a user might write, with mistakes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
     stiffness: Wave,
@@ -49,7 +49,7 @@ pub struct Own {
 }
 
 impl Own {
-    /// Whether channels are made of numbers while the motion is.
+    /// Whether the channels are finite while the motion is.
     pub fn is_sound(&self) -> bool {
         self.slip == Slip::None
     }
@@ -168,7 +168,7 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
     case.note(|| format!("{shape:?}"));
     let mut constants: Vec<(&str, f64)> =
         NAMES.iter().zip([1.0, 0.5, 0.1, 10.0, 0.5]).map(|(name, x)| (*name, case.number(x))).collect();
-    // A gap of negative width is told by the check of the model.
+    // A negative half width is reported by the check of the model.
     constants[4].1 = constants[4].1.abs();
     if case.hostile() {
         match case.below(4) {
@@ -182,7 +182,7 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
     Ok(Machine::with_constants(shape, &constants)?)
 }
 
-/// A user's shape: what is accepted speaks in numbers, and runs in lanes.
+/// A user's shape: an accepted one has finite numbers and runs in lanes.
 pub fn own(case: &mut Case) -> Run {
     let machine = machine(case)?;
     if machine.shape().is_sound() {
@@ -192,7 +192,7 @@ pub fn own(case: &mut Case) -> Run {
     holds(machine.period() > 0.0, || format!("period {:e}", machine.period()))?;
     named(case, &machine)?;
     if matches!(machine.shape().slip, Slip::Size(..)) {
-        return Ok(()); // more coordinates than the algebra knows are a matter of the user's indices
+        return Ok(()); // the algebra of this shape may index beyond another size
     }
     sweeps::machines(case, &machine, "force")
 }
@@ -223,7 +223,7 @@ pub fn named<G: Shape>(case: &mut Case, machine: &Machine<G>) -> Run {
             finite("period", with.period())?;
             other = with;
         }
-        // Most constants are prepared, and no drive.
+        // Most constants are converted and are not drives.
         let slot = machine.slot(&name).ok();
         holds(slot.is_none_or(|slot| exists && slot < machine.drives()), || {
             format!("slot of \"{name}\": {slot:?}")
@@ -240,7 +240,7 @@ pub fn named<G: Shape>(case: &mut Case, machine: &Machine<G>) -> Run {
     Ok(())
 }
 
-/// The same on the models of the crate.
+/// The named constants of the models of the crate.
 pub fn names(case: &mut Case) -> Run {
     match case.below(4) {
         0 => {
@@ -262,13 +262,13 @@ pub fn names(case: &mut Case) -> Run {
     }
 }
 
-/// Functions of time on drives that there are, and are not.
+/// Functions of time on existing and other drives.
 pub fn driven(case: &mut Case) -> Run {
     let pair = NfgPair::new(&models::pair_params(case))?;
     let start = pair.static_start()?;
     let mut driven = Driven::new(pair);
     for _ in 0..1 + case.below(2) {
-        // Rates of waves are left alone: edges that do not move as they say are looked at again and again.
+        // Rates of waves are not changed: moving edges with wrong rates make runs very slow.
         let slot =
             if case.hostile() { 4 + case.count(12).min(1 << 60) } else { case.pick(&[0, 4, 8, 9, 10, 11]) };
         let edges: Vec<f64> = (0..case.below(4)).map(|_| case.number(10.0) * case.signed()).collect();

@@ -1,4 +1,4 @@
-//! Points, sweeps on every engine, diagrams, attractors, ensembles, sensitivity.
+//! Points, sweeps with every engine, diagrams, attractors, ensembles, Sobol indices.
 
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased, User};
@@ -39,7 +39,7 @@ pub fn points(case: &mut Case) -> Run {
     holds(list.len() == rows.len() && !list.is_empty(), || format!("{} points of {}", list.len(), rows.len()))
 }
 
-/// Sweep settings of moderate work.
+/// Settings of a sweep with moderate work.
 fn sweep(case: &mut Case, points: Points) -> Sweep {
     let mut sweep = Sweep::new(points).settle(case.effort(2)).measure(case.effort(2));
     if case.chance(0.3) {
@@ -71,7 +71,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
     sweep.warm_start(case.pick(&[WarmStart::No, WarmStart::No, WarmStart::Up, WarmStart::Down]))
 }
 
-/// Rows hold numbers, bring back what they wrote, and go together again.
+/// Checks that rows are finite and that they are equal after storing.
 fn judge(case: &mut Case, rows: Rows) -> Run {
     for row in rows.iter() {
         holds(
@@ -116,7 +116,7 @@ fn judge(case: &mut Case, rows: Rows) -> Run {
     holds(found.list().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
 }
 
-/// Steps a period. 2²⁴ are accepted and made, which takes a minute: fewer in their place.
+/// Steps per period. 2²⁴ steps are accepted but take a minute; they are replaced by 2¹².
 fn steps(case: &mut Case, sensible: usize) -> usize {
     match case.count(sensible) {
         0x100_0000 => 1 << 12,
@@ -125,7 +125,7 @@ fn steps(case: &mut Case, sensible: usize) -> usize {
 }
 
 fn user(case: &mut Case) -> User {
-    // An edge that moves faster is looked at a thousand times a step, for many steps.
+    // An edge that moves faster would be checked a thousand times a step, for many steps.
     let user = User::any(case);
     User { stop: Some([10.0, 0.5]), shake: [user.shake[0], user.shake[1].clamp(-1e3, 1e3)], ..user }
 }
@@ -134,7 +134,7 @@ fn erased(user: &User, force: f64) -> Result<Erased, ParameterError> {
     Ok(Erased::new(User { force, ..user.clone() }, TAU / user.omega))
 }
 
-/// A user's model on fixed steps and on any solver.
+/// A user's model with fixed steps and with any solver.
 pub fn users(case: &mut Case) -> Run {
     let user = user(case);
     let count = 1 + case.below(4);
@@ -153,7 +153,7 @@ pub fn users(case: &mut Case) -> Run {
     judge(case, rows)
 }
 
-/// Any machine in lanes over a constant; a path of its own for another shape.
+/// Any machine in lanes over one of its constants.
 pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, name: &str) -> Run {
     let count = 2 + case.below(4);
     let value = machine.constant(name).unwrap_or(1.0);
@@ -172,7 +172,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     judge(case, rows)
 }
 
-/// The face gear pair in lanes, in chunks, resumed.
+/// The face gear pair in lanes and in chunks.
 pub fn lanes(case: &mut Case) -> Run {
     let params = models::pair_params(case);
     let count = 1 + case.below(6);
@@ -196,7 +196,7 @@ pub fn lanes(case: &mut Case) -> Run {
     judge(case, rows)
 }
 
-/// Diagrams, up and down.
+/// Bifurcation diagrams.
 pub fn bifurcation(case: &mut Case) -> Run {
     let user = user(case);
     let count = 2 + case.below(4);
@@ -217,14 +217,14 @@ pub fn bifurcation(case: &mut Case) -> Run {
     all_finite("undecided", &drawn.undecided())
 }
 
-/// Members of a random family, and what varies with what.
+/// Ensembles of a random family.
 pub fn ensembles(case: &mut Case) -> Run {
     let user = user(case);
     let (members, spans) =
         (if case.hostile() { case.count(5) as u64 } else { 1 + case.below(8) as u64 }, case.count(5));
     let end = case.number(5.0);
     let mut ensemble = Ensemble::new(members, end, spans)?;
-    // More are asked for in earnest, and would run.
+    // More members are accepted and would run for long.
     if members > 64 {
         return Ok(());
     }
@@ -268,7 +268,7 @@ fn uncertain(case: &mut Case) -> Result<RandomParameters, Stop> {
         .with("b", rand_distr::Uniform::new(low, high)?))
 }
 
-/// Samples of uncertain parameters and Sobol indices of a measure.
+/// Samples of uncertain parameters, and Sobol indices of a result.
 pub fn sobol(case: &mut Case) -> Run {
     let uncertain = uncertain(case)?;
     let count = case.count(20);
@@ -290,7 +290,9 @@ pub fn sobol(case: &mut Case) -> Run {
     }
     for index in design.indices(&measure)? {
         all_finite(format_args!("index of {}", index.name), &[index.first, index.total])?;
-        holds(index.first_error >= 0.0 && index.total_error >= 0.0, || format!("bars of {index:?}"))?;
+        holds(index.first_error >= 0.0 && index.total_error >= 0.0, || {
+            format!("standard errors of {index:?}")
+        })?;
     }
     Ok(())
 }

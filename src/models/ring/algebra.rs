@@ -79,7 +79,8 @@ impl<'a, S: Scalar> Instant<'a, S> {
         meshes[i].pull(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
     }
 
-    /// Writes θ_i'' and θ_Li''. `torque`: the sum of all torques on the gear except that of its output shaft.
+    /// Writes θ_i'' of gear i and θ_Li'' of its load to `turns[i]`. `torque`: the sum of all torques on the
+    /// gear except that of its output shaft, which is subtracted here.
     #[inline(always)]
     fn turn(&self, i: usize, gear: &Turning<S>, torque: S, turns: &mut [[S; 2]]) {
         let shaft =

@@ -142,12 +142,16 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         Ok(State { t, q: unroll(q, 1.0, &|i| errors[i].0), v: unroll(v, self.frequency, &|i| errors[i].1) })
     }
 
-    /// The matrices ξ_ij and k_ij, with their signs, of q'' + 2 ξ q' + k g(q) = f in relative coordinates.
+    /// The matrices ξ and k of q'' + 2 ξ q' + k g(q) = f in relative coordinates. g acts on the mesh
+    /// coordinates only; shafts are linear. The signs of the terms are part of the entries.
     ///
-    /// 2 ξ = U⁻¹ B M⁻¹ Bᵀ diag(c) U/ω_n,   k = U⁻¹ B M⁻¹ Bᵀ diag(k) U/ω_n²
+    /// 2 ξ = U⁻¹ B M⁻¹ Bᵀ diag(c) U/ω_n,   k = U⁻¹ B M⁻¹ Bᵀ diag(K) U/ω_n²
     ///
-    /// with dampings c and stiffnesses k of the links, of which those of the meshes [N/m] are given, and the
-    /// units U of the relative coordinates.   Source: Yao 2020, coefficient list under Eq. (2), corrected.
+    /// B: [mesh matrix](Ring::mesh_matrix); M: [mass matrix](Ring::mass_matrix); c, K: dampings and
+    /// stiffnesses of the motor shaft, the n meshes and the n output shafts; U = diag(1 rad for shafts, b_e
+    /// for meshes); b_e, ω_n: the arguments of [`Ring::relative`]. The given stiffnesses [N/m] are those of
+    /// the n meshes; the others are those of the ring.   Source: Yao 2020, coefficient list under Eq. (2),
+    /// corrected (docs/errata.md).
     ///
     /// # Errors
     /// A number of stiffnesses other than n; a stiffness that is negative or above 1e50.

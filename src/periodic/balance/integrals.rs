@@ -31,8 +31,12 @@ pub enum Integrals {
         /// Number M of samples in one period of the orbit.
         samples: usize,
     },
-    /// Closed form between the switches. Requires fixed pieces with linear accelerations, drives of few
-    /// harmonics, and no drive edges.
+    /// Exact formulas for the integrals from switch to switch. Requires no drive edges, and accelerations on
+    /// fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
+    /// add
+    /// up. The constant terms and slopes must be Fourier series of at most about 6000 orders per period of
+    /// the
+    /// drives. A model without an exact Jacobian may fail this by the noise of its differences.
     Closed,
     /// Uniform samples, corrected around every switch, where the accelerations have a kink. Requires smooth
     /// fixed pieces and no drive edges.

@@ -133,7 +133,9 @@ impl<'m, M: Model + ?Sized> Rounding<'m, M> {
         ranges.iter().zip(&self.largest).map(|(range, sum)| range.max(share * sum)).collect()
     }
 
-    /// The ranges of motion, at least 1e-9 of the sums: a coarse run does not distinguish less from rest.
+    /// The ranges of motion, each raised to at least [`SEEN`] times the largest sum |q| + h |v| + h² T or
+    /// |v| + h T of its component. The run that measures the ranges cannot distinguish a smaller motion from
+    /// rest.
     pub(crate) fn seen(&self, ranges: Vec<f64>) -> Vec<f64> {
         ranges.iter().zip(&self.largest).map(|(range, sum)| range.max(SEEN * sum)).collect()
     }

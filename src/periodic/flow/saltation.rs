@@ -67,11 +67,12 @@ pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
-    /// Coordinates of the motion and its differences after the last edges.
+    /// Coordinates of the motion and its differences directly after the most recent step that ended on edges,
+    /// with the jumps applied.
     pub(crate) fn coordinates(&self) -> &[f64] {
         &self.q
     }
-    /// Velocities of the motion and its differences after the last edges.
+    /// Velocities of the motion and its differences at the same instant.
     pub(crate) fn velocities(&self) -> &[f64] {
         &self.v
     }

@@ -93,7 +93,9 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         largest(q, of_q).max(largest(v, of_v))
     }
 
-    /// Start of the motion and its differences: difference k is `scale[k]` in component k and 0 elsewhere.
+    /// Start of the motion and its small differences. Components are the n coordinates, then the n
+    /// velocities;
+    /// difference k is `scale[k]` in component k and 0 elsewhere.
     pub(crate) fn start(&self, state: &State) -> State {
         let (mut q, mut v) = (state.q.clone(), state.v.clone());
         q.resize(self.n * (1 + self.columns), 0.0);

@@ -3,7 +3,8 @@
 use crate::error::{ParameterError, check};
 use std::collections::VecDeque;
 
-/// Number of values at which the values kept so far are sorted into bins.
+/// Up to this number of values each value is kept. Then all are counted in bins, whose first width follows
+/// from their range.
 const PILOT: usize = 512;
 
 /// Maximum number of bins.
@@ -43,7 +44,8 @@ pub struct Distribution {
     mean: f64,
     /// Σ ((x - mean) unit)².
     square: f64,
-    /// 1, or 2⁻⁶⁰⁰ after a value so large that its square might overflow.
+    /// Factor of the deviations x - mean before they are squared: 1, or 2⁻⁶⁰⁰ from the first |x| above
+    /// [`LARGE`] on, so that squares do not overflow.
     unit: f64,
     min: f64,
     max: f64,

@@ -186,7 +186,8 @@ pub(crate) trait Number: Scalar {
     type Part: Number;
     /// Number of parts that together contain all lanes.
     const PARTS: usize;
-    /// The lanes of part `part`; positions past the last lane are zero.
+    /// Part number `part` (from 0) of the lanes, as a narrower number of `Part::WIDTH` lanes. Positions past
+    /// the last lane are zero.
     fn part(&self, part: usize) -> Self::Part;
     fn lane(&self, lane: usize) -> f64;
     fn set_lane(&mut self, lane: usize, value: f64);

@@ -76,17 +76,23 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }
 
-/// Rows are equal if all values, errors, checks, points and settings are equal. [`alone`](Rows::alone) is
+/// Rows are equal if all values, texts of errors, checks, points and settings are equal.
+/// [`alone`](Rows::alone) is
 /// ignored.
 impl PartialEq for Rows {
     fn eq(&self, other: &Rows) -> bool {
         let check = |(a, b): (CheckedPoint<'_>, CheckedPoint<'_>)| match (a.1, b.1) {
             (Ok(x), Ok(y)) => a.0 == b.0 && same_bits(x, y),
-            _ => a == b,
+            (Err(x), Err(y)) => a.0 == b.0 && x.to_string() == y.to_string(),
+            _ => false,
+        };
+        let texts = |errors: &BTreeMap<usize, PointError>| -> Vec<(usize, String)> {
+            errors.iter().map(|(index, error)| (*index, error.to_string())).collect()
         };
         let checks =
             self.checks.len() == other.checks.len() && self.checks.iter().zip(&other.checks).all(check);
-        let errors = self.errors == other.errors && self.exponent_errors == other.exponent_errors;
+        let errors = texts(&self.errors) == texts(&other.errors)
+            && texts(&self.exponent_errors) == texts(&other.exponent_errors);
         let done = self.done.contains(&true);
         let figures = self.done == other.done && (!done || same_bits(&self.data, &other.data));
         figures

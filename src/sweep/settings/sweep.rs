@@ -65,11 +65,14 @@ impl Sweep {
         Sweep { settle: periods, ..self }
     }
 
-    /// Ends settling early, as soon as the strobed state repeats within `tolerance`. Default: settling does
-    /// not end early.
+    /// Ends settling as soon as the strobed state repeats within `tolerance`, after any period multiple p up
+    /// to
+    /// 16 and at p + 1 periods in a row. Default: settling lasts its full number of periods.
     ///
-    /// The tolerance is the maximum change of a coordinate or velocity as a share of its range over a period
-    /// `[1]`, positive. Rigid motion is ignored.
+    /// The tolerance is the maximum difference of a coordinate or velocity as a share of its range (maximum
+    /// less
+    /// minimum) in the last period `[1]`, positive and finite; otherwise the sweep returns an error. If the
+    /// state as a whole does not repeat, it is compared without its rigid motion.
     pub fn until_repeats(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }

@@ -26,8 +26,12 @@ const SMOOTH: f64 = 1e-9;
 /// Number of instants between the samples at which the interpolation is checked.
 const LOOKS: usize = 3;
 
-/// Returns a note if integrals twice as fine change the accelerations by more than [`COARSE`]. For sampled
-/// contacts there is another note, [`BalanceNote::Aliased`].
+/// Returns [`BalanceNote::Coarse`] if the Fourier coefficients of the accelerations change by more than
+/// [`COARSE`] of the largest one when twice as many samples or panels are used.
+///
+/// `None` also if the samples already interpolate the accelerations to [`SMOOTH`], or if the finer equations
+/// cannot be set up. Not checked: closed form, linearised orbits, and sampled contacts, for which `notes`
+/// checks [`BalanceNote::Aliased`] instead.
 pub(crate) fn note<'m, M: Periodic + ?Sized>(
     equations: &mut BalanceEquations<'m, M>,
     orbit: &FourierOrbit,

@@ -1,5 +1,5 @@
 //! Harmonic balance of the rattling pair: its error and its estimates of the error, against the orbit
-//! polished by shooting. Long: `cargo test --release --test suite balance_truth -- --ignored`.
+//! polished by shooting. Long: `cargo test --release --test suite balance_error_estimates -- --ignored`.
 
 use crate::api::*;
 use crate::data::read;
@@ -8,7 +8,7 @@ use crate::data::read;
 /// value. The truncation estimate |z_H - z_1.3H| is within a factor of 2 of the error, the first correction
 /// of shooting within a factor of 6. The polished orbit agrees with the reference to 1e-9.
 #[test]
-#[ignore = "minutes without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
+#[ignore = "minutes without optimisation: cargo test --release --test suite balance_error_estimates -- --ignored"]
 fn balance_reaches_the_truth_and_knows_its_error() {
     let data = read("nfg.json");
     let mut warned = 0;
@@ -68,7 +68,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
 /// 180 rad/s, 252 switches, H = 500: closed integrals, corrected samples and Gauss panels give the same
 /// residual and Jacobian to 1e-10.
 #[test]
-#[ignore = "a minute without optimisation: cargo test --release --test suite balance_truth -- --ignored"]
+#[ignore = "a minute without optimisation: cargo test --release --test suite balance_error_estimates -- --ignored"]
 fn three_ways_agree_on_five_hundred_orders() {
     let pair = NfgPair::with_reading(
         &NfgParams { speed: 180.0, ..NfgParams::table1() },

@@ -277,7 +277,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
 }
 
 #[test]
-#[ignore = "a minute without optimisation: cargo test --release --test suite torture -- --ignored"]
+#[ignore = "a minute without optimisation: cargo test --release --test suite located_edges_hard_cases -- --ignored"]
 fn a_shaking_table_is_met_by_400_balls() {
     shaking_table(400);
 }

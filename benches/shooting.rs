@@ -1,4 +1,4 @@
-//! Time of multiple shooting from a guess near an orbit: `cargo bench --bench orbits`.
+//! Time of multiple shooting from a guess near an orbit: `cargo bench --bench shooting`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use gear_dynamics::models::nfg::NfgReading;
