@@ -45,7 +45,7 @@ impl Tableau for DormandPrince8 {
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
-        use table::*;
+        use table::{A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, A12, B, C};
         e.drive(C[1]);
         e.stage::<FIXED, _>(1, &A2);
         e.drive(C[2]);
@@ -78,7 +78,7 @@ impl Tableau for DormandPrince8 {
         if both == 0.0 { 0.0 } else { e5 * e5 / both }
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
-        use table::*;
+        use table::{A14, A15, A16, D4, D5, D6, D7};
         e.drive(0.1);
         e.stage::<FIXED, _>(13, &A14);
         e.drive(0.2);

@@ -56,7 +56,7 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// End of the step.
     pub(crate) t1: f64,
     /// t1 - t.
-    pub(crate) h: f64,
+    pub(super) h: f64,
     /// Coordinates, then velocities, at the start.
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
@@ -68,7 +68,7 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Drives at the end of the step, before a jump there.
     pub(crate) u1: Vec<f64>,
     /// Drives at node `PROBE` of the step; empty if edges are not located.
-    pub(crate) u_probe: Vec<f64>,
+    pub(super) u_probe: Vec<f64>,
     /// The piece of every contact during the step.
     pub(crate) pieces: Vec<Piece>,
     /// Whether the model is evaluated on these fixed pieces.
@@ -78,14 +78,14 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Absolute tolerance of each component.
     pub(crate) atol: V,
     /// Dense output: y0, then its coefficients.
-    pub(crate) dense: [V; DENSE],
-    pub(crate) ready: Ready,
+    pub(super) dense: [V; DENSE],
+    pub(super) ready: Ready,
     /// Scratch: a state inside the step.
     pub(crate) look: V,
     /// The contacts of the last evaluation.
     pub(crate) contacts: Vec<Contact>,
     /// Scratch: the contacts at a state changed by rounding.
-    pub(crate) shaken: Vec<Contact>,
+    pub(super) shaken: Vec<Contact>,
     /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
 }
@@ -96,7 +96,7 @@ pub(crate) struct Ready {
     /// The derivative in slot `END`.
     pub(crate) end: bool,
     /// The dense coefficients.
-    pub(crate) dense: bool,
+    pub(super) dense: bool,
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {

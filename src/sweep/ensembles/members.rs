@@ -12,7 +12,7 @@ use crate::ode::trajectory::uniform_times;
 use crate::sweep::ensembles::bands::{Bands, MemberResults};
 use crate::sweep::monitor::Monitor;
 use crate::sweep::sweep_error::PointError;
-use rayon::prelude::*;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicUsize;
