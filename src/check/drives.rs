@@ -12,13 +12,16 @@ const INTERVALS: u32 = 256;
 /// interval is not checked.
 const EDGES: usize = 8;
 
+/// Number of edges along which `next_edge` is followed. Rounding may return an edge again only after many of them.
+const FOLLOWED: usize = 4096;
+
 /// Share of a change that one half of its interval must contain if the change is a jump. A smooth change
 /// leaves one half in each half interval; a jump leaves all of it in one.
 const KEPT: f64 = 0.75;
 
-/// Checks that `next_edge` returns later instants and that the drives do not jump between them.
+/// Checks that `next_edge` returns later instants, for 4096 edges, and that the drives do not jump between them.
 ///
-/// The check covers the time up to the eighth edge and the period. If the period is not known, it covers the
+/// The second check covers the time up to the eighth edge and the period. If the period is not known, it covers the
 /// spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
 pub(crate) fn check<M: Model + ?Sized>(
     model: &M,
@@ -27,9 +30,9 @@ pub(crate) fn check<M: Model + ?Sized>(
     findings: &mut Vec<Inconsistency>,
 ) {
     let start = typical.t;
-    let mut t = start;
-    for _ in 0..8 {
-        let Some(edge) = model.next_edge(t) else {
+    let (mut t, mut eighth) = (start, start);
+    for i in 0..FOLLOWED {
+        let Some(edge) = model.next_edge(t).filter(|edge| *edge < f64::INFINITY || edge.is_nan()) else {
             break;
         };
         if edge <= t || edge.is_nan() {
@@ -37,10 +40,13 @@ pub(crate) fn check<M: Model + ?Sized>(
             return;
         }
         t = edge;
+        if i < 8 {
+            eighth = edge;
+        }
     }
     let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let turn = largest(&typical.q) / largest(&typical.v);
-    let mut spans = vec![t - start];
+    let mut spans = vec![eighth - start];
     match period {
         Some(period) => spans.push(period),
         None => spans.extend([1.0, 1e-3, 1e3, 1e-6, turn]),

@@ -269,3 +269,41 @@ fn findings_are_sentences() {
         "the typical state has 3 coordinates and 3 velocities, the model 2 degrees of freedom"
     );
 }
+
+/// q'' = s(t) - q with a square wave s of period 2 P. Its edges are announced by the floor of t/P, without an
+/// allowance for rounding: after some of them the quotient rounds down, and the edge itself is returned again.
+struct Square(f64);
+
+impl Model for Square {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - q[0];
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let aside = if side == Side::Before { -1e-9 } else { 1e-9 };
+        u[0] = if ((t / self.0 + aside).floor() as i64) % 2 == 0 { 1.0 } else { -1.0 };
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        Some(((t / self.0).floor() + 1.0) * self.0)
+    }
+}
+
+impl Periodic for Square {
+    fn period(&self) -> f64 {
+        2.0 * self.0
+    }
+}
+
+#[test]
+fn an_edge_that_rounding_returns_again_is_found() {
+    // At 0.1 the 44th edge returns itself, at 0.9 none of 4096 does.
+    let start = State::at_rest(1);
+    let found = check_periodic(&Square(0.1), &start);
+    assert!(
+        matches!(found[..], [Inconsistency::DriveEdgeBehind { t, edge }] if t == 4.3 && edge == t),
+        "{found:?}"
+    );
+    assert_eq!(check_periodic(&Square(0.9), &start), []);
+}
