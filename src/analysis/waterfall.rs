@@ -62,9 +62,9 @@ pub enum WaterfallError {
 pub struct WaterfallLine {
     /// Middle of the window, in the model's time unit.
     pub t: f64,
-    /// Mean speed of the phase in the window, in rad per unit of time.
+    /// Mean speed φ' of the angle in the window, in rad per unit of time.
     pub speed: f64,
-    /// Orders of the phase `[1]`, increasing from 0.
+    /// Orders of the angle `[1]`, increasing from 0.
     pub orders: Vec<f64>,
     /// Amplitudes of the orders, in the unit of the channel.
     pub amplitudes: Vec<f64>,

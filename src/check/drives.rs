@@ -12,16 +12,19 @@ const INTERVALS: u32 = 256;
 /// interval is not checked.
 const EDGES: usize = 8;
 
-/// Number of edges along which `next_edge` is followed. Rounding may return an edge again only after many of them.
+/// Number of edges along which `next_edge` is followed. Rounding may return an edge again only after many of
+/// them.
 const FOLLOWED: usize = 4096;
 
 /// Share of a change that one half of its interval must contain if the change is a jump. A smooth change
 /// leaves one half in each half interval; a jump leaves all of it in one.
 const KEPT: f64 = 0.75;
 
-/// Checks that `next_edge` returns later instants, for 4096 edges, and that the drives do not jump between them.
+/// Checks that `next_edge` returns later instants, for 4096 edges, and that the drives do not jump between
+/// them.
 ///
-/// The second check covers the time up to the eighth edge and the period. If the period is not known, it covers the
+/// The second check covers the time up to the eighth edge and the period. If the period is not known, it
+/// covers the
 /// spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
 pub(crate) fn check<M: Model + ?Sized>(
     model: &M,

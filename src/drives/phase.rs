@@ -90,7 +90,8 @@ impl PhaseLaw {
         Ok(PhaseLaw { knots, swing: 0.0, frequency: 1.0 })
     }
 
-    /// The last knot at or before `t` and the acceleration after it.
+    /// The last knot (time, speed, phase) at or before `t` and the acceleration after it, without the
+    /// fluctuation.
     fn piece(&self, t: f64) -> ([f64; 3], f64) {
         self.piece_before(self.knots.partition_point(|knot| knot[0] <= t))
     }

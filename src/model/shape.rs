@@ -233,7 +233,7 @@ pub trait Shape: PartialEq {
     fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
         self.waves(angle, side, u);
     }
-    /// Returns the first angle after this one at which a wave jumps or has a kink. Default: `None`.
+    /// Returns the first angle after `angle` at which a wave jumps or has a kink. Default: `None`.
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let _ = angle;
         None

@@ -71,8 +71,8 @@ impl<G: Shape> Machine<G> {
         self.check_contacts()
     }
 
-    /// Checks that the algebra evaluates laws of existing contacts only, and that a contact has edges if the
-    /// algebra gives edges to its law.
+    /// Checks, at rest at the angle 0, that the algebra evaluates laws of existing contacts only, and that
+    /// [`Shape::contact`] returns a finite edge for each contact to whose law the algebra passes one.
     fn check_contacts(&self) -> Result<(), ParameterError> {
         let Size { dof, waves, contacts, .. } = self.size();
         let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![0.0; dof]);

@@ -21,10 +21,14 @@ impl Bracket {
         (next > self.lo && next < self.hi).then_some(next)
     }
 
-    /// x - f/f', or the middle of the bracket if that lies outside it. Convergence is quadratic near a simple
-    /// root and never slower than bisection in the long run.
+    /// x - f/f', or the middle of the bracket if that lies outside it.
     ///
-    /// Source: Press et al., Numerical Recipes, 3rd ed., Sect. 9.4 (`rtsafe`).
+    /// Repeated, with the bracket narrowed each time, the steps converge quadratically near a simple root.
+    /// Far
+    /// from the root, or near a multiple root, they may be slower than bisection.
+    ///
+    /// Source: after Press et al., Numerical Recipes, 3rd ed., Sect. 9.4 (`rtsafe`), without its second test,
+    /// which also bisects if |f| decreases too slowly.
     #[inline]
     pub(crate) fn newton_or_middle(&self, x: f64, f: f64, slope: f64) -> f64 {
         self.newton(x, f, slope).unwrap_or(self.middle())

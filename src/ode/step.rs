@@ -21,7 +21,7 @@ pub struct Crossing {
     pub from: Piece,
     /// The piece that the contact enters; at a rigid stop, the flank of the stop.
     pub to: Piece,
-    /// Whether the contact reaches a rigid stop and stays in its gap.
+    /// Whether the edge is a rigid stop: the contact stays in its gap and the velocities jump.
     pub rebounds: bool,
 }
 

@@ -271,7 +271,8 @@ fn findings_are_sentences() {
 }
 
 /// q'' = s(t) - q with a square wave s of period 2 P. Its edges are announced by the floor of t/P, without an
-/// allowance for rounding: after some of them the quotient rounds down, and the edge itself is returned again.
+/// allowance for rounding: after some of them the quotient rounds down, and the edge itself is returned
+/// again.
 struct Square(f64);
 
 impl Model for Square {

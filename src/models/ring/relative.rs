@@ -143,7 +143,8 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     }
 
     /// The matrices ξ and k of q'' + 2 ξ q' + k g(q) = f in relative coordinates. g acts on the mesh
-    /// coordinates only; shafts are linear. The signs of the terms are part of the entries.
+    /// coordinates only; shafts are linear. All terms are added: minus
+    /// signs of the printed equations are in the entries.
     ///
     /// 2 ξ = U⁻¹ B M⁻¹ Bᵀ diag(c) U/ω_n,   k = U⁻¹ B M⁻¹ Bᵀ diag(K) U/ω_n²
     ///

@@ -124,7 +124,8 @@ pub struct RingParams<N = Backlash> {
     pub motor: Motor,
     /// Gears in order, 3 to 4095.
     pub gears: Vec<Gear>,
-    /// Meshes in order, one per gear. Their waves are functions of the mesh angle φ = ω t `[rad]`.
+    /// Meshes in order, one per gear. Their waves are functions of the mesh angle φ = ω t
+    /// `[rad]`, with the mesh frequency ω.
     pub meshes: Vec<Mesh<N>>,
     /// Mesh dampings C_i [N s/m], one per mesh, not negative.
     pub mesh_damping: Vec<f64>,

@@ -49,7 +49,8 @@ type Distances = [f64; 2];
 pub(crate) struct Gaps {
     /// Distances at `GOLDEN_POINTS`, for each contact.
     places: Vec<[Distances; GOLDEN_POINTS.len()]>,
-    /// Deviation of the distance from its cubic in the current step, for each exit: the largest value known.
+    /// Deviation of the distance from its cubic in the current step, for each exit: the larger of the one
+    /// measured in this step and the one kept from earlier steps, scaled to the length of this step.
     off: Vec<Distances>,
     /// Deviation kept from the steps before, and the length of the last of these steps.
     known: Vec<[(f64, f64); 2]>,

@@ -39,7 +39,9 @@ pub(crate) struct Locator {
     /// Contacts at the end of the step.
     end: Vec<Contact>,
     pub(crate) stops: Stops,
-    /// Whether the acceleration jumps at the edges of each contact; `None`: not known yet.
+    /// Whether the acceleration jumped at the first crossing of each contact, taken for both edges; `None`:
+    /// no
+    /// crossing yet.
     pub(crate) jumps: Vec<Option<bool>>,
     /// Number of changes of piece, or of impacts, of each contact since the time last advanced.
     pub(crate) still: Vec<u8>,

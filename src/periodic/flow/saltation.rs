@@ -47,10 +47,11 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
 /// A jump of the differences by less than this share of their size does not interrupt the run `[1]`.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// Distance between the instants of a one-sided difference before an edge, as a share of the step `[1]`.
+/// Spacing of the four instants of the one-sided difference for ∂h/∂t before an edge, as a share of the
+/// integration step `[1]`.
 const BACK: f64 = 1e-3;
 
-/// Minimum of this distance, as a share of the time `[1]`.
+/// Minimum of this spacing, as a share of the time `[1]`.
 const LEAST: f64 = 1e-8;
 
 /// Weights of a one-sided difference of third order.
@@ -169,7 +170,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.contacts[contact]
     }
 
-    /// Applies the jump at one crossing. Returns whether the differences changed.
+    /// Applies the jump at one crossing. `times`: start and end of the step. Returns whether the small
+    /// differences changed by more than [`NEGLIGIBLE`].
     fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2]) -> bool {
         let n = self.n;
         let c = self.look(contact, times[1]);

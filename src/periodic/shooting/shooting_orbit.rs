@@ -150,8 +150,10 @@ impl ShootingOrbit {
     pub fn first_correction(&self) -> f64 {
         self.first
     }
-    /// All corrections of the coordinates and velocities, as shares of their range `[1]`. The last correction
-    /// is computed but not applied.
+    /// The Newton correction of each iteration, before damping: the largest one among the coordinates and
+    /// velocities of all nodes, without rigid motion, as a share of its [`range`](ShootingOrbit::range) in
+    /// the
+    /// guess `[1]`. The last correction is computed but not applied.
     pub fn corrections(&self) -> &[f64] {
         &self.corrections
     }

@@ -119,7 +119,8 @@ impl Track {
         self.samples.extend(state);
     }
 
-    /// Adds the values of channel `i` in the current period. `weight`: weight of the period.
+    /// Adds the values of channel `i` in the current period. `weight`: duration of the period, or its number
+    /// of samples.
     pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
         let at = self.plan.layout.channel(i);
         // Mean m and squared deviations S of the earlier periods (weight w) and of this one (w', m', S'):
@@ -142,7 +143,8 @@ impl Track {
         (*least, *largest) = (least.min(x), largest.max(x));
     }
 
-    /// Adds the values of contact `i` in the current period. `weight`: weight of the period.
+    /// Adds the times and impacts of contact `i` in the current period. `weight`: duration of the period or
+    /// its number of samples, as in `meter.samples`; the part on neither flank is the time in the gap.
     pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
         let at = self.plan.layout.contact(i);
         let [lower, upper] = meter.samples;
@@ -157,7 +159,8 @@ impl Track {
             [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
-    /// Ends a period. `weight`: weight of the period; `q`: coordinates and velocities at its end; `rigid`:
+    /// Ends a period. `weight`: its duration or number of samples; `q`: coordinates and velocities at its
+    /// end; `rigid`:
     /// computes the rigid modes of the model.
     pub(crate) fn period(
         &mut self,

@@ -36,7 +36,7 @@ pub(crate) struct ChannelMeter<S> {
     fresh: S,
 }
 
-/// The values of one meter in one lane, with the index of the channel or contact.
+/// The values of one meter in one lane since the last reading, with the index of the channel or contact.
 pub(crate) enum Reading {
     Channel(usize, ChannelMeter<f64>),
     Contact(usize, ContactMeter),
