@@ -188,8 +188,7 @@ pub struct Steady {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Unsettled {
     /// No period multiple was found within the maximum number of periods. A multiple p counts only if the
-    /// state
-    /// repeats after p periods at more than p periods in a row.
+    /// state repeats after p periods at more than p periods in a row.
     #[error(
         "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
          {closest:.1e} of the range of motion; it must be at most the tolerance, and the tolerance must \

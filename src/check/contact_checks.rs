@@ -130,8 +130,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
 
     /// Tests every contact at its finite edges and reports to `findings` if
     /// - no acceleration has a kink, a jump or a change of curvature there (not tested if the deflection
-    ///   depends
-    ///   on velocities),
+    ///   depends on velocities),
     /// - `accel_on_pieces` gives the same on both pieces (reported once),
     /// - the changes of the contact force and of the acceleration do not have the same ratio at all edges.
     ///

@@ -24,8 +24,7 @@ const KEPT: f64 = 0.75;
 /// them.
 ///
 /// The second check covers the time up to the eighth edge and the period. If the period is not known, it
-/// covers the
-/// spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
+/// covers the spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
 pub(crate) fn check<M: Model + ?Sized>(
     model: &M,
     typical: &State,

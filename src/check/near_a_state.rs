@@ -19,8 +19,7 @@ use crate::ode::probe::Probe;
 ///
 /// Three errors are not found: a constant factor in the force of a contact, because masses are not known;
 /// missing damping in the force of a contact, if the damping acts in the gap as well; a jump that `accel`
-/// makes
-/// of the time, because only jumps of drives are compared with `next_edge`.
+/// makes of the time, because only jumps of drives are compared with `next_edge`.
 pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
     check_over(model, typical, None)
 }

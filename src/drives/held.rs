@@ -14,9 +14,8 @@ use std::sync::Arc;
 /// Random numbers as a pure function of (seed, member, stream, index).
 ///
 /// They are the SplitMix64 sequence from a start that is mixed from the four numbers. Source: Steele,
-/// Lea
-/// & Flood, OOPSLA 2014. Numbers may be drawn in any order. Results therefore do not depend on step sizes,
-/// threads or the partition of the work.
+/// Lea & Flood, OOPSLA 2014. Numbers may be drawn in any order. Results therefore do not depend on step
+/// sizes, threads or the partition of the work.
 ///
 /// ```
 /// use gear_dynamics::drives::CounterRng;

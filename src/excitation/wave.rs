@@ -34,8 +34,8 @@ pub struct Wave {
     edges: Arc<[f64]>,
 }
 
-/// Rounding of n φ + ψ, as a share of it. An angle whose distance from an edge is within its rounding lies
-/// on the edge.
+/// Rounding of n φ + ψ, as a share of it. If n φ + ψ is within its rounding of an edge of the excitation (a
+/// jump of f or of a derivative), it lies on that edge.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Lower bound of that rounding `[rad]`.

@@ -39,9 +39,8 @@ const LOOKS: usize = 16;
 
 impl Couplings {
     /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `has_fixed_pieces`:
-    /// the
-    /// Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank; otherwise
-    /// by deflection.
+    /// the Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank;
+    /// otherwise by deflection.
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;

@@ -98,8 +98,7 @@ pub trait Model {
     /// Default: `None`.
     ///
     /// If `t` lies on an edge within rounding, the result must be the next edge, and [`drive`](Model::drive)
-    /// must
-    /// give the values of the requested side. [`Wave::next_edge`](crate::Wave::next_edge) and
+    /// must give the values of the requested side. [`Wave::next_edge`](crate::Wave::next_edge) and
     /// [`Wave::value`](crate::Wave::value) allow for the rounding.
     fn next_edge(&self, t: f64) -> Option<f64> {
         let _ = t;

@@ -24,8 +24,7 @@ impl Bracket {
     /// x - f/f', or the middle of the bracket if that lies outside it.
     ///
     /// Repeated, with the bracket narrowed each time, the steps converge quadratically near a simple root.
-    /// Far
-    /// from the root, or near a multiple root, they may be slower than bisection.
+    /// Far from the root, or near a multiple root, they may be slower than bisection.
     ///
     /// Source: after Press et al., Numerical Recipes, 3rd ed., Sect. 9.4 (`rtsafe`), without its second test,
     /// which also bisects if |f| decreases too slowly.

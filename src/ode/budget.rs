@@ -12,9 +12,8 @@ use thiserror::Error;
 
 /// Limits on the work of one call: steps, wall time, a cancel flag.
 ///
-/// A step is an accepted step of a time integration or an iteration of a root finder. Another thread cancels
-/// the
-/// call with the flag.
+/// A step is an accepted step of a time integration or an evaluation of the residual by a root finder.
+/// Another thread cancels the call with the flag.
 ///
 /// Defaults: 10⁸ steps, no time limit, no flag. A step limit gives the same result on every machine; a time
 /// limit does not.
@@ -61,7 +60,7 @@ impl Budget {
     pub fn new() -> Self {
         Budget { steps: 100_000_000, time: None, cancel: None }
     }
-    /// Maximum number of accepted steps, or of iterations of a root finder. Default: 10⁸.
+    /// Maximum number of accepted steps, or of evaluations of the residual by a root finder. Default: 10⁸.
     pub fn steps(self, steps: u64) -> Self {
         Budget { steps, ..self }
     }

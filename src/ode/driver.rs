@@ -113,7 +113,8 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     Accept,
-    /// Repeat with the length that the pace holds, or on other pieces.
+    /// Repeat from the same start: with the length that the pace now holds, on other pieces, or with the
+    /// velocities after an impact there.
     Repeat,
 }
 
@@ -213,9 +214,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         }
     }
 
-    /// Locates the first edge of a contact inside the current step and ends the step there. `false`: the step
-    /// must be repeated, because it is too long to resolve the gaps, or because a contact leaves its piece at
-    /// the start of the step.
+    /// Locates the first edge of a contact inside the current step and ends the step there. The step must be
+    /// repeated if it is too long to resolve the gaps, or if a contact leaves its piece at the start of the
+    /// step.
     #[inline(always)]
     fn locate_edges<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         self.crossings.clear();

@@ -40,8 +40,7 @@ pub(crate) struct Locator {
     end: Vec<Contact>,
     pub(crate) stops: Stops,
     /// Whether the acceleration jumped at the first crossing of each contact, taken for both edges; `None`:
-    /// no
-    /// crossing yet.
+    /// no crossing yet.
     pub(crate) jumps: Vec<Option<bool>>,
     /// Number of changes of piece, or of impacts, of each contact since the time last advanced.
     pub(crate) still: Vec<u8>,

@@ -8,8 +8,7 @@ use crate::ode::stepping::vector::Vector;
 /// Runge-Kutta method of order 8 by Dormand and Prince, adaptive.
 ///
 /// Error estimates of orders 5 and 3, dense output of order 7. Source: Hairer, Nørsett & Wanner I, Sect. II.5
-/// and
-/// II.6; coefficients as in the authors' published code.
+/// and II.6; coefficients as in the authors' published code.
 ///
 /// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
 /// efficient.

@@ -8,8 +8,7 @@ use crate::ode::stepping::vector::Vector;
 /// Runge-Kutta method 5(4) of Dormand and Prince, adaptive.
 ///
 /// Order 5 with an error estimate of order 4, dense output of order 4. Source: Hairer, Nørsett & Wanner I,
-/// Table
-/// II.5.2.
+/// Table II.5.2.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Model, Rk45, State};

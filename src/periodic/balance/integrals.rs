@@ -26,17 +26,15 @@ pub enum Integrals {
     #[default]
     Exact,
     /// Alternating frequency-time scheme: samples at M uniform instants, as in Liu 2021. The Jacobian of a
-    /// dead zone then jumps, which produces spurious folds.
+    /// dead zone jumps whenever a sample passes an edge, which produces spurious folds.
     Sampled {
         /// Number M of samples in one period of the orbit.
         samples: usize,
     },
     /// Exact formulas for the integrals from switch to switch. Requires no drive edges, and accelerations on
     /// fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
-    /// add
-    /// up. The constant terms and slopes must be Fourier series of at most about 6000 orders per period of
-    /// the
-    /// drives. A model without an exact Jacobian may fail this by the noise of its differences.
+    /// add up. The constant terms and slopes must be Fourier series of at most about 6000 orders per period
+    /// of the drives. A model without an exact Jacobian may fail this by the noise of its differences.
     Closed,
     /// Uniform samples, corrected around every switch, where the accelerations have a kink. Requires smooth
     /// fixed pieces and no drive edges.

@@ -60,9 +60,11 @@ impl Balance {
 /// Source: Liu 2021, Eqs. (13)-(17), corrected. With exact integrals the series converges to the orbit of the
 /// equation as orders are added.
 ///
-/// A solve evaluates the drives only at the nodes of its integrals. A pulse between two nodes must therefore
-/// be reported as drive edges by [`next_edge`](crate::Model::next_edge). [`Integrals::Panels`] and
-/// [`prove`](Balance::prove) also search for pulses down to 1e-5 of the period.
+/// A solve evaluates the drives at a finite number of instants: the nodes of its integrals, and some
+/// beforehand to choose their number. A pulse that contains none of them is missed unless
+/// [`next_edge`](crate::Model::next_edge) reports it as drive edges and the integrals are
+/// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`prove`](Balance::prove) also search for
+/// pulses down to 1e-5 of the period.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};

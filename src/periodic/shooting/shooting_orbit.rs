@@ -152,8 +152,7 @@ impl ShootingOrbit {
     }
     /// The Newton correction of each iteration, before damping: the largest one among the coordinates and
     /// velocities of all nodes, without rigid motion, as a share of its [`range`](ShootingOrbit::range) in
-    /// the
-    /// guess `[1]`. The last correction is computed but not applied.
+    /// the guess `[1]`. The last correction is computed but not applied.
     pub fn corrections(&self) -> &[f64] {
         &self.corrections
     }

@@ -26,8 +26,8 @@ pub(crate) struct Flanks<S> {
     pub(crate) next: [S; 2],
     pub(crate) deepest: [S; 2],
     pub(crate) loosest: S,
-    /// Minimum of the sum of both penetrations at the ends of blocks, at most 0. The sum is the negative
-    /// width of the gap.
+    /// Negative width of the gap (the sum of both penetrations): its minimum over the last sample of every
+    /// block of the buffer, at most 0. It is 0 without backlash: then no impacts are counted.
     pub(crate) overlap: S,
 }
 

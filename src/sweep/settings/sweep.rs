@@ -65,14 +65,14 @@ impl Sweep {
         Sweep { settle: periods, ..self }
     }
 
-    /// Ends settling as soon as the strobed state repeats within `tolerance`, after any period multiple p up
-    /// to
-    /// 16 and at p + 1 periods in a row. Default: settling lasts its full number of periods.
+    /// Ends settling as soon as the strobed state repeats within `tolerance`: after a period multiple p up to
+    /// 16 and at p + 1 periods in a row. A p above 1 counts only if the state returns at least 1000 times
+    /// closer after p periods than after every proper divisor of p. Default: settling lasts its full number
+    /// of periods.
     ///
     /// The tolerance is the maximum difference of a coordinate or velocity as a share of its range (maximum
-    /// less
-    /// minimum) in the last period `[1]`, positive and finite; otherwise the sweep returns an error. If the
-    /// state as a whole does not repeat, it is compared without its rigid motion.
+    /// less minimum) in the last period of the drives `[1]`, positive and finite; otherwise the sweep returns
+    /// an error. If the state as a whole does not repeat, it is compared without its rigid motion.
     pub fn until_repeats(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }

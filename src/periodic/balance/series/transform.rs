@@ -58,8 +58,8 @@ pub(crate) fn unpack(buffer: &[Complex64], k: usize) -> (Complex64, Complex64) {
     ((z + mirror) * per, Complex64::new(y.im, -y.re))
 }
 
-/// Number of samples that resolves the highest order 32 times: local polynomials of degree 15 are then exact
-/// to rounding. At least 256, a power of two.
+/// Number of samples: at least 32 in one cycle of the highest order, so that local polynomials of degree 15
+/// are exact to rounding. At least 256, a power of two.
 pub(crate) fn samples_for(highest: usize) -> usize {
     (32 * highest).next_power_of_two().max(256)
 }
