@@ -317,7 +317,7 @@ pub(crate) mod check {
         wrong.map_or(Ok(()), |i| check(format!("{name}[{i}]"), values[i]).map(drop))
     }
 
-    /// The product of `factors`, a count of numbers or of repetitions; an error if it exceeds `most`.
+    /// The product of `factors`, a count of numbers or of repetitions; an error if it exceeds `max`.
     pub(crate) fn count(name: impl Into<String>, factors: &[usize], max: usize) -> Result<usize, E> {
         let value = factors.iter().try_fold(1usize, |all, x| all.checked_mul(*x)).unwrap_or(usize::MAX);
         if value <= max { Ok(value) } else { Err(E::TooMany { name: name.into(), value, max }) }

@@ -129,7 +129,8 @@ pub trait Model {
     }
 
     /// Writes q'' with every contact on a given piece, continued smoothly past its edges. `false`: not
-    /// available; solvers then locate edges by repeating steps. Default: `false`.
+    /// available; solvers then locate edges by repeating steps. Default: `false`. The answer must not depend
+    /// on the arguments: solvers ask once.
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let _ = (pieces, u, q, v, a);
         false

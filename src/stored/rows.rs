@@ -75,13 +75,21 @@ impl StoredRows {
             let (rows, points) = (self.rows.len(), sweep.points().len());
             format!("{rows} rows from point {}: the sweep has {points} points", self.first)
         })?;
-        let done = self.rows.iter().any(Option::is_some);
+        let line = sweep.line();
+        if !self.first.is_multiple_of(line) || !end.is_multiple_of(line) {
+            return Err(format!(
+                "rows {} to {end}: a warm start needs whole lines of {line} points",
+                self.first
+            ));
+        }
         // Rows without any result may have the layout of a sweep without a model.
-        if done && (layout.channels != sweep.names().len() || layout.exponents != sweep.exponents()) {
+        let empty = *layout == Layout::default() && self.rows.iter().all(Option::is_none);
+        if !empty && !layout.fits(sweep) {
             return Err("the layout of the rows does not fit the settings of the sweep".into());
         }
-        Rows::check_room(self.rows.len(), layout.stride_checked()).map_err(|error| error.to_string())?;
-        let stride = layout.stride();
+        let stride = layout.stride_checked();
+        Rows::check_room(self.rows.len(), stride).map_err(|error| error.to_string())?;
+        let stride = stride.ok_or("the layout of the rows is too large")?;
         let fits = |index: usize, row: &[AnyNumber]| {
             if row.len() == stride {
                 Ok(())
@@ -89,10 +97,7 @@ impl StoredRows {
                 Err(format!("the row of point {index} has {} values: {stride} are needed", row.len()))
             }
         };
-        let mut rows = Rows::new(sweep, &Layout::default(), self.first..end);
-        rows.layout = layout.clone();
-        // Without any result no memory is allocated: a damaged layout cannot exhaust it.
-        rows.data = vec![0.0; if done { rows.done.len() * stride } else { 0 }];
+        let mut rows = Rows::new(sweep, layout, self.first..end);
         for (place, row) in self.rows.into_iter().enumerate() {
             if let Some(row) = row {
                 fits(self.first + place, &row)?;

@@ -96,6 +96,20 @@ fn parameters_and_orbits_keep_their_bits() {
     assert_eq!(read.at(&pair, t).unwrap(), shot.at(&pair, t).unwrap());
 }
 
+/// Chunks are stored one by one and merged after reading. No point of the second chunk has a row.
+#[test]
+fn stored_chunks_are_merged() {
+    let third = |p: &Point<'_>| if (2..4).contains(&p.index()) { Err("left out".into()) } else { pair(p) };
+    let (sweep, engine) = (sweep().check_every(0), LaneRk4::<4>::new(63 * 16));
+    let runner = sweep.runner(&engine, third, |_, pair| pair.static_start());
+    let parts = |read: fn(Rows) -> Rows| (0..3).map(|i| read(runner.chunk(i, 3).unwrap())).collect();
+    let whole = runner.run().unwrap();
+    let merged = Rows::merge(parts(|rows| stored(&rows))).unwrap();
+    assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()));
+    assert_eq!(merged.get(5).unwrap().channel("q1").unwrap(), whole.get(5).unwrap().channel("q1").unwrap());
+    assert_eq!(stored(&merged), Rows::merge(parts(|rows| rows)).unwrap());
+}
+
 /// Numbers that are not finite have names in text.
 #[test]
 fn infinity_is_stored() {
@@ -109,7 +123,7 @@ fn infinity_is_stored() {
 fn stored_forms_that_contradict_themselves_are_refused() {
     let whole = serde_json::to_value(rows()).unwrap();
     type Change = fn(&mut Value);
-    let changes: [(&str, Change); 9] = [
+    let changes: [(&str, Change); 13] = [
         ("version 2", |v| v["version"] = json!(2)),
         ("6 rows from point 3", |v| v["first"] = json!(3)),
         ("has 1 values", |v| v["rows"][0] = json!([1.0])),
@@ -119,6 +133,13 @@ fn stored_forms_that_contradict_themselves_are_refused() {
         ("measure", |v| v["sweep"]["measure"] = json!(0)),
         ("unknown field", |v| v["sweep"]["mesure"] = json!(0)),
         ("empty", |v| v["sweep"]["points"]["grid"] = json!([])),
+        ("whole lines of 2", |v| {
+            v["sweep"]["warm_start"] = json!("Up");
+            v["rows"].as_array_mut().unwrap().pop();
+        }),
+        ("layout of the rows", |v| v["layout"]["strobes"] = json!(u64::MAX)),
+        ("layout of the rows", |v| v["layout"]["exponents"] = json!(u64::MAX)),
+        ("at most 268435456", |v| v["layout"]["dof"] = json!(u64::MAX)),
     ];
     for (text, change) in changes {
         let mut changed = whole.clone();
@@ -147,6 +168,8 @@ fn damaged_bytes_never_panic() {
                 let _ = (row.error("q1"), row.is_sensitive(), row.strobes().count());
                 assert!(row.channel("q1").is_ok() || !rows.points().is_empty());
             }
+            let _ = (Attractors::find(&rows, 1e-3), postcard::to_stdvec(&rows).unwrap());
+            let _ = Rows::merge(vec![rows.clone(), rows]);
         }
     }
 }

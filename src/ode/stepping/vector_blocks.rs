@@ -12,7 +12,7 @@ use pulp::WithSimd;
 /// parallel.
 const WIDTH: usize = 16;
 
-type Eight = [f64; WIDTH];
+type Sixteen = [f64; WIDTH];
 
 /// A vector in whole blocks. Numbers beyond its length have no meaning.
 ///
@@ -20,7 +20,7 @@ type Eight = [f64; WIDTH];
 /// The derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
-    blocks: Vec<Eight>,
+    blocks: Vec<Sixteen>,
     /// Index of the block at which the vector begins.
     first: usize,
     len: usize,
@@ -126,7 +126,7 @@ fn squares(
 
 /// Σ (times a_l) k_l in block `b`, which counts from the start of the memory.
 #[inline(always)]
-fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Eight {
+fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Sixteen {
     let mut sum = [0.0; WIDTH];
     let Some((&(slot, a), rest)) = row.split_first() else { return sum };
     let (block, a) = (&k[slot].blocks[b], times * a);
@@ -156,7 +156,7 @@ impl WithSimd for Combine<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let first = self.k[0].first;
         for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
-            let (mut sum, y): (Eight, Eight) = (sum(self.k, first + b, self.h, self.row), *y);
+            let (mut sum, y): (Sixteen, Sixteen) = (sum(self.k, first + b, self.h, self.row), *y);
             for i in 0..WIDTH {
                 sum[i] += y[i];
             }
@@ -166,7 +166,7 @@ impl WithSimd for Combine<'_> {
 }
 
 struct Weigh<'a> {
-    out: &'a mut [Eight],
+    out: &'a mut [Sixteen],
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -187,10 +187,10 @@ impl WithSimd for Weigh<'_> {
 }
 
 struct Squares<'a> {
-    y: &'a [Eight],
-    y1: &'a [Eight],
+    y: &'a [Sixteen],
+    y1: &'a [Sixteen],
     k: &'a [Blocks; SLOTS],
-    atol: &'a [Eight],
+    atol: &'a [Sixteen],
     rtol: f64,
     row: &'a [(usize, f64)],
     len: usize,

@@ -12,7 +12,6 @@ use crate::periodic::balance::integrals::Integrals;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BalanceNote {
     /// Warning: the kept orders do not resolve the fastest local natural frequency. Such orbits are
     /// inaccurate, and their branches have spurious folds.

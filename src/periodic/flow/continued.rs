@@ -218,11 +218,11 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         v: &[f64],
         out: &mut Jacobian,
     ) -> bool {
-        let Some(held) = pieces.filter(|_| !self.own) else {
+        let Some(fixed) = pieces.filter(|_| !self.own) else {
             return self.model.jacobian(pieces, u, q, v, out);
         };
         let room = &mut *self.room.borrow_mut();
-        match self.move_inside(room, held, u, q, v) {
+        match self.move_inside(room, fixed, u, q, v) {
             None => self.model.jacobian(pieces, u, q, v, out),
             Some(_) => self.model.jacobian(pieces, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
         }

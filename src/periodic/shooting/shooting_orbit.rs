@@ -192,9 +192,9 @@ impl ShootingOrbit {
         let inside = (t - turns * period).clamp(start, self.end);
         let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
         let from = &self.states[node];
-        let held = Continued::new(model, &self.scale);
+        let continued = Continued::new(model, &self.scale);
         let mut state =
-            if inside > from.t { self.solver(from).end(&held, from, inside)? } else { from.clone() };
+            if inside > from.t { self.solver(from).end(&continued, from, inside)? } else { from.clone() };
         // Drift of the rigid motion after n whole periods T, at time τ within the period:
         // q += n Δq + n ((n - 1) T/2 + τ) Δv, v += n Δv.
         let since = inside - start;
@@ -218,12 +218,13 @@ impl ShootingOrbit {
         model: &M,
         observer: &mut O,
     ) -> Result<Stats, IntegrateError> {
-        let held = Continued::new(model, &self.scale);
+        let continued = Continued::new(model, &self.scale);
         let mut all = Stats::default();
         for (i, from) in self.states.iter().enumerate() {
             let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
-            let run =
-                self.solver(from).run(&held, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
+            let run = self
+                .solver(from)
+                .run(&continued, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
             all.steps += run.stats.steps;
             all.rejected += run.stats.rejected;
             all.evaluations += run.stats.evaluations;

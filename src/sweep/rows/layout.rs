@@ -1,5 +1,8 @@
 //! The layout of a row.
 
+#[cfg(feature = "serde")]
+use crate::sweep::settings::sweep::Sweep;
+
 /// Layout of a row: positions of its values in a list of numbers. Order: head, channels, contacts, Lyapunov
 /// exponent, strobed periods.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,7 +47,16 @@ impl Layout {
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
         let rest = self.channels.checked_mul(Layout::FIGURES)?.checked_add(self.contacts.checked_mul(5)?)?;
-        strobes.checked_add(rest)?.checked_add(Layout::HEAD + self.exponents)
+        strobes.checked_add(rest)?.checked_add(Layout::HEAD)?.checked_add(self.exponents)
+    }
+    /// Whether this is the layout of some model in the sweep.
+    #[cfg(feature = "serde")]
+    pub(crate) fn fits(&self, sweep: &Sweep) -> bool {
+        self.dof > 0
+            && self.channels == sweep.names().len()
+            && self.strobes == sweep.strobes.min(sweep.measure)
+            && self.exponents == sweep.exponents()
+            && (sweep.rattle || self.contacts == 0)
     }
     /// Number of values of a row.
     pub(crate) fn stride(&self) -> usize {

@@ -229,7 +229,7 @@ impl Rows {
     fn done_row(&self, index: usize) -> Option<Row<'_>> {
         let place = index.checked_sub(self.range.start)?;
         let stride = self.layout.stride();
-        let done = *self.done.get(place)?;
+        let done = *self.done.get(place)? && !self.errors.contains_key(&index);
         done.then(|| Row { rows: self, index, data: &self.data[place * stride..][..stride] })
     }
 
