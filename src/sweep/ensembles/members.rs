@@ -156,7 +156,7 @@ impl Ensemble {
         &self,
         solver: &I,
         family: impl Fn(u64) -> Result<(M, State), X> + Sync,
-        watch: &Monitor<'_>,
+        monitor: &Monitor<'_>,
     ) -> Result<Bands, EnsembleError>
     where
         M: Model,
@@ -170,7 +170,7 @@ impl Ensemble {
         )?;
         let mut failure = None;
         let model =
-            (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
+            (0..self.members).take_while(|_| !monitor.is_cancelled()).find_map(|member| match family(member) {
                 Ok((model, _)) => Some(model),
                 Err(error) => {
                     failure.get_or_insert_with(|| PointError::Model(error.to_string()));
@@ -181,20 +181,20 @@ impl Ensemble {
         if let Some(model) = &model {
             let probe = Probe::new(model);
             self.channels.iter().chain(&self.peaks).try_for_each(|name| probe.index(name).map(|_| ()))?;
-        } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
+        } else if let Some(first) = failure.filter(|_| !monitor.is_cancelled()) {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
         let mut bands = Bands::new(&self.times, &self.channels, &self.peaks);
         let (mut next, shown) = (0, AtomicUsize::new(0));
-        while next < self.members && !watch.is_cancelled() {
+        while next < self.members && !monitor.is_cancelled() {
             // A batch has fewer members if there are more distributions. This bounds the memory of the
             // results that are not added yet.
             let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
             let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
             let run = |member| {
-                let seen = self.member(solver, &family, member, watch).transpose();
+                let seen = self.member(solver, &family, member, monitor).transpose();
                 if seen.is_some() {
-                    watch.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
+                    monitor.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
                 }
                 seen
             };
@@ -224,7 +224,7 @@ impl Ensemble {
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
-        watch: &Monitor<'_>,
+        monitor: &Monitor<'_>,
     ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
         start.check(model.dof()).map_err(PointError::Start)?;
@@ -270,7 +270,7 @@ impl Ensemble {
             if let Some(rattle) = &mut rattle {
                 let _ = rattle.step(step);
             }
-            if watch.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if monitor.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
         let finish = solver.run(&model, &start, end, &mut observe)?;

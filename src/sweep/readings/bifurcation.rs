@@ -79,7 +79,7 @@ impl Bifurcation {
         engine: &E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
         start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        watch: &Monitor<'_>,
+        monitor: &Monitor<'_>,
     ) -> Result<Diagram, SweepError>
     where
         M: Periodic,
@@ -90,7 +90,7 @@ impl Bifurcation {
         let points = self.sweep.points();
         check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
         let model = (0..points.len())
-            .take_while(|_| !watch.is_cancelled())
+            .take_while(|_| !monitor.is_cancelled())
             .find_map(|i| family(&points.point(i)).ok());
         let component = match model {
             Some(model) if self.strobed => component(&self.channel, model.dof())?,
@@ -106,13 +106,13 @@ impl Bifurcation {
         let way = |way: usize, warm_start: WarmStart| {
             let show = |now: usize, total: usize| {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
-                watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
+                monitor.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
             sweep
                 .clone()
                 .warm_start(warm_start)
                 .runner(engine, &family, &start)
-                .monitor(&watch.progress(&show))
+                .monitor(&monitor.progress(&show))
                 .run()
         };
         let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
