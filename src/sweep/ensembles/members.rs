@@ -170,11 +170,13 @@ impl Ensemble {
         )?;
         let mut failure = None;
         let model =
-            (0..self.members).take_while(|_| !monitor.is_cancelled()).find_map(|member| match family(member) {
-                Ok((model, _)) => Some(model),
-                Err(error) => {
-                    failure.get_or_insert_with(|| PointError::Model(error.to_string()));
-                    None
+            (0..self.members).take_while(|_| !monitor.is_cancelled()).find_map(|member| {
+                match family(member) {
+                    Ok((model, _)) => Some(model),
+                    Err(error) => {
+                        failure.get_or_insert_with(|| PointError::Model(error.to_string()));
+                        None
+                    }
                 }
             });
         // A channel that the first model does not have is an error of the whole ensemble.
