@@ -9,7 +9,7 @@
 mod support;
 
 use gear_dynamics::contact::{Contact, PieceChoice};
-use gear_dynamics::excitation::Side;
+use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
 use gear_dynamics::{Backlash, Machine, ParameterError, RattleState, Shape, State, Sweep};
@@ -30,8 +30,8 @@ impl Shape for SpurPair {
     fn constants(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("amplitude", "1")]
     }
-    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-        u[0] = libm::cos(angle);
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        u[0] = angle.number().cos();
     }
     #[inline(always)]
     fn contact<S: Scalar, L: PieceChoice<S>>(

@@ -19,6 +19,8 @@ pub mod ode;
 pub mod periodic;
 pub mod roots;
 mod scalar;
+mod series;
+mod tape;
 #[cfg(feature = "serde")]
 mod stored;
 pub mod sweep;
@@ -41,6 +43,7 @@ pub use crate::ode::integrator::Integrator;
 pub use crate::ode::methods::dop853::Dop853;
 pub use crate::ode::methods::rk4::Rk4;
 pub use crate::ode::methods::rk45::Rk45;
+pub use crate::ode::taylor::settings::Taylor;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
 pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::lyapunov::run::Lyapunov;

@@ -8,7 +8,8 @@ use std::ops::Neg;
 use std::ops::Sub;
 
 /// The operations of a number type in the algebra of a model. The types are `f64`,
-/// [`Dual`](crate::model::Dual) and [`Lanes`](crate::sweep::Lanes).
+/// [`Dual`](crate::model::Dual), [`Lanes`](crate::sweep::Lanes), [`Series`](crate::model::Series) and
+/// [`Node`](crate::model::Node).
 ///
 /// - There are no comparisons, since the lanes of one number may differ in their result.
 ///   [`step`](Scalar::step) gives 1 in contact and 0 in the gap without a branch.
@@ -50,6 +51,14 @@ pub trait Scalar:
     ///
     /// At x = 0, its slope is 0 for p > 1 and 1 for p = 1.
     fn powf(self, p: f64) -> Self;
+    /// |x|^p. Unlike `x.abs().powf(p)`, it has a Taylor series wherever x keeps its sign, for example on the
+    /// flank of a contact: [`Taylor`](crate::Taylor) accepts it there.
+    #[inline(always)]
+    fn abs_powf(self, p: f64) -> Self {
+        let size = self.abs();
+        // For p = 1/2 (Hertz) a square root is much faster than a power.
+        if p == 0.5 { size.sqrt() } else { size.powf(p) }
+    }
     /// e^x.
     fn exp(self) -> Self;
     /// The natural logarithm of x.

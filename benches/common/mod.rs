@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each bench uses some of these")]
 
 use gear_dynamics::contact::{Contact, Piece, PieceChoice};
-use gear_dynamics::excitation::Side;
+use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::{Backlash, Machine, Model, Periodic, Shape, State};
 use std::f64::consts::{PI, TAU};
@@ -49,10 +49,11 @@ impl Pair {
         Pair::shapes(libm::sincos(self.we * t), libm::sincos(self.wc * t))
     }
     #[inline(always)]
-    fn shapes((se, ce): (f64, f64), (s, c): (f64, f64)) -> [f64; 2] {
-        let r = 1.0 + 0.3846 * c;
-        let stiffness = (1.0 + 0.29 * ce) * r * r / (1.0 + 0.3846 * 0.3846 / 2.0);
-        [stiffness, -1.4e-5 - 5.5e-6 * s + 2.2e-6 * (2.0 * s * c) + 6.8e-6 * se]
+    fn shapes<S: Scalar>((se, ce): (S, S), (s, c): (S, S)) -> [S; 2] {
+        let one = S::from(1.0);
+        let r = one + c * 0.3846;
+        let stiffness = (one + ce * 0.29) * r * r / S::from(1.0 + 0.3846 * 0.3846 / 2.0);
+        [stiffness, S::from(-1.4e-5) - s * 5.5e-6 + s * 2.0 * c * 2.2e-6 + se * 6.8e-6]
     }
 }
 
@@ -113,8 +114,8 @@ impl Shape for Rattling {
     fn constants(&self) -> Vec<Channel> {
         vec![Channel::new("wc", "1")]
     }
-    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-        u.copy_from_slice(&Pair::shapes(libm::sincos(63.0 * angle), libm::sincos(angle)));
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        u.copy_from_slice(&Pair::shapes(angle.times(63.0).number().sin_cos(), angle.number().sin_cos()));
     }
     #[inline(always)]
     fn contact<S: Scalar, L: PieceChoice<S>>(

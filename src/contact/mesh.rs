@@ -8,7 +8,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;
 use crate::excitation::combine::Scaled;
 use crate::excitation::side::Side;
-use crate::excitation::wave::{Wave, divisor};
+use crate::excitation::wave::{Angle, Wave, divisor};
 use crate::scalar::Scalar;
 
 /// Range of deflections in which the mesh damping C acts. Default: `Always`.
@@ -92,7 +92,7 @@ impl<N: Nonlinearity> Mesh<N> {
     /// The damping C is a constant of the model that contains the mesh. Default: it acts always
     /// ([`ContactDamping::Always`]).
     pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
-        let edgeless = law.edges(0.0, Side::After) == Edges::NONE && !law.moves();
+        let edgeless = law.edges(0.0, Side::After) == Edges::none() && !law.moves();
         Mesh { stiffness, error, law, teeth: 1, edgeless, contact_damping: ContactDamping::Always }
     }
 
@@ -150,18 +150,18 @@ impl<N: Nonlinearity> Mesh<N> {
     ///
     /// # Panics
     /// If `u` has fewer than [`WAVES`](Mesh::WAVES) entries.
-    pub fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    pub fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let error = self.error.jet(angle, side);
         u[STIFFNESS] = self.stiffness.value(angle, side);
         (u[ERROR], u[ERROR_RATE]) = (error.value, error.rate);
         self.edges(angle, side, u);
     }
     /// Writes the edges of the law and their rates alone.
-    pub(crate) fn edges(&self, angle: f64, side: Side, u: &mut [f64]) {
+    pub(crate) fn edges<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let teeth = f64::from(self.teeth);
-        let edges = self.law.edges(teeth * angle, side);
+        let edges = self.law.edges(angle.times(teeth), side);
         (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
-        (u[LOWER_RATE], u[UPPER_RATE]) = (teeth * edges.lower_rate, teeth * edges.upper_rate);
+        (u[LOWER_RATE], u[UPPER_RATE]) = (edges.lower_rate * teeth, edges.upper_rate * teeth);
     }
     /// The next angle of the shaft at which a wave or an edge of the gap jumps or has a kink.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {

@@ -1,7 +1,9 @@
 //! Functions of an angle.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
+use crate::series::Series;
 use std::any::Any;
 use std::fmt::Debug;
 
@@ -24,6 +26,27 @@ pub trait Excitation: Any + Debug + Send + Sync {
     /// Returns f alone. Default: from [`jet`](Excitation::jet).
     fn value(&self, angle: f64) -> f64 {
         self.jet(angle).value
+    }
+    /// Returns f, f' and f'' as Taylor series over time, from the series of the angle. [`Taylor`] requires
+    /// it. Default: refused.
+    ///
+    /// A formula in a generic [`Scalar`] serves this method and [`jet`](Excitation::jet): the arithmetic of
+    /// `Jet<S>` gives the derivatives.
+    ///
+    /// [`Taylor`]: crate::Taylor
+    /// [`Scalar`]: crate::model::Scalar
+    fn series(&self, angle: Series) -> Jet<Series> {
+        let _ = angle;
+        Jet::constant(Series::refused("an excitation without `Excitation::series`"))
+    }
+    /// Returns the series of f alone. Default: from [`series`](Excitation::series).
+    fn value_series(&self, angle: Series) -> Series {
+        self.series(angle).value
+    }
+    /// Returns f as a finite Fourier series, if it is one with at most 64 waves. Products of such excitations
+    /// are expanded once. Default: `None`.
+    fn fourier(&self) -> Option<Fourier> {
+        None
     }
     /// Angles in [0, 2π) at which f or a derivative jumps, in any order. Default: none.
     fn edges(&self) -> Vec<f64> {
@@ -93,6 +116,12 @@ impl Constant {
 impl Excitation for Constant {
     fn jet(&self, _: f64) -> Jet {
         Jet::constant(self.0)
+    }
+    fn series(&self, _: Series) -> Jet<Series> {
+        Jet::constant(self.0.into())
+    }
+    fn fourier(&self) -> Option<Fourier> {
+        Fourier::new(self.0, &[]).ok()
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

@@ -3,6 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
+use crate::scalar::Scalar;
+use crate::series::Series;
 
 /// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
 ///
@@ -110,17 +112,19 @@ enum CurveKind {
     Series(usize),
 }
 
-impl Excitation for CentreCurve {
-    fn jet(&self, angle: f64) -> Jet {
+impl CentreCurve {
+    /// The curve for every number type.
+    #[inline(always)]
+    fn curve<S: Scalar>(&self, angle: S) -> Jet<S> {
         let eps = self.centre.eccentric;
         let (sin, cos) = Jet::variable(angle).sin_cos();
         let swing = || cos * (2.0 * eps) + (1.0 + eps * eps);
         match self.kind {
             CurveKind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,
             CurveKind::Ratio(reduction) => swing() * (reduction / (1.0 - eps * eps)),
-            CurveKind::Rotation => Jet::constant(1.0 - eps * eps) / swing(),
+            CurveKind::Rotation => Jet::constant(S::from(1.0 - eps * eps)) / swing(),
             CurveKind::Series(order) => {
-                let mut sum = Jet::constant(1.0);
+                let mut sum = Jet::constant(S::from(1.0));
                 let (mut s, mut c) = (sin, cos);
                 let mut power = -eps;
                 for _ in 1..=order {
@@ -131,6 +135,15 @@ impl Excitation for CentreCurve {
                 sum
             }
         }
+    }
+}
+
+impl Excitation for CentreCurve {
+    fn jet(&self, angle: f64) -> Jet {
+        self.curve(angle)
+    }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        self.curve(angle)
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

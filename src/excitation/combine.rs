@@ -2,9 +2,11 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
+use crate::series::Series;
 use std::fmt;
 
 /// The sum f(φ) + g(φ) + ... of waves.
@@ -35,6 +37,15 @@ impl Excitation for Sum {
     fn jet(&self, angle: f64) -> Jet {
         self.0.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(angle, Side::After))
     }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        self.0.iter().fold(Jet::constant(0.0.into()), |sum, f| sum + f.jet(angle, Side::After))
+    }
+    fn value_series(&self, angle: Series) -> Series {
+        self.0.iter().fold(0.0.into(), |sum, f| sum + f.value(angle, Side::After))
+    }
+    fn fourier(&self) -> Option<Fourier> {
+        self.0.iter().try_fold(Fourier::new(0.0, &[]).ok()?, |sum, f| sum.plus(&f.fourier()?))
+    }
     fn edges(&self) -> Vec<f64> {
         edges(&self.0)
     }
@@ -52,21 +63,45 @@ impl Excitation for Sum {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Product(Vec<Wave>);
+pub struct Product {
+    factors: Vec<Wave>,
+    /// The product as a Fourier series, if its factors have finite ones.
+    expanded: Option<Fourier>,
+}
 
 impl Product {
     /// The product of these factors; 1 if there are none.
     pub fn new(factors: Vec<Wave>) -> Self {
-        Product(factors)
+        let one = Fourier::new(1.0, &[]).ok();
+        let expanded = factors.iter().fold(one, |product, factor| product?.times(&factor.fourier()?));
+        Product { factors, expanded }
     }
 }
 
 impl Excitation for Product {
     fn jet(&self, angle: f64) -> Jet {
-        self.0.iter().fold(Jet::constant(1.0), |product, f| product * f.jet(angle, Side::After))
+        self.factors.iter().fold(Jet::constant(1.0), |product, f| product * f.jet(angle, Side::After))
+    }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        match &self.expanded {
+            Some(expanded) => expanded.series(angle),
+            None => {
+                let one = Jet::constant(1.0.into());
+                self.factors.iter().fold(one, |product, f| product * f.jet(angle, Side::After))
+            }
+        }
+    }
+    fn value_series(&self, angle: Series) -> Series {
+        match &self.expanded {
+            Some(expanded) => expanded.value_series(angle),
+            None => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(angle, Side::After)),
+        }
+    }
+    fn fourier(&self) -> Option<Fourier> {
+        self.expanded.clone()
     }
     fn edges(&self) -> Vec<f64> {
-        edges(&self.0)
+        edges(&self.factors)
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)
@@ -99,6 +134,15 @@ impl Scaled {
 impl Excitation for Scaled {
     fn jet(&self, angle: f64) -> Jet {
         self.inner.jet(angle, Side::After) * self.factor
+    }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        self.inner.jet(angle, Side::After) * self.factor
+    }
+    fn value_series(&self, angle: Series) -> Series {
+        self.inner.value(angle, Side::After) * self.factor
+    }
+    fn fourier(&self) -> Option<Fourier> {
+        Fourier::new(self.factor, &[]).ok()?.times(&self.inner.fourier()?)
     }
     fn edges(&self) -> Vec<f64> {
         self.inner.edges_of_a_turn()
@@ -159,6 +203,9 @@ impl<F> fmt::Debug for Function<F> {
 impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Excitation for Function<F> {
     fn jet(&self, angle: f64) -> Jet {
         (self.function)(Jet::variable(angle))
+    }
+    fn series(&self, _: Series) -> Jet<Series> {
+        Jet::constant(Series::refused("a `Function`, which is a closure on jets"))
     }
     fn edges(&self) -> Vec<f64> {
         self.edges.clone()

@@ -3,6 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
+use crate::scalar::Scalar;
+use crate::series::Series;
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
@@ -95,22 +97,117 @@ impl Fourier {
 impl Fourier {
     /// f(φ) and its derivatives over φ/times, from sin φ and cos φ.
     #[inline]
-    pub(crate) fn jet_of(&self, (s1, c1): (f64, f64), times: f64) -> Jet {
+    pub(crate) fn jet_of<S: Scalar>(&self, (s1, c1): (S, S), times: f64) -> Jet<S> {
         let (mut s, mut c, mut w) = (s1, c1, 0.0);
-        let mut jet = Jet::constant(self.mean);
+        let mut jet = Jet::constant(S::from(self.mean));
         for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
             if n > 0 {
                 (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
             }
             w += times;
-            let wave = cos * c + sin * s;
-            jet.value += wave;
-            jet.rate += w * (sin * c - cos * s);
-            jet.second -= w * w * wave;
+            let wave = c * cos + s * sin;
+            jet.value = jet.value + wave;
+            jet.rate = jet.rate + (c * sin - s * cos) * w;
+            jet.second = jet.second - wave * (w * w);
         }
         jet
     }
+
+    /// The series of f(φ) over time at a constant speed φ' = w, and those of f' and f'' if `jet` is set.
+    ///
+    /// Coefficient k of a cos nφ + b sin nφ is (n w)^k/k! times a cos nφ + b sin nφ, b cos nφ - a sin nφ and
+    /// their negatives in turn.
+    fn turning(&self, angle: &Series, w: f64, jet: bool) -> Jet<Series> {
+        let full = angle.full();
+        let mut sums = [[0.0; Series::CAPACITY]; 3];
+        sums[0][0] = self.mean;
+        let first = libm::sincos(angle.at(0.0));
+        let (mut s, mut c, mut at) = (first.0, first.1, 1);
+        for (n, &[cos, sin]) in (1..).zip(&self.pairs) {
+            if cos == 0.0 && sin == 0.0 {
+                continue;
+            }
+            (s, c) = match n - at {
+                0 => (s, c),
+                1 => (s * first.1 + c * first.0, c * first.1 - s * first.0),
+                _ => libm::sincos(n as f64 * angle.at(0.0)),
+            };
+            at = n;
+            let n = n as f64;
+            let (mut value, mut next) = (cos * c + sin * s, sin * c - cos * s);
+            for k in 0..full {
+                sums[0][k] += value;
+                if jet {
+                    sums[1][k] += n * next;
+                    sums[2][k] -= n * n * value;
+                }
+                let per = n * w / (k + 1) as f64;
+                (value, next) = (next * per, -value * per);
+            }
+        }
+        let [value, rate, second] = sums.map(|sum| Series::from_coefficients(angle, |k| sum[k]));
+        Jet { value, rate, second }
+    }
+
+    /// The sum of two series; `None` if it has too many waves.
+    pub(crate) fn plus(&self, other: &Fourier) -> Option<Fourier> {
+        let mut sum = self.clone();
+        sum.mean += other.mean;
+        sum.pairs.resize(self.pairs.len().max(other.pairs.len()), [0.0; 2]);
+        for (pair, of) in sum.pairs.iter_mut().zip(&other.pairs) {
+            *pair = [pair[0] + of[0], pair[1] + of[1]];
+        }
+        sum.if_short()
+    }
+    /// The product of two series; `None` if it has too many waves.
+    pub(crate) fn times(&self, other: &Fourier) -> Option<Fourier> {
+        let mut product = Fourier { mean: 0.0, pairs: vec![[0.0; 2]; self.pairs.len() + other.pairs.len()] };
+        for (n, [a, b]) in self.waves() {
+            for (m, [c, d]) in other.waves() {
+                // The product of two waves is half a wave of the sum and half one of the difference.
+                let half = if n == 0 || m == 0 { 1.0 } else { 0.5 };
+                product.add(n + m, [half * (a * c - b * d), half * (a * d + b * c)]);
+                if half == 0.5 {
+                    let sign = if n >= m { 1.0 } else { -1.0 };
+                    product.add(n.abs_diff(m), [0.5 * (a * c + b * d), sign * 0.5 * (b * c - a * d)]);
+                }
+            }
+        }
+        product.if_short()
+    }
+    /// The series of f(order φ + ahead) over φ; `None` if it has too many orders.
+    pub(crate) fn repeated(&self, order: u32, ahead: f64) -> Option<Fourier> {
+        let order = order as usize;
+        let length = self.pairs.len().checked_mul(order).filter(|length| *length <= check::ORDERS)?;
+        let mut repeated = Fourier { mean: self.mean, pairs: vec![[0.0; 2]; length] };
+        for (n, [a, b]) in self.waves().skip(1) {
+            let (s, c) = libm::sincos(n as f64 * ahead);
+            repeated.add(n * order, [a * c + b * s, b * c - a * s]);
+        }
+        repeated.if_short()
+    }
+    /// Orders with their pairs, the mean as order 0 first.
+    fn waves(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
+        std::iter::once((0, [self.mean, 0.0])).chain((1..).zip(self.pairs.iter().copied()))
+    }
+    fn add(&mut self, order: usize, [cos, sin]: [f64; 2]) {
+        match order {
+            0 => self.mean += cos,
+            _ => {
+                let [c, s] = &mut self.pairs[order - 1];
+                (*c, *s) = (*c + cos, *s + sin);
+            }
+        }
+    }
+    /// The series, if it has at most [`WAVES`] waves, so that its expansion is faster than that of its parts.
+    fn if_short(self) -> Option<Fourier> {
+        let waves = self.pairs.iter().filter(|pair| **pair != [0.0; 2]).count();
+        (waves <= WAVES).then_some(self)
+    }
 }
+
+/// Maximum number of waves of an expanded product.
+const WAVES: usize = 64;
 
 thread_local! {
     /// The angle of the last evaluation, its sine and its cosine.
@@ -146,6 +243,21 @@ impl Excitation for Fourier {
             value += cos * c + sin * s;
         }
         value
+    }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        match *angle.coefficients() {
+            [_, w] => self.turning(&angle, w, true),
+            _ => self.jet_of(angle.sin_cos(), 1.0),
+        }
+    }
+    fn value_series(&self, angle: Series) -> Series {
+        match *angle.coefficients() {
+            [_, w] => self.turning(&angle, w, false).value,
+            _ => self.jet_of(angle.sin_cos(), 1.0).value,
+        }
+    }
+    fn fourier(&self) -> Option<Fourier> {
+        self.clone().if_short()
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

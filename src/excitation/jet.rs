@@ -1,12 +1,13 @@
 //! Values with their first two derivatives.
 
+use crate::scalar::Scalar;
 use std::ops::Add;
 use std::ops::Div;
 use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// A value f(x) with f'(x) and f''(x). Arithmetic on jets follows the product rule and the chain rule.
+/// A value f(x) with f'(x) and f''(x), as numbers `f64` or of another [`Scalar`]. Arithmetic on jets follows the product rule and the chain rule.
 ///
 /// ```
 /// use gear_dynamics::excitation::Jet;
@@ -14,41 +15,41 @@ use std::ops::Sub;
 /// assert_eq!((f.value, f.rate, f.second), (0.0, 6.0, 0.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jet {
+pub struct Jet<S = f64> {
     /// f.
-    pub value: f64,
+    pub value: S,
     /// f'.
-    pub rate: f64,
+    pub rate: S,
     /// f''.
-    pub second: f64,
+    pub second: S,
 }
 
-impl Jet {
+impl<S: Scalar> Jet<S> {
     /// A jet of the given value, first and second derivative.
     #[inline]
-    pub fn new(value: f64, rate: f64, second: f64) -> Self {
+    pub fn new(value: S, rate: S, second: S) -> Self {
         Jet { value, rate, second }
     }
     /// The variable x itself: f' = 1, f'' = 0.
     #[inline]
-    pub fn variable(x: f64) -> Self {
-        Jet::new(x, 1.0, 0.0)
+    pub fn variable(x: S) -> Self {
+        Jet::new(x, S::from(1.0), S::from(0.0))
     }
     /// A constant: f' = f'' = 0.
     #[inline]
-    pub fn constant(value: f64) -> Self {
-        Jet::new(value, 0.0, 0.0)
+    pub fn constant(value: S) -> Self {
+        Jet::new(value, S::from(0.0), S::from(0.0))
     }
 
     /// g(f) from g, g' and g'' at f: (g(f))'' = g'' f'² + g' f''.
     #[inline]
-    fn chain(self, g: f64, dg: f64, ddg: f64) -> Self {
+    fn chain(self, g: S, dg: S, ddg: S) -> Self {
         Jet::new(g, dg * self.rate, ddg * self.rate * self.rate + dg * self.second)
     }
     /// Sine and cosine together.
     #[inline]
     pub fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = libm::sincos(self.value);
+        let (s, c) = self.value.sin_cos();
         (self.chain(s, c, -s), self.chain(c, -s, -c))
     }
     /// Sine.
@@ -64,18 +65,18 @@ impl Jet {
     /// Exponential.
     #[inline]
     pub fn exp(self) -> Self {
-        let e = libm::exp(self.value);
+        let e = self.value.exp();
         self.chain(e, e, e)
     }
     /// Square root.
     #[inline]
     pub fn sqrt(self) -> Self {
         let r = self.value.sqrt();
-        self.chain(r, 0.5 / r, -0.25 / (r * self.value))
+        self.chain(r, S::from(0.5) / r, S::from(-0.25) / (r * self.value))
     }
 }
 
-impl Add for Jet {
+impl<S: Scalar> Add for Jet<S> {
     type Output = Self;
     #[inline]
     fn add(self, o: Self) -> Self {
@@ -83,7 +84,7 @@ impl Add for Jet {
     }
 }
 
-impl Sub for Jet {
+impl<S: Scalar> Sub for Jet<S> {
     type Output = Self;
     #[inline]
     fn sub(self, o: Self) -> Self {
@@ -91,7 +92,7 @@ impl Sub for Jet {
     }
 }
 
-impl Neg for Jet {
+impl<S: Scalar> Neg for Jet<S> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
@@ -99,36 +100,36 @@ impl Neg for Jet {
     }
 }
 
-impl Mul for Jet {
+impl<S: Scalar> Mul for Jet<S> {
     type Output = Self;
     #[inline]
     fn mul(self, o: Self) -> Self {
         Jet::new(
             self.value * o.value,
             self.rate * o.value + self.value * o.rate,
-            self.second * o.value + 2.0 * self.rate * o.rate + self.value * o.second,
+            self.second * o.value + self.rate * 2.0 * o.rate + self.value * o.second,
         )
     }
 }
 
-impl Div for Jet {
+impl<S: Scalar> Div for Jet<S> {
     type Output = Self;
     #[inline]
     fn div(self, o: Self) -> Self {
-        let r = 1.0 / o.value;
-        self * o.chain(r, -r * r, 2.0 * r * r * r)
+        let r = S::from(1.0) / o.value;
+        self * o.chain(r, -r * r, r * 2.0 * r * r)
     }
 }
 
-impl Add<f64> for Jet {
+impl<S: Scalar> Add<f64> for Jet<S> {
     type Output = Self;
     #[inline]
     fn add(self, o: f64) -> Self {
-        Jet { value: self.value + o, ..self }
+        Jet { value: self.value + S::from(o), ..self }
     }
 }
 
-impl Mul<f64> for Jet {
+impl<S: Scalar> Mul<f64> for Jet<S> {
     type Output = Self;
     #[inline]
     fn mul(self, o: f64) -> Self {

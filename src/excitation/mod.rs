@@ -18,4 +18,4 @@ pub use crate::excitation::jet::Jet;
 pub use crate::excitation::rectangle::RectangularWave;
 pub use crate::excitation::side::Side;
 pub use crate::excitation::table::Table;
-pub use crate::excitation::wave::Wave;
+pub use crate::excitation::wave::{Angle, Wave};

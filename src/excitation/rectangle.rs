@@ -4,6 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
+use crate::series::Series;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
@@ -84,6 +85,11 @@ impl RectangularWave {
         Fourier::new(self.mean(), &pairs)
     }
 
+    fn level(&self, angle: f64) -> f64 {
+        let from_middle = angle.min(TAU - angle);
+        if from_middle < self.half() { self.high } else { self.low }
+    }
+
     /// Angle at which the high part ends `[rad]`.
     fn half(&self) -> f64 {
         PI * self.duty
@@ -92,8 +98,10 @@ impl RectangularWave {
 
 impl Excitation for RectangularWave {
     fn jet(&self, angle: f64) -> Jet {
-        let from_middle = angle.min(TAU - angle);
-        Jet::constant(if from_middle < self.half() { self.high } else { self.low })
+        Jet::constant(self.level(angle))
+    }
+    fn series(&self, angle: Series) -> Jet<Series> {
+        Jet::constant(self.level(angle.at(0.0)).into())
     }
     fn edges(&self) -> Vec<f64> {
         if self.duty > 0.0 && self.low != self.high {

@@ -3,6 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
+use crate::scalar::Scalar;
+use crate::series::Series;
 use std::f64::consts::TAU;
 
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
@@ -72,21 +74,44 @@ fn thomas(diagonal: &[f64], rhs: &[f64]) -> Vec<f64> {
     x
 }
 
+/// A place this close to the next knot, in spacings of the samples, lies on it `[1]`.
+const AT_KNOT: f64 = 1e-9;
+
+impl Table {
+    /// The piece of the spline after knot i, at the share s of the spacing, for every number type.
+    #[inline(always)]
+    fn piece<S: Scalar>(&self, i: usize, s: S) -> Jet<S> {
+        let n = self.samples.len();
+        let (j, per, one) = ((i + 1) % n, n as f64 / TAU, S::from(1.0));
+        let (y0, y1, m0, m1) = (self.samples[i], self.samples[j], self.moments[i], self.moments[j]);
+        let r = one - s;
+        let sixth = |x: S| x / S::from(6.0);
+        Jet::new(
+            r * y0 + s * y1 + sixth((r * r * r - r) * m0 + (s * s * s - s) * m1),
+            (S::from(y1 - y0) + sixth((s * 3.0 * s - one) * m1 - (r * 3.0 * r - one) * m0)) * per,
+            (r * m0 + s * m1) * (per * per),
+        )
+    }
+}
+
 impl Excitation for Table {
     fn jet(&self, angle: f64) -> Jet {
         let n = self.samples.len();
-        let per = n as f64 / TAU;
-        let place = angle * per;
+        let place = angle * (n as f64 / TAU);
         let i = (place as usize).min(n - 1);
-        let s = place - i as f64;
-        let j = (i + 1) % n;
-        let (y0, y1, m0, m1) = (self.samples[i], self.samples[j], self.moments[i], self.moments[j]);
-        let r = 1.0 - s;
-        Jet::new(
-            r * y0 + s * y1 + ((r * r * r - r) * m0 + (s * s * s - s) * m1) / 6.0,
-            per * (y1 - y0 + ((3.0 * s * s - 1.0) * m1 - (3.0 * r * r - 1.0) * m0) / 6.0),
-            per * per * (r * m0 + s * m1),
-        )
+        self.piece(i, place - i as f64)
+    }
+    /// The third derivative jumps at the knots: the series is valid up to the next one.
+    fn series(&self, angle: Series) -> Jet<Series> {
+        let n = self.samples.len();
+        let place = angle * (n as f64 / TAU);
+        let at = place.at(0.0) + AT_KNOT;
+        let knot = at.floor();
+        let &[from, rate] = place.coefficients() else {
+            return Jet::constant(Series::refused("a table of samples over an angle of varying speed"));
+        };
+        let place = place.valid_until((knot + 1.0 - from) / rate);
+        self.piece(knot as usize % n, place - Series::from(knot))
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

@@ -1,11 +1,15 @@
-//! Waves: excitations on a shaft.
+//! Waves: excitations on a shaft, and the kinds of angles at which they are evaluated.
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Excitation;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
+use crate::scalar::Scalar;
+use crate::series::Series;
 use std::any::Any;
 use std::f64::consts::TAU;
+use std::fmt::Debug;
 use std::sync::Arc;
 
 /// A wave f(n φ + ψ) of the angle φ of a shaft.
@@ -119,18 +123,39 @@ impl Wave {
         self.ahead
     }
 
-    /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`. `side`: before
+    /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
+    /// series over time. `side`: before
     /// or after a jump at this angle.
     #[inline]
-    pub fn jet(&self, angle: f64, side: Side) -> Jet {
+    pub fn jet<A: Angle>(&self, angle: A, side: Side) -> Jet<A::Number> {
+        angle.jet_of(self, side)
+    }
+    /// The value alone.
+    #[inline]
+    pub fn value<A: Angle>(&self, angle: A, side: Side) -> A::Number {
+        angle.value_of(self, side)
+    }
+
+    #[inline]
+    pub(crate) fn jet_at(&self, angle: f64, side: Side) -> Jet {
         let n = f64::from(self.order);
         let Jet { value, rate, second } = self.excitation.jet(self.own(angle, side));
         Jet { value, rate: n * rate, second: n * n * second }
     }
-    /// The value alone.
     #[inline]
-    pub fn value(&self, angle: f64, side: Side) -> f64 {
+    pub(crate) fn value_at(&self, angle: f64, side: Side) -> f64 {
         self.excitation.value(self.own(angle, side))
+    }
+
+    /// The excitation, and its own angle n φ + ψ as a series of time.
+    pub(crate) fn own_series(&self, angle: Series, side: Side) -> (&dyn Excitation, Series) {
+        let own = self.own(angle.at(0.0), side);
+        (&*self.excitation, (angle * f64::from(self.order)).moved_to(own))
+    }
+
+    /// The wave as a finite Fourier series over the angle of the shaft, if it is one.
+    pub(crate) fn fourier(&self) -> Option<Fourier> {
+        self.excitation.fourier()?.repeated(self.order, self.ahead)
     }
 
     /// The value of this wave and the jet of another one. The angle is reduced once for both if they have
@@ -142,7 +167,7 @@ impl Wave {
             || !self.edges.is_empty()
             || !other.edges.is_empty()
         {
-            return (self.value(angle, side), other.jet(angle, side));
+            return (self.value_at(angle, side), other.jet_at(angle, side));
         }
         let (own, n) = (self.own(angle, side), f64::from(self.order));
         let (value, Jet { value: other, rate, second }) =
@@ -262,5 +287,92 @@ impl PartialEq for Wave {
             || (self.order == other.order
                 && self.ahead == other.ahead
                 && self.excitation.same_as(&*other.excitation))
+    }
+}
+
+/// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
+///
+/// A [`Shape`](crate::Shape) writes its waves once for both kinds.
+///
+/// ```
+/// use gear_dynamics::{excitation::{Angle, Fourier, Side}, model::{Scalar, Series}, Wave};
+/// fn radius<A: Angle>(angle: A) -> A::Number {
+///     angle.number().cos() * 0.4 + A::Number::from(1.0)
+/// }
+/// assert_eq!(radius(0.0), 1.4);
+/// // At 3 rad/s from the angle 0: 1 + 0.4 cos 3t = 1.4 - 1.8 t² + ...
+/// assert_eq!(radius(Series::variable(0.0, 3.0, 4)).coefficients()[2], -1.8);
+/// let wave = Wave::new(Fourier::new(1.0, &[[0.4, 0.0]])?);
+/// assert_eq!(wave.value(0.0, Side::After), 1.4);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+pub trait Angle: Copy + Debug {
+    /// The numbers that waves have at this angle.
+    type Number: Scalar;
+    /// The angle itself.
+    fn number(self) -> Self::Number;
+    /// The angle multiplied by a factor, for example by a number of teeth.
+    fn times(self, factor: f64) -> Self;
+    /// Returns any function of the angle in plain numbers. It has no series: at a [`Series`] the result is
+    /// [refused](Series::refusal).
+    fn by_function(self, f: impl Fn(f64) -> f64) -> Self::Number;
+    /// Returns the value of a wave. See [`Wave::value`].
+    fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
+    /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
+    /// Returns the value of one wave and the jet of another one.
+    #[inline]
+    fn value_beside(self, value: &Wave, jet: &Wave, side: Side) -> (Self::Number, Jet<Self::Number>) {
+        (self.value_of(value, side), self.jet_of(jet, side))
+    }
+}
+
+impl Angle for f64 {
+    type Number = f64;
+    #[inline(always)]
+    fn number(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn times(self, factor: f64) -> f64 {
+        factor * self
+    }
+    #[inline(always)]
+    fn by_function(self, f: impl Fn(f64) -> f64) -> f64 {
+        f(self)
+    }
+    #[inline]
+    fn value_of(self, wave: &Wave, side: Side) -> f64 {
+        wave.value_at(self, side)
+    }
+    #[inline]
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet {
+        wave.jet_at(self, side)
+    }
+    #[inline]
+    fn value_beside(self, value: &Wave, jet: &Wave, side: Side) -> (f64, Jet) {
+        value.value_beside(jet, self, side)
+    }
+}
+
+impl Angle for Series {
+    type Number = Series;
+    fn number(self) -> Series {
+        self
+    }
+    fn times(self, factor: f64) -> Series {
+        self * factor
+    }
+    fn by_function(self, _: impl Fn(f64) -> f64) -> Series {
+        Series::refused("a plain function of the angle (`Angle::by_function`)")
+    }
+    fn value_of(self, wave: &Wave, side: Side) -> Series {
+        let (excitation, own) = wave.own_series(self, side);
+        excitation.value_series(own)
+    }
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Series> {
+        let (excitation, own) = wave.own_series(self, side);
+        let (jet, n) = (excitation.series(own), f64::from(wave.order()));
+        Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
     }
 }

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::model::expansion::expand::Expand;
 use nalgebra::DMatrix;
 
 /// The Jacobian of the accelerations: ∂a/∂q and ∂a/∂v, each `dof` x `dof`. Each row belongs to an
@@ -114,6 +115,12 @@ pub trait Model {
         let _ = (u, q, v, out);
     }
 
+    /// Returns the model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
+    /// Default: `None`. A [`Machine`](crate::Machine) returns itself.
+    fn expand(&self) -> Option<&dyn Expand> {
+        None
+    }
+
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`.
     ///
     /// For a stop the method replaces the velocities `v` before the impact by those after it and returns
@@ -185,6 +192,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         (**self).contact(u, q, v, out);
+    }
+    fn expand(&self) -> Option<&dyn Expand> {
+        (**self).expand()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         (**self).impact(contact, on, u, q, v)

@@ -7,6 +7,7 @@ use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
+use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::dual_jacobian;
 use crate::model::shape::{Drives, Shape, Size};
 use std::f64::consts::TAU;
@@ -330,6 +331,9 @@ impl<G: Shape> Model for Machine<G> {
     ) -> bool {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
         true
+    }
+    fn expand(&self) -> Option<&dyn Expand> {
+        Some(self)
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v)

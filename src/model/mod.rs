@@ -2,6 +2,7 @@
 
 pub(crate) mod couplings;
 pub(crate) mod equations;
+pub(crate) mod expansion;
 pub(crate) mod jacobian;
 pub(crate) mod machine;
 pub(crate) mod offers;
@@ -12,6 +13,9 @@ pub(crate) mod slopes;
 
 pub use crate::dual::Dual;
 pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
+pub use crate::model::expansion::expand::{Expand, Recorded};
 pub use crate::model::machine::Machine;
 pub use crate::model::shape::{Drives, Shape, Size};
 pub use crate::scalar::{Scalar, keep_rolled};
+pub use crate::series::Series;
+pub use crate::tape::node::Node;

@@ -5,6 +5,7 @@ use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::model::equations::Channel;
 use crate::scalar::Scalar;
 
@@ -131,7 +132,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///
 /// ```
 /// use gear_dynamics::contact::{Backlash, Contact, PieceChoice};
-/// use gear_dynamics::excitation::{Fourier, Side, Wave};
+/// use gear_dynamics::excitation::{Angle, Fourier, Side, Wave};
 /// use gear_dynamics::model::{Channel, Drives, Machine, Periodic, Scalar, Shape, Size, State};
 /// use gear_dynamics::ode::{Dop853, Integrator};
 ///
@@ -144,7 +145,9 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     fn constants(&self) -> Vec<Channel> {
 ///         ["speed", "load", "damping ratio", "half backlash"].map(|name| Channel::new(name, "1")).into()
 ///     }
-///     fn waves(&self, angle: f64, side: Side, u: &mut [f64]) { u[0] = self.stiffness.value(angle, side); }
+///     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+///         u[0] = self.stiffness.value(angle, side);
+///     }
 ///     fn next_edge(&self, angle: f64) -> Option<f64> { self.stiffness.next_edge(angle) }
 ///     #[inline(always)]
 ///     fn contact<S: Scalar, L: PieceChoice<S>>(
@@ -217,7 +220,7 @@ pub trait Shape: PartialEq {
         let _ = (law, i, u, q, v);
         Contact::default()
     }
-    /// Writes the waves at an angle φ `[rad]` to `u`, which has [`Size::waves`] entries. `side`: before or
+    /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has [`Size::waves`] entries. `side`: before or
     /// after a jump at this angle. Default: no waves.
     ///
     /// All waves repeat with the angle 2π/[`repeats`](Shape::repeats). Rates are over the angle. At an edge
@@ -225,7 +228,7 @@ pub trait Shape: PartialEq {
     ///
     /// # Panics
     /// An implementation may panic if `u` has fewer entries than [`Size::waves`].
-    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let _ = (angle, side, u);
     }
     /// Updates `u`, which contains the waves of another angle. The implementation may skip waves that never

@@ -48,7 +48,7 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
 }
 
 /// Largest magnitude of the end time of a run. Beyond it, products of steps and rates overflow.
-const LAST_TIME: f64 = 1e50;
+pub(crate) const LAST_TIME: f64 = 1e50;
 
 /// Maximum number of consecutive steps with a result that is not finite. One more, and the run fails with
 /// [`IntegrateError::NotFinite`].
@@ -148,7 +148,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         if LOCATE {
             locator.measure_noise(&mut e);
             locator.classify(&mut e, true);
-            check_gaps(&e, e.t)?;
+            e.check_gaps(e.t)?;
             locator.check_stops(e.t)?;
             e.on_fixed_pieces = Offers::of(model).fixed_pieces();
         }
@@ -223,7 +223,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         let e = &mut self.e;
         let made = e.h();
         e.contacts_at_end();
-        check_gaps(e, e.t1)?;
+        e.check_gaps(e.t1)?;
         let stall = |t: f64, exit: Exit| Err(IntegrateError::EdgeStall { t, contact: exit.contact });
         match self.locator.find::<T, M, V>(e) {
             Found::Nothing => {}
@@ -293,7 +293,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         if at_edge {
             if LOCATE {
                 self.locator.classify(e, false);
-                check_gaps(e, e.t)?;
+                e.check_gaps(e.t)?;
                 self.locator.check_stops(e.t)?;
             }
             self.stats.drive_edges += 1;
@@ -310,24 +310,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
 }
 
 /// The next drive edge after `t`; infinite if there is none.
-fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
+pub(crate) fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
     match model.next_edge(t) {
         None => Ok(f64::INFINITY),
         Some(edge) if edge > t => Ok(edge),
         Some(edge) => Err(IntegrateError::DriveEdge { t, edge }),
     }
-}
-
-/// Checks that no gap is negative. In a negative gap, the acceleration on fixed pieces and the acceleration
-/// of the model itself would differ.
-#[inline(always)]
-fn check_gaps<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, t: f64) -> Result<(), IntegrateError> {
-    for (contact, c) in e.contacts.iter().enumerate() {
-        if c.lower > c.upper {
-            return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
-        }
-    }
-    Ok(())
 }
 
 /// The error for a step without a finite result. It names the first acceleration that is not finite, in the

@@ -89,6 +89,28 @@ pub enum IntegrateError {
         /// Index of the coordinate or velocity, from 0.
         coordinate: usize,
     },
+    /// The model has no Taylor series. [`Dop853`](crate::Dop853) integrates any model.
+    #[error("the model has no Taylor series because of {what}: use Dop853")]
+    NoSeries {
+        /// What has no series.
+        what: &'static str,
+    },
+    /// A drive of the model has no Taylor series. [`Dop853`](crate::Dop853) integrates any model.
+    #[error("drive {drive} of the model has no Taylor series because of {what}: use Dop853")]
+    DriveWithoutSeries {
+        /// Index of the drive, from 0.
+        drive: usize,
+        /// What has no series.
+        what: &'static str,
+    },
+    /// The acceleration has no Taylor series at an instant, and steps towards it shrink to nothing.
+    #[error("the steps of the Taylor series shrink to nothing at t = {t}, because of {what}")]
+    Singular {
+        /// The time reached.
+        t: f64,
+        /// What has no series there.
+        what: &'static str,
+    },
     /// The step size is below the resolution of the time, about 4 ε |t| (ε = 2.2e-16): an adaptive solver
     /// cannot meet its tolerance, or the fixed step is too small.
     #[error(

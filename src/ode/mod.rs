@@ -10,6 +10,7 @@ pub(crate) mod outcome;
 pub(crate) mod probe;
 pub(crate) mod step;
 pub(crate) mod stepping;
+pub(crate) mod taylor;
 pub(crate) mod trajectory;
 
 pub use crate::ode::budget::{Budget, Exhausted};
@@ -21,4 +22,5 @@ pub use crate::ode::methods::rk4::Rk4;
 pub use crate::ode::methods::rk45::{DormandPrince5, Rk45};
 pub use crate::ode::outcome::{Finish, Stats};
 pub use crate::ode::step::{Crossing, Observer, Step, StepView};
+pub use crate::ode::taylor::settings::Taylor;
 pub use crate::ode::trajectory::{Failed, Trajectory, uniform_times};

@@ -28,8 +28,8 @@ impl Shape for Spur {
         let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
         a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.law.force(q[0], v[0], -b, b);
     }
-    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-        u[0] = libm::cos(angle);
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        u[0] = angle.number().cos();
     }
 }
 

@@ -73,11 +73,11 @@ impl Shape for Swing<'_> {
         let ([wave], [pull, frequency]) = (u.waves(), u.constants());
         a[0] = wave * pull - frequency * frequency * q[0] - v[0] * 0.1;
     }
-    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
         if let Some(count) = self.count {
             count.one(0);
         }
-        u[0] = libm::cos(angle);
+        u[0] = angle.number().cos();
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let whole = (angle / TAU - self.edge).floor() + 1.0;

@@ -114,8 +114,8 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         ) {
             a[0] = u.all_waves()[0];
         }
-        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-            u[0] = -2f64.sqrt() * angle.sin();
+        fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+            u[0] = angle.number().sin() * -2f64.sqrt();
         }
     }
     let root = 2f64.sqrt();

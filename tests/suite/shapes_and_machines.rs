@@ -337,9 +337,9 @@ impl Shape for Flawed {
         let [one, two]: [S; 2] = u.constants();
         a[0] = if self.reads == 1 { one } else { two };
     }
-    fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
         if let Some(u) = u.first_mut() {
-            *u = (self.wave)(angle);
+            *u = angle.by_function(self.wave);
         }
     }
     fn repeats(&self) -> u32 {
@@ -539,8 +539,10 @@ fn every_wave_has_its_own_size() {
         ) {
             a[0] = u.all_waves()[1];
         }
-        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-            u.copy_from_slice(&[2e8 * (1.0 + 0.2 * (30.0 * angle).cos()), 1e-6 * angle.sin()]);
+        fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+            let mesh = angle.times(30.0).number().cos();
+            u[0] = (mesh * 0.2 + A::Number::from(1.0)) * 2e8;
+            u[1] = angle.number().sin() * 1e-6;
         }
         fn repeats(&self) -> u32 {
             30
@@ -574,8 +576,8 @@ fn no_edge_is_lost_by_rounding() {
         ) {
             a[0] = u.all_waves()[0];
         }
-        fn waves(&self, angle: f64, _: Side, u: &mut [f64]) {
-            u[0] = angle.rem_euclid(TAU);
+        fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+            u[0] = angle.by_function(|angle| angle.rem_euclid(TAU));
         }
         fn next_edge(&self, angle: f64) -> Option<f64> {
             Some(TAU * (angle / TAU).floor() + TAU)
@@ -707,8 +709,8 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, _: S, upper: S) -> S {
             if piece == Piece::Upper { (x - upper).powf(1.5) } else { S::from(0.0) }
         }
-        fn edges(&self, _: f64, _: Side) -> Edges {
-            Edges { upper: 1e-5, ..Edges::NONE }
+        fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+            Edges::at_rest(f64::NEG_INFINITY, 1e-5)
         }
     }
     let mesh = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(0.0).unwrap(), Hertz);

@@ -7,7 +7,7 @@ use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models;
 use gear_dynamics::contact::{Contact, PieceChoice};
 use gear_dynamics::drives::Driven;
-use gear_dynamics::excitation::Side;
+use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::{
     Backlash, Integrator, Machine, Model, NfgPair, ParameterError, Periodic, Rk45, Shape, State, Wave,
@@ -100,12 +100,12 @@ impl Shape for Own {
             _ => Wave::common_order([&self.stiffness, &self.error]),
         }
     }
-    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let error = self.error.jet(angle, side);
         let mut waves = [self.stiffness.value(angle, side), error.value, error.rate];
         match self.slip {
-            Slip::Wave(value) => waves[0] = value,
-            Slip::Growing => waves[0] = angle,
+            Slip::Wave(value) => waves[0] = value.into(),
+            Slip::Growing => waves[0] = angle.number(),
             _ => {}
         }
         u.iter_mut().zip(waves).for_each(|(u, wave)| *u = wave);

@@ -4,7 +4,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
+use crate::excitation::wave::{Angle, Wave};
 use crate::scalar::Scalar;
 
 /// max(x - upper, 0) - max(lower - x, 0), computed as x minus the nearest point of the gap.
@@ -79,8 +79,8 @@ impl Nonlinearity for Backlash {
     fn moves(&self) -> bool {
         false
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges::symmetric(self.half_width, 0.0)
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(-self.half_width, self.half_width)
     }
 }
 
@@ -175,8 +175,8 @@ impl Nonlinearity for AsymmetricBacklash {
     fn moves(&self) -> bool {
         false
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(self.lower, self.upper)
     }
 }
 
@@ -210,7 +210,7 @@ impl Nonlinearity for VaryingBacklash {
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
         dead_zone_on(piece, x, lower, upper)
     }
-    fn edges(&self, angle: f64, side: Side) -> Edges {
+    fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         let b = self.half_width.jet(angle, side);
         Edges::symmetric(b.value, b.rate)
     }

@@ -4,6 +4,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// A law g with damping. The mesh force is K(φ) f, so that the damping is proportional to the mesh stiffness:
@@ -118,7 +119,7 @@ impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
         self.law.switch_rate(switch, x, rate, second)
     }
-    fn edges(&self, angle: f64, side: Side) -> Edges {
+    fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         self.law.edges(angle, side)
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {

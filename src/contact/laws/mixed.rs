@@ -8,6 +8,7 @@ use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// One of the built-in laws or a user-defined law, for a model whose meshes have different laws.
@@ -86,7 +87,7 @@ impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
     fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
         each_law!(self, law => law.switch_contact(switch, mesh, second))
     }
-    fn edges(&self, angle: f64, side: Side) -> Edges {
+    fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         each_law!(self, law => law.edges(angle, side))
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {

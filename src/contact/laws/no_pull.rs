@@ -4,6 +4,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// Damped dead zone f(x, x') = max(0, min(2 y, y + τ y')), with the depth y past an edge and its rate y'.
@@ -102,7 +103,7 @@ impl Nonlinearity for NoPullBacklash {
     fn moves(&self) -> bool {
         false
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges::symmetric(self.half_width, 0.0)
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(-self.half_width, self.half_width)
     }
 }

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::dual::Dual;
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// The edges of a gap, in the unit of the deflection, and their rates.
@@ -18,24 +19,29 @@ use crate::scalar::Scalar;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edges {
+pub struct Edges<S = f64> {
     /// Lower edge.
-    pub lower: f64,
+    pub lower: S,
     /// Upper edge.
-    pub upper: f64,
+    pub upper: S,
     /// Rate of the lower edge.
-    pub lower_rate: f64,
+    pub lower_rate: S,
     /// Rate of the upper edge.
-    pub upper_rate: f64,
+    pub upper_rate: S,
 }
 
-impl Edges {
+impl<S: Scalar> Edges<S> {
     /// No edges: the law is a single piece.
-    pub const NONE: Edges =
-        Edges { lower: f64::NEG_INFINITY, upper: f64::INFINITY, lower_rate: 0.0, upper_rate: 0.0 };
-
+    pub fn none() -> Self {
+        Edges::at_rest(f64::NEG_INFINITY, f64::INFINITY)
+    }
+    /// Edges that do not move.
+    pub fn at_rest(lower: f64, upper: f64) -> Self {
+        let zero = S::from(0.0);
+        Edges { lower: lower.into(), upper: upper.into(), lower_rate: zero, upper_rate: zero }
+    }
     /// Edges ∓b with the rates ∓b'; b is half the backlash.
-    pub fn symmetric(half_width: f64, rate: f64) -> Self {
+    pub fn symmetric(half_width: S, rate: S) -> Self {
         Edges { lower: -half_width, upper: half_width, lower_rate: -rate, upper_rate: rate }
     }
 }
@@ -48,7 +54,8 @@ impl Edges {
 /// `PartialEq`.
 ///
 /// ```
-/// use gear_dynamics::{contact::{Edges, Nonlinearity, Piece}, model::Scalar, excitation::Side};
+/// use gear_dynamics::contact::{Edges, Nonlinearity, Piece};
+/// use gear_dynamics::{excitation::{Angle, Side}, model::Scalar};
 /// #[derive(PartialEq)]
 /// struct Hertz { gap: f64 } // force ~ y^1.5 past one edge, y = x - gap
 /// impl Nonlinearity for Hertz {
@@ -60,10 +67,10 @@ impl Edges {
 ///     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _rate: S, _lower: S, upper: S) -> S {
 ///         let y = x - upper;
 ///         // Continued past the edge as y √|y|, because y^1.5 is not a number for y < 0.
-///         if piece == Piece::Upper { y * y.abs().sqrt() } else { S::from(0.0) }
+///         if piece == Piece::Upper { y * y.abs_powf(0.5) } else { S::from(0.0) }
 ///     }
-///     fn edges(&self, _angle: f64, _side: Side) -> Edges {
-///         Edges { upper: self.gap, ..Edges::NONE }
+///     fn edges<A: Angle>(&self, _angle: A, _side: Side) -> Edges<A::Number> {
+///         Edges::at_rest(f64::NEG_INFINITY, self.gap)
 ///     }
 /// }
 /// assert_eq!(Hertz { gap: 1.0 }.at(5.0), 8.0);
@@ -130,9 +137,9 @@ pub trait Nonlinearity: PartialEq {
 
     /// Returns the edges at an angle, with their rates over that angle. In a [`Mesh`](crate::Mesh) it is the
     /// mesh angle. `side`: before or after a jump at this angle. Default: no edges.
-    fn edges(&self, angle: f64, side: Side) -> Edges {
+    fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         let _ = (angle, side);
-        Edges::NONE
+        Edges::none()
     }
     /// Returns the next angle at which an edge of the gap jumps or its rate jumps. Default: `None`.
     fn next_edge(&self, angle: f64) -> Option<f64> {
@@ -141,7 +148,7 @@ pub trait Nonlinearity: PartialEq {
     }
     /// Whether the edges depend on the angle. Default: `true` if there are edges at the angle 0.
     fn moves(&self) -> bool {
-        self.edges(0.0, Side::After) != Edges::NONE
+        self.edges(0.0, Side::After) != Edges::none()
     }
 
     /// Returns f(x) for the rate 0 at the angle 0.

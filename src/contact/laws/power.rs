@@ -5,6 +5,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// f(x) = ±y0 (y/y0)^p, with the depth y of x past an edge, the exponent p >= 1 and a reference depth y0.
@@ -73,8 +74,7 @@ impl PowerLaw {
     #[inline(always)]
     fn of_depth<S: Scalar>(&self, y: S) -> S {
         let z = y / S::from(self.depth);
-        // For p = 3/2 (Hertz) a square root is much faster than a power.
-        y * if self.exponent == 1.5 { z.abs().sqrt() } else { z.abs().powf(self.exponent - 1.0) }
+        y * z.abs_powf(self.exponent - 1.0)
     }
 }
 
@@ -94,7 +94,7 @@ impl Nonlinearity for PowerLaw {
     fn moves(&self) -> bool {
         false
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges { lower: self.lower, upper: self.upper, lower_rate: 0.0, upper_rate: 0.0 }
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(self.lower, self.upper)
     }
 }

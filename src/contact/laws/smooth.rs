@@ -3,6 +3,7 @@
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
 
 /// f(x) = x: a contact without a gap, which never separates.
@@ -100,7 +101,7 @@ impl Nonlinearity for SmoothedBacklash {
     fn moves(&self) -> bool {
         false
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges::symmetric(self.half_width, 0.0)
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(-self.half_width, self.half_width)
     }
 }

@@ -7,12 +7,10 @@ use crate::contact::mesh::{Mesh, MeshDrives};
 use crate::contact::piece_choice::{ByDeflection, PieceChoice};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::Excitation;
-use crate::excitation::centre::CentreCurve;
 use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
-use crate::excitation::wave::reduced;
+use crate::excitation::wave::{Angle, Wave};
 use crate::model::equations::Channel;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfWidth, NfgReading};
@@ -39,7 +37,7 @@ pub struct NfgShape<N = Backlash> {
     /// Number of teeth of the face gear Z2.
     pub(crate) teeth: f64,
     /// dθ2/dx.
-    pub(crate) rotation: CentreCurve,
+    pub(crate) rotation: Wave,
     /// k_m/k0 `[1]` and e `[m]` over x, with Z2 periods in 2π, and the contact law.
     pub(crate) mesh: Mesh<N>,
     /// Whether the lower and the upper edge of the law are infinite.
@@ -155,13 +153,13 @@ impl<N: Nonlinearity> NfgShape<N> {
     }
 
     /// k_m/k0 and e with their derivatives over x.
-    fn mesh_waves(&self, phase: f64, side: Side) -> [Jet; 2] {
+    fn mesh_waves<A: Angle>(&self, phase: A, side: Side) -> [Jet<A::Number>; 2] {
         match &self.series {
             Some([stiffness, error]) => {
-                let mesh = libm::sincos(self.teeth * phase);
+                let mesh = phase.times(self.teeth).number().sin_cos();
                 [stiffness.jet_of(mesh, self.teeth), error.jet_of(mesh, self.teeth)]
             }
-            None => [self.mesh.stiffness().jet(phase, side), self.mesh.error().jet(phase, side)],
+            _ => [self.mesh.stiffness().jet(phase, side), self.mesh.error().jet(phase, side)],
         }
     }
 }
@@ -262,14 +260,15 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         }
     }
 
-    fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {
-        let (s, c) = libm::sincos(phase);
-        let rho = Jet::new(1.0 + self.beta * c, -self.beta * s, -self.beta * c);
+    fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
+        let ((s, c), one) = (phase.number().sin_cos(), A::Number::from(1.0));
+        let rho = Jet::new(one + c * self.beta, s * -self.beta, c * -self.beta);
         let [stiffness, error] = self.mesh_waves(phase, side);
-        let rotation = self.rotation.jet(reduced(phase));
-        u[STIFFNESS] = stiffness.value * rho.value * rho.value / (1.0 + 0.5 * self.beta * self.beta);
+        let rotation = phase.jet_of(&self.rotation, side);
+        u[STIFFNESS] =
+            stiffness.value * rho.value * rho.value / A::Number::from(1.0 + 0.5 * self.beta * self.beta);
         u[RADIUS] = rho.value;
-        u[INVERSE] = 1.0 / rho.value;
+        u[INVERSE] = one / rho.value;
         u[STRETCH] = rho.rate / rho.value;
         let [error_rate, error_second] = match self.reading.error_forcing {
             ErrorForcing::MeanRadius => [error.rate, error.second],
@@ -279,8 +278,9 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
                 [over.rate, over.second]
             }
         };
-        u[FORCING] = rotation.rate - error_second / self.radius;
-        u[FORCING_RATE] = rotation.value - error_rate / self.radius;
+        let radius = A::Number::from(self.radius);
+        u[FORCING] = rotation.rate - error_second / radius;
+        u[FORCING_RATE] = rotation.value - error_rate / radius;
         if !N::HALF_WIDTH {
             self.mesh.edges(phase, side, &mut u[WAVES - mesh::LOWER..]);
         }

@@ -128,8 +128,8 @@ impl<N: Nonlinearity> NfgPair<N> {
             beta: params.beta(),
             teeth,
             rotation: match reading.centre_forcing {
-                CentreForcing::Exact => centre.rotation(),
-                CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
+                CentreForcing::Exact => Wave::new(centre.rotation()),
+                CentreForcing::Series(order) => Wave::new(centre.rotation_series(order as usize)?),
             },
             missing: [edges.lower == f64::NEG_INFINITY, edges.upper == f64::INFINITY],
             mesh: mesh.per_turn(teeth as u32)?,

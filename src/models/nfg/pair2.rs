@@ -6,11 +6,10 @@ use crate::contact::mesh::{LOWER, Mesh, UPPER};
 use crate::contact::piece_choice::{ByDeflection, PieceChoice};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::Excitation;
-use crate::excitation::centre::{CentreCurve, InstantCentre};
+use crate::excitation::centre::InstantCentre;
 use crate::excitation::fourier::Fourier;
 use crate::excitation::side::Side;
-use crate::excitation::wave::{Wave, reduced};
+use crate::excitation::wave::{Angle, Wave};
 use crate::model::equations::{Channel, Model, State};
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
@@ -70,7 +69,7 @@ pub struct NfgShape2<N = Backlash> {
     /// Reduction ratio i_j `[1]`.
     ratio: f64,
     /// dθ2/dx.
-    rotation: CentreCurve,
+    rotation: Wave,
     mesh: Mesh<N>,
 }
 
@@ -153,8 +152,8 @@ impl<N: Nonlinearity> NfgPair2<N> {
             beta: params.beta(),
             ratio: params.ratio,
             rotation: match reading.centre_forcing {
-                CentreForcing::Exact => centre.rotation(),
-                CentreForcing::Series(order) => centre.rotation_series(order as usize)?,
+                CentreForcing::Exact => Wave::new(centre.rotation()),
+                CentreForcing::Series(order) => Wave::new(centre.rotation_series(order as usize)?),
             },
             mesh: mesh.per_turn(params.face_gear_teeth().round() as u32)?,
         };
@@ -302,11 +301,11 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         self.mesh.contact(law, i, &self.mesh_waves(u), omega, damping, x, rate)
     }
 
-    fn waves(&self, phase: f64, side: Side, u: &mut [f64]) {
-        let ((s, c), rotation) = (libm::sincos(phase), self.rotation.jet(reduced(phase)));
+    fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
+        let ((s, c), rotation) = (phase.number().sin_cos(), phase.jet_of(&self.rotation, side));
         self.mesh.waves(phase, side, u);
-        u[RADIUS] = self.radius * (1.0 + self.beta * c);
-        u[RADIUS_RATE] = -self.radius * self.beta * s;
+        u[RADIUS] = (A::Number::from(1.0) + c * self.beta) * self.radius;
+        u[RADIUS_RATE] = s * (-self.radius * self.beta);
         (u[ROTATION], u[CENTRE]) = (rotation.value, rotation.rate);
     }
     fn next_edge(&self, phase: f64) -> Option<f64> {

@@ -8,6 +8,7 @@ use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::earliest;
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
@@ -235,11 +236,11 @@ impl<N: Nonlinearity> RingShape<N> {
 
     /// Writes stiffness, error and rate of the error of each mesh, not its edges.
     #[inline]
-    fn moving_waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn moving_waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
         let (first, rest) = (&self.meshes[0], &self.meshes[1..]);
-        let (stiffness, error) = first.stiffness().value_beside(first.error(), angle, side);
-        let write = |wave: &mut [f64; STRIDE], stiffness: f64, error: f64, rate: f64| {
+        let (stiffness, error) = angle.value_beside(first.stiffness(), first.error(), side);
+        let write = |wave: &mut [A::Number; STRIDE], stiffness, error, rate| {
             (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
         };
         if self.alike {
@@ -310,7 +311,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         self.touch(law, i, u, q, v)
     }
 
-    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         self.moving_waves(angle, side, u);
         for (mesh, u) in self.meshes.iter().zip(u.chunks_exact_mut(STRIDE)) {
             mesh.edges(angle, side, u);

@@ -30,7 +30,7 @@ const WITH: f64 = 1e-6;
 
 /// A contact within the slack at the end of a step crosses there if its distance decreases faster than this
 /// number of slacks per step.
-const PLAIN: f64 = 1e3;
+pub(crate) const PLAIN: f64 = 1e3;
 
 /// The contacts of one run at the ends of the current step, and the data for the location of their edges.
 pub(crate) struct Locator {

@@ -2,6 +2,7 @@
 
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::engine::{Engine, Tableau, halves, interpolate};
 use crate::ode::stepping::vector::Vector;
 
@@ -73,5 +74,17 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.model.redrive(self.t, Side::After, &mut self.u_stage);
         let (q, v) = halves(&self.y);
         self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// Checks that no gap of the last evaluation is negative. In a negative gap, the acceleration on fixed
+    /// pieces and the acceleration of the model itself would differ.
+    #[inline(always)]
+    pub(crate) fn check_gaps(&self, t: f64) -> Result<(), IntegrateError> {
+        for (contact, c) in self.contacts.iter().enumerate() {
+            if c.lower > c.upper {
+                return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
+            }
+        }
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 //! integrator of its own.
 
 use gear_dynamics::contact::{Contact, Edges, Nonlinearity, Piece, PieceChoice};
-use gear_dynamics::excitation::{Excitation, Jet, Side, same};
+use gear_dynamics::excitation::{Angle, Excitation, Jet, Side, same};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::ode::{Finish, IntegrateError, Observer, Stats, Step, StepView};
 use gear_dynamics::{Integrator, Mesh, Model, Shape, State, Wave};
@@ -23,7 +23,7 @@ impl<N: Nonlinearity> Shape for SpurPair<N> {
             .map(|(name, unit)| Channel::new(name, unit))
             .into()
     }
-    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         self.0.waves(angle, side, u);
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
@@ -78,8 +78,8 @@ impl Nonlinearity for SoftStop {
             _ => S::from(0.0),
         }
     }
-    fn edges(&self, _: f64, _: Side) -> Edges {
-        Edges { upper: self.touch, ..Edges::NONE }
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(f64::NEG_INFINITY, self.touch)
     }
 }
 
@@ -117,7 +117,7 @@ impl Shape for Knock {
     fn constants(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("stiffness", "1")]
     }
-    fn waves(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         u[0] = self.kick.value(angle, side);
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {

@@ -1,0 +1,4 @@
+//! What a model offers to [`Taylor`](crate::Taylor): its algebra as a tape, its drives as series.
+
+pub(crate) mod expand;
+pub(crate) mod machine_tape;

@@ -1,0 +1,100 @@
+//! The first contact that leaves its piece in a step.
+
+use crate::contact::piece::Piece;
+use crate::model::equations::Model;
+use crate::ode::edges::exit::Exit;
+use crate::ode::edges::locate::{Locator, PLAIN};
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::stepping::engine::Engine;
+use crate::ode::stepping::vector_blocks::Blocks;
+use crate::ode::taylor::coefficients::{Coefficients, ORDERS};
+use crate::ode::taylor::positive::Polynomial;
+
+/// Result of the search in one step.
+#[derive(Clone, Copy)]
+pub(super) enum Found {
+    /// No contact leaves its piece.
+    Nothing,
+    /// The contact leaves its piece at this time after the start of the step.
+    At(f64, Exit),
+    /// The contact leaves its piece at the start of the step.
+    AtOnce(Exit),
+}
+
+/// A distance at the start of a step below this share of its range counts as near `[1]`.
+const NEAR: f64 = 1e-9;
+
+/// The first exit of a contact from its piece within a step of length `h`.
+///
+/// # Errors
+/// [`IntegrateError::NegativeGap`] if a gap is negative at the start of the step.
+pub(super) fn first_exit(
+    c: &Coefficients,
+    e: &mut Engine<'_, dyn Model + '_, Blocks>,
+    locator: &Locator,
+    ranges: &mut [f64],
+    h: f64,
+) -> Result<Found, IntegrateError> {
+    c.ranges(h, ranges);
+    let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
+    for (i, &(contact, edge)) in c.plan.edges.iter().enumerate() {
+        // A contact on a flank leaves it at one edge, a contact in the gap at both.
+        let piece = e.pieces[contact];
+        let (sign, to) = match (piece, edge) {
+            (Piece::Gap, 0) => (1.0, Piece::Lower),
+            (Piece::Gap, _) => (1.0, Piece::Upper),
+            (Piece::Lower, 0) | (Piece::Upper, 1) => (-1.0, Piece::Gap),
+            _ => continue,
+        };
+        let start = sign * c.distances(0)[i];
+        if start - ranges[i] > NEAR * (start + ranges[i]) {
+            continue;
+        }
+        if !read {
+            e.contacts_at_start();
+            e.check_gaps(e.t)?;
+            read = true;
+        }
+        let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree };
+        for (n, coefficient) in distance.c[..=c.degree].iter_mut().enumerate() {
+            *coefficient = sign * c.distances(n)[i];
+        }
+        let exit = Exit { contact, to };
+        let slack = locator.slack(contact, &e.contacts[contact]);
+        match leaves(&distance, slack, limit) {
+            Some(0.0) => return Ok(Found::AtOnce(exit)),
+            Some(root) => {
+                limit = root;
+                found = Found::At(root, exit);
+            }
+            None if limit == h && matches!(found, Found::Nothing) => {
+                // The contact reaches the edge at the end of the step: the next step would start past the
+                // edge and not report it.
+                let (value, rate) = distance.with_slope(h);
+                if start > slack && value.abs() <= slack && rate * h < -PLAIN * slack {
+                    found = Found::At(h, exit);
+                }
+            }
+            None => {}
+        }
+    }
+    Ok(found)
+}
+
+/// The first time in (0, h] at which a distance becomes negative by more than the slack; 0 if it is on its
+/// edge at the start and leaves at once.
+fn leaves(distance: &Polynomial, slack: f64, h: f64) -> Option<f64> {
+    let start = distance.c[0];
+    if start > slack {
+        let beyond = distance.raised(slack).first_root(h)?;
+        return distance.first_root(beyond).or(Some(beyond));
+    }
+    // On the edge. A distance past its edge by more than the slack counts as on it.
+    let slack = slack.max(-start) * (1.0 + f64::EPSILON) + f64::MIN_POSITIVE;
+    let beyond = distance.raised(slack).first_root(h)?;
+    if distance.c[1] <= 0.0 {
+        return Some(0.0);
+    }
+    // The contact has just entered and leaves again.
+    distance.without_root_at_zero().first_root(beyond).or(Some(beyond)).map(|root| root.max(f64::MIN_POSITIVE))
+}

@@ -1,0 +1,332 @@
+//! The main loop of the Taylor integrator.
+
+use crate::model::equations::{Model, State};
+use crate::model::expansion::expand::Expand;
+use crate::ode::driver::{LAST_TIME, edge_after};
+use crate::ode::edges::locate::Locator;
+use crate::ode::edges::stops::Stops;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::methods::rk4::Classical;
+use crate::ode::outcome::{Finish, Stats};
+use crate::ode::step::{Crossing, Observer, Step};
+use crate::ode::stepping::control::RESOLUTION;
+use crate::ode::stepping::engine::{Engine, LARGEST};
+use crate::ode::stepping::vector_blocks::Blocks;
+use crate::ode::taylor::coefficients::Coefficients;
+use crate::ode::taylor::distances::{Found, first_exit};
+use crate::ode::taylor::pace::Pace;
+use crate::ode::taylor::portion::Portion;
+use crate::ode::taylor::settings::Taylor;
+use crate::series::Series;
+
+/// The tape of a model, ready to run.
+pub(crate) struct Prepared {
+    pub(super) c: Coefficients,
+    pub(super) series: Vec<Series>,
+}
+
+impl Prepared {
+    /// # Errors
+    /// [`IntegrateError::NoSeries`].
+    pub(crate) fn new(model: &dyn Model) -> Result<Self, IntegrateError> {
+        let expanded = expanded(model)?;
+        let recorded = expanded.record(&|_| false);
+        if let Some(what) = recorded.0.kink() {
+            return Err(IntegrateError::NoSeries { what });
+        }
+        let series = vec![Series::from(0.0); model.drives()];
+        Ok(Prepared { c: Coefficients::new(&recorded.0), series })
+    }
+
+    /// Integrates `model`, which must be the one of [`new`](Prepared::new), from `start` to `t_end`.
+    pub(crate) fn run(
+        &mut self,
+        settings: &Taylor,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError> {
+        start.check(model.dof())?;
+        if !(t_end.abs() <= LAST_TIME && t_end > start.t) {
+            return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
+        }
+        let mut run = Run::new(self, settings, model, start, t_end)?;
+        for _ in 0..settings.max_steps {
+            run.expand()?;
+            match run.make_step()? {
+                Made::Again => {
+                    run.stats.rejected += 1;
+                    continue;
+                }
+                Made::Step { at_edge, full } => {
+                    run.stats.steps += 1;
+                    let stopped = run.report(at_edge, full, observer);
+                    if let Some(state) = stopped {
+                        return Ok(Finish { state, stopped: true, stats: run.stats });
+                    }
+                    if run.e.t1 >= t_end {
+                        let (q, v) = run.e.y1.slice().split_at(model.dof());
+                        let state = State::new(run.e.t1, q, v);
+                        return Ok(Finish { state, stopped: false, stats: run.stats });
+                    }
+                    run.pass(at_edge)?;
+                }
+            }
+        }
+        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.max_steps })
+    }
+}
+
+/// The model as one that can be expanded.
+fn expanded(model: &dyn Model) -> Result<&dyn Expand, IntegrateError> {
+    let what = "a model that cannot be expanded (`Model::expand`), for example one in plain numbers";
+    model.expand().ok_or(IntegrateError::NoSeries { what })
+}
+
+/// What became of an attempt.
+enum Made {
+    /// A contact changed its piece at the start of the step.
+    Again,
+    Step {
+        /// Whether it ends on a drive edge.
+        at_edge: bool,
+        /// Length of the step that the tolerances allow.
+        full: f64,
+    },
+}
+
+/// Variables of one run.
+struct Run<'r> {
+    prepared: &'r mut Prepared,
+    expanded: &'r dyn Expand,
+    /// State, contacts and drives at both ends of the step.
+    e: Engine<'r, dyn Model + 'r, Blocks>,
+    locator: Locator,
+    pace: Pace,
+    crossings: Vec<Crossing>,
+    degree: usize,
+    t_end: f64,
+    /// Next drive edge; infinite if there is none.
+    edge: f64,
+    /// The time after the start of the step up to which the series of the drives are valid.
+    valid: f64,
+    /// Dense output of a portion of a step, at its two ends.
+    ends: [Vec<f64>; 2],
+    stats: Stats,
+}
+
+impl<'r> Run<'r> {
+    fn new(
+        prepared: &'r mut Prepared,
+        settings: &Taylor,
+        model: &'r dyn Model,
+        start: &State,
+        t_end: f64,
+    ) -> Result<Self, IntegrateError> {
+        let n = 2 * model.dof();
+        let (degree, atol) = settings.check(n)?;
+        let mut e = Engine::<dyn Model, Blocks>::new::<Classical>(model, start, true);
+        e.on_fixed_pieces = true;
+        let mut locator = Locator::new(model.contacts(), Stops::new::<_, true>(model));
+        locator.measure_noise(&mut e);
+        locator.classify(&mut e, true);
+        e.check_gaps(e.t)?;
+        locator.check_stops(e.t)?;
+        prepared.c.set_pieces(&e.pieces);
+        let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
+        Ok(Run {
+            pace: Pace::new(settings.tolerances.rtol, atol, settings.tolerances.max, &prepared.c.plan),
+            expanded: expanded(model)?,
+            prepared,
+            edge: edge_after(model, start.t)?,
+            e,
+            locator,
+            crossings,
+            degree,
+            t_end,
+            valid: f64::INFINITY,
+            ends: [vec![0.0; n], vec![0.0; n]],
+            stats: Stats::default(),
+        })
+    }
+
+    /// Expands drives and motion at the start of the step.
+    fn expand(&mut self) -> Result<(), IntegrateError> {
+        let Prepared { c, series } = &mut *self.prepared;
+        self.expanded.drive_series(self.e.t, self.degree + 1, series);
+        self.valid = f64::INFINITY;
+        for &(drive, _) in &c.plan.drives {
+            if let Some(what) = series[drive].refusal() {
+                return Err(IntegrateError::DriveWithoutSeries { drive, what });
+            }
+            self.valid = self.valid.min(series[drive].until());
+        }
+        c.expand(self.e.y.slice(), series, self.degree, false);
+        self.stats.evaluations += self.degree as u64;
+        Ok(())
+    }
+
+    /// Makes the step: its length, its end and the crossings there.
+    fn make_step(&mut self) -> Result<Made, IntegrateError> {
+        let t = self.e.t;
+        let full = self.length()?;
+        let stop = self.edge.min(self.t_end);
+        // The last digits of the time are kept at drive edges and at the end of the run.
+        let reach = full.min(self.pace.longest()).min(self.valid);
+        let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
+        let h = aim - t;
+        self.crossings.clear();
+        let c = &self.prepared.c;
+        let found = first_exit(c, &mut self.e, &self.locator, &mut self.pace.ranges, h)?;
+        let h = match found {
+            Found::Nothing => {
+                self.e.aim(aim);
+                h
+            }
+            Found::AtOnce(exit) => {
+                if self.locator.stops.rigid(exit.contact, exit.to) {
+                    self.locator.strike_at_start(&mut self.e, exit, &mut self.crossings)?;
+                } else if !self.locator.change(&mut self.e.pieces, exit) {
+                    return Err(IntegrateError::EdgeStall { t, contact: exit.contact });
+                }
+                self.prepared.c.set_pieces(&self.e.pieces);
+                return Ok(Made::Again);
+            }
+            Found::At(root, _) => {
+                self.e.aim(if root < h { t + root } else { aim });
+                root
+            }
+        };
+        c.at(h, self.e.y1.slice_mut());
+        if !self.e.finite() {
+            return Err(self.not_finite());
+        }
+        if let Found::At(_, exit) = found {
+            self.e.drive_end();
+            self.e.contacts_at_end();
+            let (pieces, stops) = (&self.e.pieces, &self.locator.stops);
+            let crossing = |exit: crate::ode::edges::exit::Exit| Crossing {
+                contact: exit.contact,
+                from: pieces[exit.contact],
+                to: exit.to,
+                rebounds: stops.rigid(exit.contact, exit.to),
+            };
+            self.crossings.push(crossing(exit));
+            let together = self.locator.together(pieces, &self.e.contacts, exit);
+            self.crossings.extend(together.map(crossing));
+            self.locator.strike_at_end(&mut self.e, &mut self.crossings)?;
+            self.stats.crossings += self.crossings.len() as u64;
+        }
+        self.pace.keep(full);
+        Ok(Made::Step { at_edge: self.e.t1 == self.edge, full })
+    }
+
+    /// The length of the step that the tolerances allow; infinite if the series ends.
+    fn length(&mut self) -> Result<f64, IntegrateError> {
+        let room = self.edge.min(self.t_end) - self.e.t;
+        let resolution = RESOLUTION * self.e.t.abs();
+        let c = &mut self.prepared.c;
+        let h = self.pace.length(c, room);
+        if h > resolution && !self.pace.collapsed(h) {
+            return Ok(h);
+        }
+        let powers = c.plan.functions().any(|function| function.is_power());
+        if !powers {
+            return if h > resolution { Ok(h) } else { Err(self.shrunk(h)) };
+        }
+        // At a root or a power of 0 the motion is finite but has no series. A short step with the power held
+        // at its value leaves the point.
+        c.expand(self.e.y.slice(), &self.prepared.series, self.degree, true);
+        let mut h = self.pace.length(c, room).min(self.pace.start_of_power(room));
+        let n = self.e.model.dof();
+        while h > resolution && h > 0.0 {
+            self.e.aim(self.e.t + h);
+            self.e.drive_end();
+            c.at(h, self.e.y1.slice_mut());
+            let [held, real] = &mut self.ends;
+            c.acceleration(h, &mut held[..n]);
+            let (q, v) = self.e.y1.slice().split_at(n);
+            self.e.model.accel_on_pieces(&self.e.pieces, &self.e.u1, q, v, &mut real[..n]);
+            if self.pace.tolerates(h, &held[..n], &real[..n]) {
+                return Ok(h);
+            }
+            h *= 0.25;
+        }
+        Err(self.shrunk(h))
+    }
+
+    /// The error for a step below the resolution of the time.
+    fn shrunk(&self, h: f64) -> IntegrateError {
+        let t = self.e.t;
+        let c = &self.prepared.c;
+        let finite = (0..=c.degree).all(|n| c.motion(n).iter().all(|x| x.is_finite()));
+        match c.plan.functions().find(|function| function.is_singular_at_zero()) {
+            Some(function) => IntegrateError::Singular { t, what: function.name() },
+            None if !finite => self.not_finite(),
+            None => IntegrateError::StepUnderflow { t, h },
+        }
+    }
+
+    fn not_finite(&self) -> IntegrateError {
+        let (c, n) = (&self.prepared.c, self.e.model.dof());
+        let end = self.e.y1.slice().iter();
+        let component = c.motion(1).iter().position(|x| !x.is_finite());
+        let component = component.or_else(|| end.clone().position(|y| !y.is_finite() || y.abs() > LARGEST));
+        IntegrateError::NotFinite { t: self.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
+    }
+
+    /// Reports the step to the observer in portions. Returns the state at which the observer stopped the run.
+    fn report(&mut self, at_edge: bool, full: f64, observer: &mut dyn Observer) -> Option<State> {
+        let (c, t0, h) = (&self.prepared.c, self.e.t, self.e.h());
+        let portions = Portion::count(c.degree, h / full);
+        let [from, to] = &mut self.ends;
+        from.copy_from_slice(self.e.y.slice());
+        let mut start = t0;
+        for k in 1..=portions {
+            let last = k == portions;
+            let end = if last { self.e.t1 } else { t0 + h * (k as f64 / portions as f64) };
+            if last {
+                to.copy_from_slice(self.e.y1.slice());
+            } else {
+                c.at(end - t0, to);
+            }
+            let crossings = if last { &self.crossings[..] } else { &[] };
+            let mut portion =
+                Portion { c, origin: t0, times: (start, end), ends: [from, to], pieces: &self.e.pieces };
+            if observer.step(&mut Step::new(&mut portion, at_edge && last, crossings)).is_break() {
+                let (q, v) = to.split_at(c.plan.dof);
+                return Some(State::new(end, q, v));
+            }
+            std::mem::swap(from, to);
+            start = end;
+        }
+        None
+    }
+
+    /// Prepares the next step: velocities after impacts, pieces, drive edges.
+    fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
+        let e = &mut self.e;
+        e.move_on();
+        self.locator.still.fill(0);
+        if self.crossings.is_empty() && !at_edge {
+            return Ok(());
+        }
+        if !self.crossings.is_empty() {
+            self.locator.accept(e);
+            self.pace.limit(self.locator.rebound(e));
+            for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
+                e.pieces[crossing.contact] = crossing.to;
+            }
+        }
+        if at_edge {
+            self.locator.classify(e, false);
+            e.check_gaps(e.t)?;
+            self.locator.check_stops(e.t)?;
+            self.stats.drive_edges += 1;
+            self.edge = edge_after(e.model, e.t)?;
+        }
+        self.prepared.c.set_pieces(&e.pieces);
+        Ok(())
+    }
+}

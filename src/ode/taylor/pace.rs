@@ -1,0 +1,138 @@
+//! Lengths of steps, from the last coefficients.
+
+use crate::ode::taylor::coefficients::Coefficients;
+use crate::ode::taylor::plan::Plan;
+
+/// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
+const GROWTH: f64 = 2.0;
+
+/// A step this much shorter than the one before indicates a singular point `[1]`.
+const COLLAPSE: f64 = 1e-6;
+
+/// Smallest tolerance of the distances, as a share of the gap `[1]`.
+const FINEST: f64 = 1e-13;
+
+/// The tolerances and the lengths of steps so far.
+pub(super) struct Pace {
+    rtol: f64,
+    atol: Vec<f64>,
+    max: f64,
+    /// Length that the tolerances allowed for the last step; 0 before the first.
+    last: f64,
+    /// Limit of the next step alone, after an impact.
+    limit: f64,
+    /// 1/tolerance of each coordinate and velocity.
+    per: Vec<f64>,
+    /// The distance above the edge on the other side of the gap, for each distance.
+    opposite: Vec<Option<usize>>,
+    /// How far each distance moves in the step, at most.
+    pub(super) ranges: Vec<f64>,
+}
+
+/// log2 x, with an error below 0.1: enough for the length of a step.
+#[inline(always)]
+fn log2(x: f64) -> f64 {
+    x.to_bits() as i64 as f64 * (1.0 / (1u64 << 52) as f64) - 1023.0
+}
+/// 2^x, with a relative error below 0.1.
+#[inline(always)]
+fn exp2(x: f64) -> f64 {
+    f64::from_bits(((x.clamp(-1022.0, 1023.0) + 1023.0) * (1u64 << 52) as f64) as u64)
+}
+
+/// The length at which a term of the given order, measured in tolerances, reaches 1.
+fn reach(term: f64, order: usize) -> f64 {
+    if term == 0.0 { f64::INFINITY } else { exp2(-log2(term) / order as f64) }
+}
+
+impl Pace {
+    pub(super) fn new(rtol: f64, atol: Vec<f64>, max: f64, plan: &Plan) -> Self {
+        let opposite = plan.edges.iter().map(|&(contact, edge)| {
+            plan.edges.iter().position(|&other| other == (contact, 1 - edge))
+        });
+        Pace {
+            rtol,
+            max,
+            last: 0.0,
+            limit: f64::INFINITY,
+            per: vec![0.0; atol.len()],
+            atol,
+            opposite: opposite.collect(),
+            ranges: vec![0.0; plan.edges.len()],
+        }
+    }
+
+    /// Keeps the length that the tolerances allowed for the step just made.
+    pub(super) fn keep(&mut self, full: f64) {
+        self.last = full;
+        self.limit = f64::INFINITY;
+    }
+    /// Limits the next step.
+    pub(super) fn limit(&mut self, longest: f64) {
+        self.limit = longest;
+    }
+    pub(super) fn longest(&self) -> f64 {
+        self.limit.min(self.max)
+    }
+    /// Whether a step is so much shorter than the last one that the motion has no series here.
+    pub(super) fn collapsed(&self, h: f64) -> bool {
+        h.is_nan() || h < COLLAPSE * self.last
+    }
+    /// Length of the first attempt to leave a root or power of 0, in a time span `room`.
+    pub(super) fn start_of_power(&self, room: f64) -> f64 {
+        0.01 * if self.last > 0.0 && self.last.is_finite() { self.last } else { room }
+    }
+
+    /// The length at which each of the last two terms reaches its tolerance; infinite if both are 0 and NaN
+    /// if one is not finite. `room`: the longest step possible.
+    pub(super) fn length(&mut self, c: &Coefficients, room: f64) -> f64 {
+        let (first, second) = (c.motion(0), c.motion(1));
+        let before = if self.last.is_finite() { self.last } else { 0.0 };
+        for (j, per) in self.per.iter_mut().enumerate() {
+            *per = 1.0 / (self.atol[j] + self.rtol * (first[j].abs() + before * second[j].abs()));
+        }
+        let largest = |order: usize| {
+            let terms = c.motion(order).iter().zip(&self.per);
+            terms.fold(0.0, |m: f64, (x, per)| max(m, (x * per).abs()))
+        };
+        let degree = c.degree;
+        let mut h = reach(largest(degree), degree).min(reach(largest(degree - 1), degree - 1));
+        if h.is_nan() || largest(degree).is_nan() || largest(degree - 1).is_nan() {
+            return f64::NAN;
+        }
+        if self.last > 0.0 {
+            h = h.min(GROWTH * self.last);
+        }
+        // Moving edges and transmission errors act on the distances alone while teeth are apart.
+        let span = h.min(room);
+        let share = self.rtol.max(FINEST);
+        let (start, rate) = (c.distances(0), c.distances(1));
+        let (last, before) = (c.distances(degree), c.distances(degree - 1));
+        for (i, opposite) in self.opposite.iter().enumerate() {
+            let gap = opposite.map_or(0.0, |other| start[i] + start[other]);
+            let size = gap.max(start[i].abs() + span * rate[i].abs());
+            if size > 0.0 {
+                let per = 1.0 / (share * size);
+                h = h.min(reach(last[i].abs() * per, degree));
+                h = h.min(reach(before[i].abs() * per, degree - 1));
+            }
+        }
+        h
+    }
+
+    /// Whether the difference of two accelerations at the end of a step of length `h` changes coordinates and
+    /// velocities by less than their tolerances.
+    pub(super) fn tolerates(&self, h: f64, a: &[f64], b: &[f64]) -> bool {
+        let (of_q, of_v) = self.per.split_at(a.len());
+        a.iter().zip(b).zip(of_q.iter().zip(of_v)).all(|((a, b), (q, v))| {
+            let off = (a - b).abs() * h;
+            off * v <= 1.0 && off * h * q <= 1.0
+        })
+    }
+}
+
+/// The larger of two numbers; NaN if one of them is NaN.
+#[inline(always)]
+fn max(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
+}

@@ -1,0 +1,99 @@
+//! The first instant at which a polynomial ceases to be positive.
+
+use crate::numeric::bracket::Bracket;
+use crate::ode::taylor::coefficients::ORDERS;
+
+/// A polynomial Σ c_n sⁿ over the time s in a step.
+#[derive(Clone, Copy)]
+pub(super) struct Polynomial {
+    pub(super) c: [f64; ORDERS],
+    pub(super) degree: usize,
+}
+
+/// Shortest interval of the search, as a share of the step `[1]`.
+const SHORTEST: f64 = 1e-13;
+
+impl Polynomial {
+    pub(super) fn at(&self, s: f64) -> f64 {
+        self.with_slope(s).0
+    }
+    /// Value and derivative.
+    pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
+        let (mut value, mut slope) = (0.0, 0.0);
+        for c in self.c[..=self.degree].iter().rev() {
+            slope = slope * s + value;
+            value = value * s + c;
+        }
+        (value, slope)
+    }
+    /// The polynomial raised by a constant.
+    pub(super) fn raised(mut self, by: f64) -> Self {
+        self.c[0] += by;
+        self
+    }
+    /// (p(s) - p(0))/s.
+    pub(super) fn without_root_at_zero(mut self) -> Self {
+        self.c.copy_within(1.., 0);
+        self.c[ORDERS - 1] = 0.0;
+        self.degree = self.degree.saturating_sub(1);
+        self
+    }
+
+    /// The first root in (0, h] of a polynomial with p(0) > 0; 0 if p(0) <= 0.
+    ///
+    /// An interval is left out only if a bound on the second derivative rules a root out, so that no root is
+    /// missed.
+    pub(super) fn first_root(&self, h: f64) -> Option<f64> {
+        let at_start = self.c[0];
+        if at_start <= 0.0 {
+            return Some(0.0);
+        }
+        // Bounds over the whole step: |p - p(0)| <= range, |p''| <= bend.
+        let (mut range, mut bend) = (0.0, 0.0);
+        for n in (1..=self.degree).rev() {
+            range = (range + self.c[n].abs()) * h;
+            if n >= 2 {
+                bend = bend * h + (n * (n - 1)) as f64 * self.c[n].abs();
+            }
+        }
+        if at_start > range {
+            return None;
+        }
+        let (mut a, mut value_a, mut slope_a) = (0.0, at_start, self.c[1]);
+        let mut width = h;
+        loop {
+            let b = a + width;
+            let (value_b, slope_b) = self.with_slope(b);
+            let (sum, bound) = (slope_a + slope_b, bend * width);
+            let (falls, rises) = (sum + bound < 0.0, sum - bound > 0.0);
+            let short = width < SHORTEST * h;
+            let stays = rises || falls || value_a.min(value_b) > 0.125 * bound * width;
+            if value_b > 0.0 && (stays || short) {
+                if b >= h * (1.0 - 1e-12) {
+                    return None;
+                }
+                (a, value_a, slope_a) = (b, value_b, slope_b);
+                width = (2.0 * width).min(h - a);
+            } else if value_b <= 0.0 && (falls || short) {
+                return Some(self.root_between(a, b, a + width * value_a / (value_a - value_b)));
+            } else {
+                width *= 0.5;
+            }
+        }
+    }
+
+    /// The root between `lo` with p > 0 and `hi` with p <= 0, from a guess.
+    fn root_between(&self, lo: f64, hi: f64, guess: f64) -> f64 {
+        let (mut bracket, mut s) = (Bracket { lo, hi }, guess);
+        for _ in 0..60 {
+            let (value, slope) = self.with_slope(s);
+            bracket.narrow(s, value > 0.0);
+            let next = if value == 0.0 { s } else { bracket.newton_or_middle(s, value, slope) };
+            if (next - s).abs() <= 2.0 * f64::EPSILON * s {
+                return next;
+            }
+            s = next;
+        }
+        s
+    }
+}

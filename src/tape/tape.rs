@@ -1,0 +1,120 @@
+//! The finished record of an algebra.
+
+use crate::tape::form::Form;
+
+/// Index of a form in its tape.
+pub(crate) type FormId = usize;
+
+/// The pieces on which an operation is evaluated: those of `count` contacts from `contact` on, each counted
+/// 0, 1, 2 for lower flank, gap and upper flank. `alternative` = Σ piece_k 3^k.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Guard {
+    pub(crate) contact: usize,
+    pub(crate) count: usize,
+    pub(crate) alternative: usize,
+}
+
+/// How the sign of the base enters a power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Parity {
+    /// x^p: NaN for negative x.
+    Plain,
+    /// |x|^p.
+    Even,
+    /// |x|^p times the sign of x.
+    Odd,
+}
+
+/// An operation that is no weighted sum. Operands are forms; each result is a slot.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Op {
+    /// A form kept as a slot of its own, because it is long and used often.
+    Sum(FormId),
+    Product(FormId, FormId),
+    Quotient(FormId, FormId),
+    Sqrt(FormId),
+    Power(FormId, f64, Parity),
+    Exp(FormId),
+    Ln(FormId),
+    /// Sine; the cosine is the next slot.
+    SinCos(FormId),
+    /// The second result of the operation before.
+    Cos,
+    /// One of 3^count forms, by the pieces of `count` contacts from `contact` on.
+    Choice { contact: usize, count: usize, forms: Vec<FormId> },
+    /// An operation without a series, by its name.
+    Kink(&'static str),
+}
+
+impl Op {
+    /// The forms that the operation reads.
+    pub(crate) fn operands(&self) -> Vec<FormId> {
+        match self {
+            Op::Sum(a) | Op::Sqrt(a) | Op::Power(a, ..) | Op::Exp(a) | Op::Ln(a) | Op::SinCos(a) => vec![*a],
+            Op::Product(a, b) | Op::Quotient(a, b) => vec![*a, *b],
+            Op::Choice { forms, .. } => forms.clone(),
+            Op::Cos | Op::Kink(_) => Vec::new(),
+        }
+    }
+}
+
+/// The algebra of a model: accelerations and the distances of its contacts from their edges.
+///
+/// Slots: coordinates, velocities and drives of the model, then one for each operation.
+#[derive(Clone, Debug)]
+pub(crate) struct Tape {
+    pub(crate) dof: usize,
+    pub(crate) drives: usize,
+    pub(crate) forms: Vec<Form>,
+    pub(crate) ops: Vec<(Op, Option<Guard>)>,
+    pub(crate) accelerations: Vec<FormId>,
+    /// For each contact its distance above the lower edge and below the upper edge, positive in the gap;
+    /// `None` for an infinite edge.
+    pub(crate) distances: Vec<[Option<FormId>; 2]>,
+}
+
+impl Tape {
+    /// Number of inputs: the slot of the first operation.
+    pub(crate) fn inputs(&self) -> usize {
+        2 * self.dof + self.drives
+    }
+
+    /// The forms that the tape returns.
+    fn outputs(&self) -> impl Iterator<Item = FormId> + '_ {
+        self.accelerations.iter().copied().chain(self.distances.iter().flatten().flatten().copied())
+    }
+
+    /// Which slots are needed for the accelerations and distances.
+    pub(crate) fn needed(&self) -> Vec<bool> {
+        let inputs = self.inputs();
+        let mut needed = vec![false; inputs + self.ops.len()];
+        let mut open: Vec<FormId> = self.outputs().collect();
+        let mut seen = vec![false; self.forms.len()];
+        while let Some(form) = open.pop() {
+            if std::mem::replace(&mut seen[form], true) {
+                continue;
+            }
+            for &(slot, _) in &self.forms[form].terms {
+                let mut slot = slot as usize;
+                while !std::mem::replace(&mut needed[slot], true) && slot >= inputs {
+                    let op = &self.ops[slot - inputs].0;
+                    open.extend(op.operands());
+                    if *op != Op::Cos {
+                        break;
+                    }
+                    slot -= 1; // a cosine comes with its sine
+                }
+            }
+        }
+        needed
+    }
+
+    /// The first needed operation without a series.
+    pub(crate) fn kink(&self) -> Option<&'static str> {
+        let needed = self.needed();
+        self.ops.iter().zip(&needed[self.inputs()..]).find_map(|((op, _), needed)| match op {
+            Op::Kink(name) if *needed => Some(*name),
+            _ => None,
+        })
+    }
+}
