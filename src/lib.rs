@@ -20,10 +20,10 @@ pub mod periodic;
 pub mod roots;
 mod scalar;
 mod series;
-mod tape;
 #[cfg(feature = "serde")]
 mod stored;
 pub mod sweep;
+mod tape;
 
 pub use crate::analysis::rattle::{Rattle, RattleState};
 pub use crate::analysis::settle::Settle;

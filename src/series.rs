@@ -83,6 +83,12 @@ impl Series {
         self.c[0] = value;
         self
     }
+    /// Makes the series a constant. It writes nothing but the coefficients that are not 0.
+    pub(crate) fn set_constant(&mut self, value: f64) {
+        self.c[1..self.len].fill(0.0);
+        self.c[0] = value;
+        (self.len, self.full, self.until, self.refusal) = (1, 1, f64::INFINITY, None);
+    }
     /// The series with the coefficients that `next` returns one after the other.
     pub(crate) fn from_coefficients(of: &Series, mut next: impl FnMut(usize) -> f64) -> Self {
         let mut series = of.like(of.full);

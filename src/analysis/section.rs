@@ -167,7 +167,7 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
 
 impl<M: Model + ?Sized> Observer for Section<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let (t0, t1) = (step.t0(), step.t1());
+        let t0 = step.t0();
         let (mut from, mut a) = (t0, self.height(step, t0));
         if let Some((t, before)) = self.last
             && t == t0
@@ -175,25 +175,28 @@ impl<M: Model + ?Sized> Observer for Section<'_, M> {
         {
             self.keep(t0);
         }
-        // The step is sampled at seven points, so that two crossings inside it are found.
-        let inside = FIVE.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
-        for to in inside.into_iter().chain([t1]) {
-            let b = self.height(step, to);
-            if self.wanted(a, b) {
-                let (mut lo, mut hi) = (from, to);
-                loop {
-                    let middle = 0.5 * (lo + hi);
-                    if middle <= lo || middle >= hi {
-                        break;
+        for part in 0..step.parts() {
+            // Each part is sampled at seven points, so that two crossings inside it are found.
+            let (t0, t1) = step.part(part);
+            let inside = FIVE.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
+            for to in inside.into_iter().chain([t1]) {
+                let b = self.height(step, to);
+                if self.wanted(a, b) {
+                    let (mut lo, mut hi) = (from, to);
+                    loop {
+                        let middle = 0.5 * (lo + hi);
+                        if middle <= lo || middle >= hi {
+                            break;
+                        }
+                        if (self.height(step, middle) < 0.0) == (a < 0.0) { lo = middle } else { hi = middle }
                     }
-                    if (self.height(step, middle) < 0.0) == (a < 0.0) { lo = middle } else { hi = middle }
+                    self.height(step, hi);
+                    self.keep(hi);
                 }
-                self.height(step, hi);
-                self.keep(hi);
+                (from, a) = (to, b);
             }
-            (from, a) = (to, b);
         }
-        self.last = Some((t1, a));
+        self.last = Some((from, a));
         ControlFlow::Continue(())
     }
 }

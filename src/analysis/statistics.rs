@@ -218,7 +218,39 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         best
     }
 
-    /// Updates the extremes of channel `c` from the points of a step.
+    /// Adds one part of a step.
+    fn part(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
+        let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
+        let mut times = [t0; POINTS];
+        times[POINTS - 1] = t1;
+        for (time, [x, _]) in times[1..].iter_mut().zip(FIVE) {
+            *time = middle + half * x;
+        }
+        for (p, &t) in times.iter().enumerate() {
+            self.look(step, t);
+            let values = self.probe.values();
+            for (c, &index) in self.chosen.iter().enumerate() {
+                self.points[c][p] = values[index];
+            }
+        }
+        for c in 0..self.chosen.len() {
+            let (points, running) = (self.points[c], &mut self.running[c]);
+            if running.origin.is_nan() {
+                running.origin = points[0];
+            }
+            for (value, [_, w]) in points[1..].iter().zip(FIVE) {
+                running.sum += half * w * value;
+                running.square += half * w * value * value;
+                let off = value - running.origin;
+                running.off += half * w * off;
+                running.off_square += half * w * off * off;
+            }
+            self.extremes(step, &times, c);
+        }
+        self.duration += t1 - t0;
+    }
+
+    /// Updates the extremes of channel `c` from the points of a part.
     fn extremes(&mut self, step: &mut Step<'_>, times: &[f64; POINTS], c: usize) {
         for sign in [1.0, -1.0] {
             let f = self.points[c].map(|value| sign * value);
@@ -261,35 +293,10 @@ fn peak(x: [f64; 3], f: [f64; 3]) -> f64 {
 
 impl<M: Model + ?Sized> Observer for Statistics<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let (t0, t1) = (step.t0(), step.t1());
-        let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
-        let mut times = [t0; POINTS];
-        times[POINTS - 1] = t1;
-        for (time, [x, _]) in times[1..].iter_mut().zip(FIVE) {
-            *time = middle + half * x;
+        for part in 0..step.parts() {
+            let times = step.part(part);
+            self.part(step, times);
         }
-        for (p, &t) in times.iter().enumerate() {
-            self.look(step, t);
-            let values = self.probe.values();
-            for (c, &index) in self.chosen.iter().enumerate() {
-                self.points[c][p] = values[index];
-            }
-        }
-        for c in 0..self.chosen.len() {
-            let (points, running) = (self.points[c], &mut self.running[c]);
-            if running.origin.is_nan() {
-                running.origin = points[0];
-            }
-            for (value, [_, w]) in points[1..].iter().zip(FIVE) {
-                running.sum += half * w * value;
-                running.square += half * w * value * value;
-                let off = value - running.origin;
-                running.off += half * w * off;
-                running.off_square += half * w * off * off;
-            }
-            self.extremes(step, &times, c);
-        }
-        self.duration += t1 - t0;
         ControlFlow::Continue(())
     }
 }

@@ -19,12 +19,18 @@ use std::fmt;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sum(Vec<Wave>);
+pub struct Sum {
+    terms: Vec<Wave>,
+    /// The sum as a Fourier series, if its terms have finite ones.
+    expanded: Option<Fourier>,
+}
 
 impl Sum {
     /// The sum of these terms; 0 if there are none.
     pub fn new(terms: Vec<Wave>) -> Self {
-        Sum(terms)
+        let zero = Fourier::new(0.0, &[]).ok();
+        let expanded = terms.iter().fold(zero, |sum, term| sum?.plus(&term.fourier()?));
+        Sum { terms, expanded }
     }
 }
 
@@ -35,19 +41,28 @@ fn edges(parts: &[Wave]) -> Vec<f64> {
 
 impl Excitation for Sum {
     fn jet(&self, angle: f64) -> Jet {
-        self.0.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(angle, Side::After))
+        self.terms.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(angle, Side::After))
     }
     fn series(&self, angle: Series) -> Jet<Series> {
-        self.0.iter().fold(Jet::constant(0.0.into()), |sum, f| sum + f.jet(angle, Side::After))
+        match &self.expanded {
+            Some(expanded) => expanded.series(angle),
+            None => {
+                let zero = Jet::constant(0.0.into());
+                self.terms.iter().fold(zero, |sum, f| sum + f.jet(angle, Side::After))
+            }
+        }
     }
     fn value_series(&self, angle: Series) -> Series {
-        self.0.iter().fold(0.0.into(), |sum, f| sum + f.value(angle, Side::After))
+        match &self.expanded {
+            Some(expanded) => expanded.value_series(angle),
+            None => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(angle, Side::After)),
+        }
     }
     fn fourier(&self) -> Option<Fourier> {
-        self.0.iter().try_fold(Fourier::new(0.0, &[]).ok()?, |sum, f| sum.plus(&f.fourier()?))
+        self.expanded.clone()
     }
     fn edges(&self) -> Vec<f64> {
-        edges(&self.0)
+        edges(&self.terms)
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

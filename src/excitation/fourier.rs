@@ -7,6 +7,7 @@ use crate::scalar::Scalar;
 use crate::series::Series;
 use std::cell::Cell;
 use std::f64::consts::TAU;
+use std::fmt;
 
 /// Fourier series f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6),
 /// (7).
@@ -21,6 +22,42 @@ use std::f64::consts::TAU;
 pub struct Fourier {
     mean: f64,
     pairs: Vec<[f64; 2]>,
+    expansion: Expansion,
+}
+
+/// The waves that are not 0, with the weights of their Taylor coefficients. It follows from the pairs.
+#[derive(Clone, Default)]
+struct Expansion {
+    /// Order n, and ±n^k/k! for each k.
+    waves: Vec<(usize, [f64; Series::CAPACITY])>,
+}
+
+impl Expansion {
+    fn of(pairs: &[[f64; 2]]) -> Self {
+        let waves = (1..).zip(pairs).filter(|(_, pair)| **pair != [0.0; 2]).map(|(n, _)| {
+            let mut weight = 1.0;
+            let weights = std::array::from_fn(|k| {
+                let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
+                let signed = sign * weight;
+                weight *= n as f64 / (k + 1) as f64;
+                signed
+            });
+            (n, weights)
+        });
+        Expansion { waves: waves.collect() }
+    }
+}
+
+impl PartialEq for Expansion {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for Expansion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} waves", self.waves.len())
+    }
 }
 
 impl Fourier {
@@ -35,7 +72,7 @@ impl Fourier {
             check::quantity(format!("cosine coefficient of order {}", i + 1), pair[0])?;
             check::quantity(format!("sine coefficient of order {}", i + 1), pair[1])?;
         }
-        Ok(Fourier { mean, pairs: pairs.to_vec() })
+        Ok(Fourier::unchecked(mean, pairs.to_vec()))
     }
 
     /// The series f(φ) = mean + Σ_n A_n cos(n φ + φ_n) from pairs (A_n, φ_n `[rad]`), by order from 1.
@@ -84,6 +121,10 @@ impl Fourier {
         Fourier::new(mean, &pairs)
     }
 
+    fn unchecked(mean: f64, pairs: Vec<[f64; 2]>) -> Self {
+        Fourier { mean, expansion: Expansion::of(&pairs), pairs }
+    }
+
     /// Mean of the series.
     pub fn mean(&self) -> f64 {
         self.mean
@@ -115,38 +156,40 @@ impl Fourier {
 
     /// The series of f(φ) over time at a constant speed φ' = w, and those of f' and f'' if `jet` is set.
     ///
-    /// Coefficient k of a cos nφ + b sin nφ is (n w)^k/k! times a cos nφ + b sin nφ, b cos nφ - a sin nφ and
-    /// their negatives in turn.
+    /// Coefficient k of a cos nφ + b sin nφ over φ is n^k/k! times a cos nφ + b sin nφ, b cos nφ - a sin nφ
+    /// and their negatives in turn.
     fn turning(&self, angle: &Series, w: f64, jet: bool) -> Jet<Series> {
-        let full = angle.full();
-        let mut sums = [[0.0; Series::CAPACITY]; 3];
-        sums[0][0] = self.mean;
+        let mut sums = [0.0; Series::CAPACITY];
+        sums[0] = self.mean;
         let first = libm::sincos(angle.at(0.0));
         let (mut s, mut c, mut at) = (first.0, first.1, 1);
-        for (n, &[cos, sin]) in (1..).zip(&self.pairs) {
-            if cos == 0.0 && sin == 0.0 {
-                continue;
-            }
+        for (n, weights) in &self.expansion.waves {
             (s, c) = match n - at {
                 0 => (s, c),
                 1 => (s * first.1 + c * first.0, c * first.1 - s * first.0),
-                _ => libm::sincos(n as f64 * angle.at(0.0)),
+                _ => libm::sincos(*n as f64 * angle.at(0.0)),
             };
-            at = n;
-            let n = n as f64;
-            let (mut value, mut next) = (cos * c + sin * s, sin * c - cos * s);
-            for k in 0..full {
-                sums[0][k] += value;
-                if jet {
-                    sums[1][k] += n * next;
-                    sums[2][k] -= n * n * value;
-                }
-                let per = n * w / (k + 1) as f64;
-                (value, next) = (next * per, -value * per);
+            at = *n;
+            let [cos, sin] = self.pairs[n - 1];
+            let turns = [cos * c + sin * s, sin * c - cos * s];
+            for (sum, weight) in sums.as_chunks_mut::<2>().0.iter_mut().zip(weights.as_chunks::<2>().0) {
+                *sum = [sum[0] + turns[0] * weight[0], sum[1] + turns[1] * weight[1]];
             }
         }
-        let [value, rate, second] = sums.map(|sum| Series::from_coefficients(angle, |k| sum[k]));
-        Jet { value, rate, second }
+        let series = |derivative: usize| {
+            let mut power = 1.0;
+            Series::from_coefficients(angle, |k| {
+                let coefficient = power * sums.get(k + derivative).copied().unwrap_or(0.0);
+                power *= w;
+                match derivative {
+                    0 => coefficient,
+                    1 => (k + 1) as f64 * coefficient,
+                    _ => ((k + 1) * (k + 2)) as f64 * coefficient,
+                }
+            })
+        };
+        let value = series(0);
+        if jet { Jet { value, rate: series(1), second: series(2) } } else { Jet::constant(value) }
     }
 
     /// The sum of two series; `None` if it has too many waves.
@@ -161,7 +204,7 @@ impl Fourier {
     }
     /// The product of two series; `None` if it has too many waves.
     pub(crate) fn times(&self, other: &Fourier) -> Option<Fourier> {
-        let mut product = Fourier { mean: 0.0, pairs: vec![[0.0; 2]; self.pairs.len() + other.pairs.len()] };
+        let mut product = Fourier::unchecked(0.0, vec![[0.0; 2]; self.pairs.len() + other.pairs.len()]);
         for (n, [a, b]) in self.waves() {
             for (m, [c, d]) in other.waves() {
                 // The product of two waves is half a wave of the sum and half one of the difference.
@@ -179,7 +222,7 @@ impl Fourier {
     pub(crate) fn repeated(&self, order: u32, ahead: f64) -> Option<Fourier> {
         let order = order as usize;
         let length = self.pairs.len().checked_mul(order).filter(|length| *length <= check::ORDERS)?;
-        let mut repeated = Fourier { mean: self.mean, pairs: vec![[0.0; 2]; length] };
+        let mut repeated = Fourier::unchecked(self.mean, vec![[0.0; 2]; length]);
         for (n, [a, b]) in self.waves().skip(1) {
             let (s, c) = libm::sincos(n as f64 * ahead);
             repeated.add(n * order, [a * c + b * s, b * c - a * s]);
@@ -201,8 +244,8 @@ impl Fourier {
     }
     /// The series, if it has at most [`WAVES`] waves, so that its expansion is faster than that of its parts.
     fn if_short(self) -> Option<Fourier> {
-        let waves = self.pairs.iter().filter(|pair| **pair != [0.0; 2]).count();
-        (waves <= WAVES).then_some(self)
+        let short = Fourier::unchecked(self.mean, self.pairs);
+        (short.expansion.waves.len() <= WAVES).then_some(short)
     }
 }
 

@@ -233,7 +233,7 @@ pub trait Shape: PartialEq {
     }
     /// Updates `u`, which contains the waves of another angle. The implementation may skip waves that never
     /// change. Default: [`waves`](Shape::waves).
-    fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves_again<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         self.waves(angle, side, u);
     }
     /// Returns the first angle after `angle` at which a wave jumps or has a kink. Default: `None`.

@@ -46,6 +46,11 @@ pub trait StepView {
     fn pieces(&self) -> Option<&[Piece]>;
     /// Dense output: writes coordinates, then velocities, at the time `t` within the step into `y`.
     fn at(&mut self, t: f64, y: &mut [f64]);
+    /// Number of equal parts of the step in each of which a few samples resolve the motion. Default: 1, for
+    /// a Runge-Kutta method.
+    fn parts(&self) -> usize {
+        1
+    }
 }
 
 /// One accepted step.
@@ -118,6 +123,22 @@ impl<'a> Step<'a> {
         } else {
             self.view.at(t, y);
         }
+    }
+    /// Number of equal parts of the step in each of which a few samples resolve the motion: 1 for a
+    /// Runge-Kutta method, more for a step of high order. An observer that samples the dense output samples
+    /// each part.
+    pub fn parts(&self) -> usize {
+        self.view.parts()
+    }
+    /// Start and end of part `k` of [`parts`](Step::parts), counted from 0.
+    pub fn part(&self, k: usize) -> (f64, f64) {
+        let ((t0, t1), parts) = (self.view.times(), self.view.parts());
+        let border = |k: usize| match k {
+            0 => t0,
+            _ if k == parts => t1,
+            _ => t0 + (t1 - t0) * (k as f64 / parts as f64),
+        };
+        (border(k), border(k + 1))
     }
     /// The piece of each contact during the step; `None` if edges are not located.
     pub fn pieces(&self) -> Option<&[Piece]> {

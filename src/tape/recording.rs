@@ -24,11 +24,7 @@ impl Recording {
     }
 
     /// The finished tape.
-    pub(crate) fn finish(
-        self,
-        accelerations: Vec<FormId>,
-        distances: Vec<[Option<FormId>; 2]>,
-    ) -> Tape {
+    pub(crate) fn finish(self, accelerations: Vec<FormId>, distances: Vec<[Option<FormId>; 2]>) -> Tape {
         let (dof, drives) = (self.dof, self.inputs - 2 * self.dof);
         let (forms, ops) = (self.forms.into_inner(), self.ops.into_inner());
         Tape { dof, drives, forms, ops, accelerations, distances }

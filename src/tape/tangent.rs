@@ -95,9 +95,8 @@ impl Slots {
             Op::Product(a, b) => {
                 let (a, b) = (parts(a), parts(b));
                 let value = r.form(r.product(a[0], b[0]));
-                let differences = (1..a.len()).map(|k| {
-                    r.form(r.product(a[k], b[0])).plus(&r.form(r.product(a[0], b[k])), 1.0)
-                });
+                let differences = (1..a.len())
+                    .map(|k| r.form(r.product(a[k], b[0])).plus(&r.form(r.product(a[0], b[k])), 1.0));
                 std::iter::once(value).chain(differences).collect()
             }
             Op::Quotient(a, b) => {

@@ -41,7 +41,11 @@ pub(crate) enum Op {
     /// The second result of the operation before.
     Cos,
     /// One of 3^count forms, by the pieces of `count` contacts from `contact` on.
-    Choice { contact: usize, count: usize, forms: Vec<FormId> },
+    Choice {
+        contact: usize,
+        count: usize,
+        forms: Vec<FormId>,
+    },
     /// An operation without a series, by its name.
     Kink(&'static str),
 }

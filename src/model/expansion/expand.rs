@@ -26,6 +26,11 @@ pub trait Expand {
     /// Writes the drives after `t` to `u` as series over the time after `t`, with this number of
     /// coefficients.
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]);
+    /// Updates `u`, which contains the series after another instant. The implementation may skip drives that
+    /// never change. Default: [`drive_series`](Expand::drive_series).
+    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        self.drive_series(t, coefficients, u);
+    }
 }
 
 /// A recorded algebra. Only [`Taylor`](crate::Taylor) reads it.

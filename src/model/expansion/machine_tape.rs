@@ -107,4 +107,9 @@ impl<G: Shape> Expand for Machine<G> {
             *u = value.into();
         }
     }
+    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        let (speed, waves) = (self.speed(), self.size().waves);
+        let angle = Series::variable(speed * t, speed, coefficients);
+        self.shape().waves_again(angle, Side::After, &mut u[..waves]);
+    }
 }

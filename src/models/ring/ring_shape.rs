@@ -318,7 +318,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         }
     }
     /// Edges at rest are not written again.
-    fn waves_again(&self, angle: f64, side: Side, u: &mut [f64]) {
+    fn waves_again<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
     }
     fn repeats(&self) -> u32 {

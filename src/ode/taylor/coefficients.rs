@@ -14,6 +14,8 @@ pub(super) const ORDERS: usize = Series::CAPACITY;
 pub(super) struct Coefficients {
     pub(super) plan: Plan,
     x: Vec<f64>,
+    /// Number of coefficients of each drive in `x` that are not 0.
+    written: Vec<usize>,
     arch: Arch,
     /// Highest order.
     pub(super) degree: usize,
@@ -26,7 +28,14 @@ impl Coefficients {
         let plan = Plan::new(tape);
         let mut x = vec![0.0; ORDERS * plan.width];
         x[plan.one] = 1.0;
-        Coefficients { plan, x, arch: Arch::new(), degree: 0, frozen: false }
+        Coefficients {
+            written: vec![0; plan.drives.len()],
+            plan,
+            x,
+            arch: Arch::new(),
+            degree: 0,
+            frozen: false,
+        }
     }
 
     /// Row of order n.
@@ -55,11 +64,18 @@ impl Coefficients {
         let width = self.plan.width;
         (self.degree, self.frozen) = (degree, frozen);
         self.x[..y.len()].copy_from_slice(y);
-        for &(d, column) in &self.plan.drives {
-            let coefficients = drives[d].coefficients();
-            for n in 0..=degree {
-                self.x[n * width + column] = coefficients.get(n).copied().unwrap_or(0.0);
+        for (&(d, column), written) in self.plan.drives.iter().zip(&mut self.written) {
+            let coefficients = &drives[d].coefficients()[..];
+            let coefficients = &coefficients[..coefficients.len().min(degree + 1)];
+            let column = &mut self.x[column..];
+            for (x, c) in column.iter_mut().step_by(width).zip(coefficients) {
+                *x = *c;
             }
+            if coefficients.len() < *written {
+                let old = column.iter_mut().step_by(width).take(*written).skip(coefficients.len());
+                old.for_each(|x| *x = 0.0);
+            }
+            *written = coefficients.len();
         }
         self.arch.dispatch(Orders(self));
     }
@@ -67,11 +83,16 @@ impl Coefficients {
     #[inline(always)]
     fn orders(&mut self) {
         let (width, dof, degree) = (self.plan.width, self.plan.dof, self.degree);
-        for n in 0..degree {
-            self.levels(n);
+        for n in 0..=degree {
+            if n < degree || self.plan.distances_need_levels {
+                self.levels(n);
+            }
             let (done, open) = self.x.split_at_mut((n + 1) * width);
             let row = &mut done[n * width..];
-            self.plan.accelerations.apply(row);
+            self.plan.outputs.apply(row);
+            if n == degree {
+                break;
+            }
             let (next, after) = open.split_at_mut(width);
             let per = 1.0 / (n + 1) as f64;
             let a = &row[self.plan.first_acceleration..][..dof];
@@ -87,15 +108,6 @@ impl Coefficients {
                 q.iter_mut().zip(v).for_each(|(q, v)| *q = v * per);
             }
         }
-        if self.plan.distances.is_empty() {
-            return;
-        }
-        if self.plan.distances_need_levels {
-            self.levels(degree);
-        }
-        for row in self.x[..(degree + 1) * width].chunks_exact_mut(width) {
-            self.plan.distances.apply(row);
-        }
     }
 
     /// Evaluates all operations of order n.
@@ -105,9 +117,6 @@ impl Coefficients {
         for level in &mut self.plan.levels {
             let row = &mut self.x[n * width..][..width];
             level.rows.apply(row);
-            for choice in &level.choices {
-                row[choice.out as usize] = row[choice.chosen as usize];
-            }
             for products in &mut level.products {
                 products.order(n, row);
             }

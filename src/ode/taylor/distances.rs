@@ -96,5 +96,9 @@ fn leaves(distance: &Polynomial, slack: f64, h: f64) -> Option<f64> {
         return Some(0.0);
     }
     // The contact has just entered and leaves again.
-    distance.without_root_at_zero().first_root(beyond).or(Some(beyond)).map(|root| root.max(f64::MIN_POSITIVE))
+    distance
+        .without_root_at_zero()
+        .first_root(beyond)
+        .or(Some(beyond))
+        .map(|root| root.max(f64::MIN_POSITIVE))
 }

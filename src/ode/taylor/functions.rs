@@ -18,9 +18,26 @@ pub(super) enum Function {
     SinCos(u32),
 }
 
+impl Function {
+    /// The same function of the columns that `actual` gives for its own.
+    pub(super) fn redirected(self, actual: &[u32]) -> Self {
+        let to = |column: u32| actual[column as usize];
+        match self {
+            Function::Quotient(a, b) => Function::Quotient(to(a), to(b)),
+            Function::Sqrt(a) => Function::Sqrt(to(a)),
+            Function::Power(a, p, parity) => Function::Power(to(a), p, parity),
+            Function::Exp(a) => Function::Exp(to(a)),
+            Function::Ln(a) => Function::Ln(to(a)),
+            Function::SinCos(a) => Function::SinCos(to(a)),
+        }
+    }
+}
+
 /// A function in a plan.
 #[derive(Debug)]
 pub(super) struct Placed {
+    /// The function with its columns, and with those on the present pieces.
+    pub(super) source: Function,
     pub(super) function: Function,
     pub(super) guard: Option<Guard>,
     /// Whether the contacts stand on the pieces of the guard.
@@ -61,7 +78,10 @@ impl Grid<'_> {
 impl Placed {
     /// Whether the function is singular where its operand is 0.
     pub(super) fn is_singular_at_zero(&self) -> bool {
-        matches!(self.function, Function::Sqrt(_) | Function::Power(..) | Function::Ln(_) | Function::Quotient(..))
+        matches!(
+            self.function,
+            Function::Sqrt(_) | Function::Power(..) | Function::Ln(_) | Function::Quotient(..)
+        )
     }
     /// Whether the function is a root or a power: finite at 0, without a series there.
     pub(super) fn is_power(&self) -> bool {

@@ -15,7 +15,7 @@ use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::coefficients::Coefficients;
 use crate::ode::taylor::distances::{Found, first_exit};
 use crate::ode::taylor::pace::Pace;
-use crate::ode::taylor::portion::Portion;
+use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
 use crate::series::Series;
 
@@ -62,13 +62,9 @@ impl Prepared {
                 Made::Step { at_edge, full } => {
                     run.stats.steps += 1;
                     let stopped = run.report(at_edge, full, observer);
-                    if let Some(state) = stopped {
-                        return Ok(Finish { state, stopped: true, stats: run.stats });
-                    }
-                    if run.e.t1 >= t_end {
+                    if stopped || run.e.t1 >= t_end {
                         let (q, v) = run.e.y1.slice().split_at(model.dof());
-                        let state = State::new(run.e.t1, q, v);
-                        return Ok(Finish { state, stopped: false, stats: run.stats });
+                        return Ok(Finish { state: State::new(run.e.t1, q, v), stopped, stats: run.stats });
                     }
                     run.pass(at_edge)?;
                 }
@@ -111,8 +107,8 @@ struct Run<'r> {
     edge: f64,
     /// The time after the start of the step up to which the series of the drives are valid.
     valid: f64,
-    /// Dense output of a portion of a step, at its two ends.
-    ends: [Vec<f64>; 2],
+    /// Scratch: two accelerations.
+    accelerations: [Vec<f64>; 2],
     stats: Stats,
 }
 
@@ -134,10 +130,12 @@ impl<'r> Run<'r> {
         e.check_gaps(e.t)?;
         locator.check_stops(e.t)?;
         prepared.c.set_pieces(&e.pieces);
+        let expanded = expanded(model)?;
+        expanded.drive_series(start.t, degree + 1, &mut prepared.series);
         let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
         Ok(Run {
             pace: Pace::new(settings.tolerances.rtol, atol, settings.tolerances.max, &prepared.c.plan),
-            expanded: expanded(model)?,
+            expanded,
             prepared,
             edge: edge_after(model, start.t)?,
             e,
@@ -146,7 +144,7 @@ impl<'r> Run<'r> {
             degree,
             t_end,
             valid: f64::INFINITY,
-            ends: [vec![0.0; n], vec![0.0; n]],
+            accelerations: [vec![0.0; n / 2], vec![0.0; n / 2]],
             stats: Stats::default(),
         })
     }
@@ -154,7 +152,7 @@ impl<'r> Run<'r> {
     /// Expands drives and motion at the start of the step.
     fn expand(&mut self) -> Result<(), IntegrateError> {
         let Prepared { c, series } = &mut *self.prepared;
-        self.expanded.drive_series(self.e.t, self.degree + 1, series);
+        self.expanded.redrive_series(self.e.t, self.degree + 1, series);
         self.valid = f64::INFINITY;
         for &(drive, _) in &c.plan.drives {
             if let Some(what) = series[drive].refusal() {
@@ -244,11 +242,11 @@ impl<'r> Run<'r> {
             self.e.aim(self.e.t + h);
             self.e.drive_end();
             c.at(h, self.e.y1.slice_mut());
-            let [held, real] = &mut self.ends;
-            c.acceleration(h, &mut held[..n]);
+            let [held, real] = &mut self.accelerations;
+            c.acceleration(h, held);
             let (q, v) = self.e.y1.slice().split_at(n);
-            self.e.model.accel_on_pieces(&self.e.pieces, &self.e.u1, q, v, &mut real[..n]);
-            if self.pace.tolerates(h, &held[..n], &real[..n]) {
+            self.e.model.accel_on_pieces(&self.e.pieces, &self.e.u1, q, v, real);
+            if self.pace.tolerates(h, held, real) {
                 return Ok(h);
             }
             h *= 0.25;
@@ -276,32 +274,17 @@ impl<'r> Run<'r> {
         IntegrateError::NotFinite { t: self.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
     }
 
-    /// Reports the step to the observer in portions. Returns the state at which the observer stopped the run.
-    fn report(&mut self, at_edge: bool, full: f64, observer: &mut dyn Observer) -> Option<State> {
-        let (c, t0, h) = (&self.prepared.c, self.e.t, self.e.h());
-        let portions = Portion::count(c.degree, h / full);
-        let [from, to] = &mut self.ends;
-        from.copy_from_slice(self.e.y.slice());
-        let mut start = t0;
-        for k in 1..=portions {
-            let last = k == portions;
-            let end = if last { self.e.t1 } else { t0 + h * (k as f64 / portions as f64) };
-            if last {
-                to.copy_from_slice(self.e.y1.slice());
-            } else {
-                c.at(end - t0, to);
-            }
-            let crossings = if last { &self.crossings[..] } else { &[] };
-            let mut portion =
-                Portion { c, origin: t0, times: (start, end), ends: [from, to], pieces: &self.e.pieces };
-            if observer.step(&mut Step::new(&mut portion, at_edge && last, crossings)).is_break() {
-                let (q, v) = to.split_at(c.plan.dof);
-                return Some(State::new(end, q, v));
-            }
-            std::mem::swap(from, to);
-            start = end;
-        }
-        None
+    /// Reports the step to the observer. Returns whether it stops the run.
+    fn report(&mut self, at_edge: bool, full: f64, observer: &mut dyn Observer) -> bool {
+        let (c, e) = (&self.prepared.c, &self.e);
+        let mut view = Polynomials {
+            c,
+            times: (e.t, e.t1),
+            ends: [e.y.slice(), e.y1.slice()],
+            pieces: &e.pieces,
+            parts: Polynomials::parts(c.degree, e.h() / full),
+        };
+        observer.step(&mut Step::new(&mut view, at_edge, &self.crossings)).is_break()
     }
 
     /// Prepares the next step: velocities after impacts, pieces, drive edges.

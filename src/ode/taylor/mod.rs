@@ -6,7 +6,7 @@ pub(crate) mod functions;
 pub(crate) mod integrate;
 pub(crate) mod pace;
 pub(crate) mod plan;
-pub(crate) mod portion;
+pub(crate) mod polynomials;
 pub(crate) mod positive;
 pub(crate) mod products;
 pub(crate) mod rows;

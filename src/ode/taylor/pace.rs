@@ -47,9 +47,10 @@ fn reach(term: f64, order: usize) -> f64 {
 
 impl Pace {
     pub(super) fn new(rtol: f64, atol: Vec<f64>, max: f64, plan: &Plan) -> Self {
-        let opposite = plan.edges.iter().map(|&(contact, edge)| {
-            plan.edges.iter().position(|&other| other == (contact, 1 - edge))
-        });
+        let opposite = plan
+            .edges
+            .iter()
+            .map(|&(contact, edge)| plan.edges.iter().position(|&other| other == (contact, 1 - edge)));
         Pace {
             rtol,
             max,

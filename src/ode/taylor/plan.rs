@@ -13,7 +13,7 @@ use std::collections::HashMap;
 pub(super) struct Level {
     /// Operands that are sums.
     pub(super) rows: Rows,
-    pub(super) choices: Vec<Choice>,
+    choices: Vec<Choice>,
     pub(super) products: Vec<Products>,
     pub(super) functions: Vec<Placed>,
 }
@@ -24,9 +24,7 @@ pub(super) struct Choice {
     contact: usize,
     count: usize,
     columns: Vec<u32>,
-    /// The column on the present pieces.
-    pub(super) chosen: u32,
-    pub(super) out: u32,
+    out: u32,
 }
 
 /// A tape with a column for every number. Columns begin with the coordinates and the velocities.
@@ -39,12 +37,14 @@ pub(super) struct Plan {
     /// Drives that are needed, with their columns.
     pub(super) drives: Vec<(usize, usize)>,
     pub(super) levels: Vec<Level>,
-    pub(super) accelerations: Rows,
+    /// Accelerations, then distances.
+    pub(super) outputs: Rows,
     /// First column of the accelerations.
     pub(super) first_acceleration: usize,
-    pub(super) distances: Rows,
     /// First column of the distances.
     pub(super) first_distance: usize,
+    /// The column that holds the numbers of each column on the present pieces.
+    actual: Vec<u32>,
     /// Contact and edge (0 lower, 1 upper) of each distance.
     pub(super) edges: Vec<(usize, usize)>,
     /// Whether the distances depend on results of operations.
@@ -98,13 +98,7 @@ impl Plan {
                 .collect();
             made.push(Level::new(tape, &ops, &mut columns, one as u32, zero as u32));
         }
-        let rows = |forms: &[FormId], columns: &mut Columns| {
-            let first = columns.take(forms.len().div_ceil(BLOCK) * BLOCK);
-            let forms: Vec<&Form> = forms.iter().map(|&form| &tape.forms[form]).collect();
-            (Rows::new(&forms, |slot| columns.of_slot[slot as usize], one as u32, first), first)
-        };
-        let (accelerations, first_acceleration) = rows(&tape.accelerations, &mut columns);
-        let (mut forms, mut edges) = (Vec::new(), Vec::new());
+        let (mut forms, mut edges) = (tape.accelerations.clone(), Vec::new());
         for (contact, both) in tape.distances.iter().enumerate() {
             for (edge, form) in both.iter().enumerate() {
                 if let Some(form) = form {
@@ -113,20 +107,23 @@ impl Plan {
                 }
             }
         }
-        let (distances, first_distance) = rows(&forms, &mut columns);
-        let distances_need_levels = forms
+        let first_acceleration = columns.take(forms.len().div_ceil(BLOCK) * BLOCK);
+        let outputs: Vec<&Form> = forms.iter().map(|&form| &tape.forms[form]).collect();
+        let outputs =
+            Rows::new(&outputs, |slot| columns.of_slot[slot as usize], one as u32, first_acceleration);
+        let distances_need_levels = forms[n..]
             .iter()
             .any(|&form| tape.forms[form].terms.iter().any(|&(slot, _)| slot as usize >= inputs));
         Plan {
             dof: n,
             width: columns.next.next_multiple_of(BLOCK),
+            actual: (0..columns.next as u32).collect(),
             one,
             drives,
             levels: made,
-            accelerations,
+            outputs,
             first_acceleration,
-            distances,
-            first_distance,
+            first_distance: first_acceleration + n,
             edges,
             distances_need_levels,
         }
@@ -134,17 +131,22 @@ impl Plan {
 
     /// Sets the pieces on which all choices and functions are evaluated.
     pub(super) fn set_pieces(&mut self, pieces: &[Piece]) {
+        // A choice is not copied: what reads it reads the chosen column.
         for level in &mut self.levels {
-            for choice in &mut level.choices {
-                choice.chosen = choice.columns[alternative(pieces, choice.contact, choice.count)];
+            for choice in &level.choices {
+                let chosen = choice.columns[alternative(pieces, choice.contact, choice.count)];
+                self.actual[choice.out as usize] = self.actual[chosen as usize];
             }
+            level.rows.redirect(&self.actual);
+            level.products.iter_mut().for_each(|products| products.redirect(&self.actual));
             for function in &mut level.functions {
-                let stands = |guard: Guard| {
-                    alternative(pieces, guard.contact, guard.count) == guard.alternative
-                };
+                function.function = function.source.redirected(&self.actual);
+                let stands =
+                    |guard: Guard| alternative(pieces, guard.contact, guard.count) == guard.alternative;
                 function.active = function.guard.is_none_or(stands);
             }
         }
+        self.outputs.redirect(&self.actual);
     }
 
     /// The active functions.
@@ -212,13 +214,7 @@ impl Level {
                     let alternatives: Vec<u32> = forms.iter().map(|&form| operand(form, columns)).collect();
                     let out = columns.take(1) as u32;
                     columns.of_slot[inputs + i] = out;
-                    choices.push(Choice {
-                        contact: *contact,
-                        count: *count,
-                        chosen: alternatives[0],
-                        columns: alternatives,
-                        out,
-                    });
+                    choices.push(Choice { contact: *contact, count: *count, columns: alternatives, out });
                     continue;
                 }
                 Op::Cos | Op::Kink(_) => continue,
@@ -234,7 +230,7 @@ impl Level {
             if let Function::SinCos(_) = function {
                 columns.of_slot[inputs + i + 1] = out as u32 + 1;
             }
-            functions.push(Placed { function, guard: *guard, active: true, out });
+            functions.push(Placed { source: function, function, guard: *guard, active: true, out });
         }
         let mut products = Vec::new();
         for (pairs, results) in pairs.chunks(BATCH).zip(results.chunks(BATCH)) {

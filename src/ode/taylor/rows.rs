@@ -10,8 +10,10 @@ pub(super) const BLOCK: usize = 8;
 pub(super) struct Rows {
     /// First result column and range of entries of each block.
     blocks: Vec<(usize, std::ops::Range<usize>)>,
-    /// Column and its weights in the eight rows.
+    /// Column on the present pieces and its weights in the eight rows.
     entries: Vec<(u32, [f64; BLOCK])>,
+    /// Column of each entry.
+    sources: Vec<u32>,
 }
 
 impl Rows {
@@ -41,11 +43,15 @@ impl Rows {
             }
             rows.blocks.push((out + b * BLOCK, first..rows.entries.len()));
         }
+        rows.sources = rows.entries.iter().map(|(column, _)| *column).collect();
         rows
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
+    /// Reads each column from the one that `actual` gives for it.
+    pub(super) fn redirect(&mut self, actual: &[u32]) {
+        for ((column, _), source) in self.entries.iter_mut().zip(&self.sources) {
+            *column = actual[*source as usize];
+        }
     }
 
     /// Writes the results of one order into its row of numbers `x`.

@@ -45,7 +45,7 @@ impl Default for Taylor {
 }
 
 /// Smallest and largest order.
-const RANGE: [usize; 2] = [4, ORDERS - 2];
+const RANGE: [usize; 2] = [4, ORDERS - 4];
 
 impl Taylor {
     /// Defaults: rtol 1e-12, atol 1e-16, order by the tolerance, no maximum step, at most 10⁸ steps.
@@ -74,7 +74,7 @@ impl Taylor {
         self.tolerances.max = step;
         self
     }
-    /// Highest order of the series, in 4 ..= 30. Default: by the relative tolerance, from 12 at 1e-6 to 20
+    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 12 at 1e-6 to 20
     /// at 1e-12 and below.
     pub fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
@@ -98,7 +98,11 @@ impl Taylor {
         };
         let order = self.order.unwrap_or_else(by_tolerance);
         if !(RANGE[0]..=RANGE[1]).contains(&order) {
-            return Err(IntegrateError::Setting { name: "order", value: order as f64, allowed: "in 4 ..= 30" });
+            return Err(IntegrateError::Setting {
+                name: "order",
+                value: order as f64,
+                allowed: "in 4 ..= 28",
+            });
         }
         Ok((order, atol))
     }

@@ -1,0 +1,45 @@
+//! A step, as the observer receives it.
+
+use crate::contact::piece::Piece;
+use crate::ode::step::StepView;
+use crate::ode::taylor::coefficients::Coefficients;
+
+/// Orders per part of a full step.
+const PER_PART: usize = 6;
+
+/// A step with its polynomials.
+pub(super) struct Polynomials<'p> {
+    pub(super) c: &'p Coefficients,
+    pub(super) times: (f64, f64),
+    pub(super) ends: [&'p [f64]; 2],
+    pub(super) pieces: &'p [Piece],
+    pub(super) parts: usize,
+}
+
+impl Polynomials<'_> {
+    /// Number of parts of a step with the given share of its full length `[1]`.
+    pub(super) fn parts(degree: usize, share: f64) -> usize {
+        ((degree as f64 / PER_PART as f64) * share).ceil().max(1.0) as usize
+    }
+}
+
+impl StepView for Polynomials<'_> {
+    fn times(&self) -> (f64, f64) {
+        self.times
+    }
+    fn start(&self) -> &[f64] {
+        self.ends[0]
+    }
+    fn end(&self) -> &[f64] {
+        self.ends[1]
+    }
+    fn parts(&self) -> usize {
+        self.parts
+    }
+    fn pieces(&self) -> Option<&[Piece]> {
+        Some(self.pieces)
+    }
+    fn at(&mut self, t: f64, y: &mut [f64]) {
+        self.c.at(t - self.times.0, y);
+    }
+}
