@@ -173,7 +173,7 @@ impl Neg for Series {
     type Output = Self;
     #[inline]
     fn neg(mut self) -> Self {
-        self.c.iter_mut().for_each(|c| *c = -*c);
+        self.c[..self.len].iter_mut().for_each(|c| *c = -*c);
         self
     }
 }
@@ -182,7 +182,7 @@ impl Mul<f64> for Series {
     type Output = Self;
     #[inline]
     fn mul(mut self, o: f64) -> Self {
-        self.c.iter_mut().for_each(|c| *c *= o);
+        self.c[..self.len].iter_mut().for_each(|c| *c *= o);
         self
     }
 }

@@ -35,12 +35,12 @@ pub trait Excitation: Any + Debug + Send + Sync {
     ///
     /// [`Taylor`]: crate::Taylor
     /// [`Scalar`]: crate::model::Scalar
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         let _ = angle;
         Jet::constant(Series::refused("an excitation without `Excitation::series`"))
     }
     /// Returns the series of f alone. Default: from [`series`](Excitation::series).
-    fn value_series(&self, angle: Series) -> Series {
+    fn value_series(&self, angle: &Series) -> Series {
         self.series(angle).value
     }
     /// Returns f as a finite Fourier series, if it is one with at most 64 waves. Products of such excitations
@@ -117,7 +117,7 @@ impl Excitation for Constant {
     fn jet(&self, _: f64) -> Jet {
         Jet::constant(self.0)
     }
-    fn series(&self, _: Series) -> Jet<Series> {
+    fn series(&self, _: &Series) -> Jet<Series> {
         Jet::constant(self.0.into())
     }
     fn fourier(&self) -> Option<Fourier> {

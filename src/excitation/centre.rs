@@ -142,8 +142,8 @@ impl Excitation for CentreCurve {
     fn jet(&self, angle: f64) -> Jet {
         self.curve(angle)
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
-        self.curve(angle)
+    fn series(&self, angle: &Series) -> Jet<Series> {
+        self.curve(*angle)
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

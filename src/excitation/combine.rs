@@ -43,19 +43,19 @@ impl Excitation for Sum {
     fn jet(&self, angle: f64) -> Jet {
         self.terms.iter().fold(Jet::constant(0.0), |sum, f| sum + f.jet(angle, Side::After))
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         match &self.expanded {
             Some(expanded) => expanded.series(angle),
             None => {
                 let zero = Jet::constant(0.0.into());
-                self.terms.iter().fold(zero, |sum, f| sum + f.jet(angle, Side::After))
+                self.terms.iter().fold(zero, |sum, f| sum + f.jet(*angle, Side::After))
             }
         }
     }
-    fn value_series(&self, angle: Series) -> Series {
+    fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
             Some(expanded) => expanded.value_series(angle),
-            None => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(angle, Side::After)),
+            None => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(*angle, Side::After)),
         }
     }
     fn fourier(&self) -> Option<Fourier> {
@@ -97,19 +97,19 @@ impl Excitation for Product {
     fn jet(&self, angle: f64) -> Jet {
         self.factors.iter().fold(Jet::constant(1.0), |product, f| product * f.jet(angle, Side::After))
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         match &self.expanded {
             Some(expanded) => expanded.series(angle),
             None => {
                 let one = Jet::constant(1.0.into());
-                self.factors.iter().fold(one, |product, f| product * f.jet(angle, Side::After))
+                self.factors.iter().fold(one, |product, f| product * f.jet(*angle, Side::After))
             }
         }
     }
-    fn value_series(&self, angle: Series) -> Series {
+    fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
             Some(expanded) => expanded.value_series(angle),
-            None => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(angle, Side::After)),
+            None => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(*angle, Side::After)),
         }
     }
     fn fourier(&self) -> Option<Fourier> {
@@ -150,11 +150,11 @@ impl Excitation for Scaled {
     fn jet(&self, angle: f64) -> Jet {
         self.inner.jet(angle, Side::After) * self.factor
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
-        self.inner.jet(angle, Side::After) * self.factor
+    fn series(&self, angle: &Series) -> Jet<Series> {
+        self.inner.jet(*angle, Side::After) * self.factor
     }
-    fn value_series(&self, angle: Series) -> Series {
-        self.inner.value(angle, Side::After) * self.factor
+    fn value_series(&self, angle: &Series) -> Series {
+        self.inner.value(*angle, Side::After) * self.factor
     }
     fn fourier(&self) -> Option<Fourier> {
         Fourier::new(self.factor, &[]).ok()?.times(&self.inner.fourier()?)
@@ -219,7 +219,7 @@ impl<F: Fn(Jet) -> Jet + Send + Sync + 'static> Excitation for Function<F> {
     fn jet(&self, angle: f64) -> Jet {
         (self.function)(Jet::variable(angle))
     }
-    fn series(&self, _: Series) -> Jet<Series> {
+    fn series(&self, _: &Series) -> Jet<Series> {
         Jet::constant(Series::refused("a `Function`, which is a closure on jets"))
     }
     fn edges(&self) -> Vec<f64> {

@@ -25,23 +25,27 @@ pub struct Fourier {
     expansion: Expansion,
 }
 
+/// Coefficients that are computed side by side, and the number of such blocks.
+const EIGHT: usize = 8;
+const BLOCKS: usize = Series::CAPACITY / EIGHT;
+
 /// The waves that are not 0, with the weights of their Taylor coefficients. It follows from the pairs.
 #[derive(Clone, Default)]
 struct Expansion {
     /// Order n, and ±n^k/k! for each k.
-    waves: Vec<(usize, [f64; Series::CAPACITY])>,
+    waves: Vec<(usize, [[f64; EIGHT]; BLOCKS])>,
 }
 
 impl Expansion {
     fn of(pairs: &[[f64; 2]]) -> Self {
         let waves = (1..).zip(pairs).filter(|(_, pair)| **pair != [0.0; 2]).map(|(n, _)| {
             let mut weight = 1.0;
-            let weights = std::array::from_fn(|k| {
+            let mut weights = [[0.0; EIGHT]; BLOCKS];
+            for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
                 let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
-                let signed = sign * weight;
+                *out = sign * weight;
                 weight *= n as f64 / (k + 1) as f64;
-                signed
-            });
+            }
             (n, weights)
         });
         Expansion { waves: waves.collect() }
@@ -159,8 +163,8 @@ impl Fourier {
     /// Coefficient k of a cos nφ + b sin nφ over φ is n^k/k! times a cos nφ + b sin nφ, b cos nφ - a sin nφ
     /// and their negatives in turn.
     fn turning(&self, angle: &Series, w: f64, jet: bool) -> Jet<Series> {
-        let mut sums = [0.0; Series::CAPACITY];
-        sums[0] = self.mean;
+        let mut sums = [[0.0; EIGHT]; BLOCKS];
+        sums[0][0] = self.mean;
         let first = libm::sincos(angle.at(0.0));
         let (mut s, mut c, mut at) = (first.0, first.1, 1);
         for (n, weights) in &self.expansion.waves {
@@ -171,11 +175,15 @@ impl Fourier {
             };
             at = *n;
             let [cos, sin] = self.pairs[n - 1];
-            let turns = [cos * c + sin * s, sin * c - cos * s];
-            for (sum, weight) in sums.as_chunks_mut::<2>().0.iter_mut().zip(weights.as_chunks::<2>().0) {
-                *sum = [sum[0] + turns[0] * weight[0], sum[1] + turns[1] * weight[1]];
+            let (value, slope) = (cos * c + sin * s, sin * c - cos * s);
+            let turns = [value, slope, value, slope, value, slope, value, slope];
+            for (sums, weights) in sums.iter_mut().zip(weights) {
+                for l in 0..EIGHT {
+                    sums[l] += turns[l] * weights[l];
+                }
             }
         }
+        let sums = sums.as_flattened();
         let series = |derivative: usize| {
             let mut power = 1.0;
             Series::from_coefficients(angle, |k| {
@@ -287,15 +295,15 @@ impl Excitation for Fourier {
         }
         value
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         match *angle.coefficients() {
-            [_, w] => self.turning(&angle, w, true),
+            [_, w] => self.turning(angle, w, true),
             _ => self.jet_of(angle.sin_cos(), 1.0),
         }
     }
-    fn value_series(&self, angle: Series) -> Series {
+    fn value_series(&self, angle: &Series) -> Series {
         match *angle.coefficients() {
-            [_, w] => self.turning(&angle, w, false).value,
+            [_, w] => self.turning(angle, w, false).value,
             _ => self.jet_of(angle.sin_cos(), 1.0).value,
         }
     }

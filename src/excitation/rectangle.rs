@@ -100,7 +100,7 @@ impl Excitation for RectangularWave {
     fn jet(&self, angle: f64) -> Jet {
         Jet::constant(self.level(angle))
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         Jet::constant(self.level(angle.at(0.0)).into())
     }
     fn edges(&self) -> Vec<f64> {

@@ -102,9 +102,9 @@ impl Excitation for Table {
         self.piece(i, place - i as f64)
     }
     /// The third derivative jumps at the knots: the series is valid up to the next one.
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn series(&self, angle: &Series) -> Jet<Series> {
         let n = self.samples.len();
-        let place = angle * (n as f64 / TAU);
+        let place = *angle * (n as f64 / TAU);
         let at = place.at(0.0) + AT_KNOT;
         let knot = at.floor();
         let &[from, rate] = place.coefficients() else {

@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::ode::taylor::functions::Grid;
 use crate::ode::taylor::plan::Plan;
+use crate::ode::taylor::rows::{EIGHT, Eight};
 use crate::series::Series;
 use crate::tape::tape::Tape;
 use pulp::Arch;
@@ -13,7 +14,7 @@ pub(super) const ORDERS: usize = Series::CAPACITY;
 /// The coefficients of all numbers of a plan: one row for each order.
 pub(super) struct Coefficients {
     pub(super) plan: Plan,
-    x: Vec<f64>,
+    x: Vec<Eight>,
     /// Number of coefficients of each drive in `x` that are not 0.
     written: Vec<usize>,
     arch: Arch,
@@ -24,10 +25,11 @@ pub(super) struct Coefficients {
 }
 
 impl Coefficients {
-    pub(super) fn new(tape: &Tape) -> Self {
-        let plan = Plan::new(tape);
-        let mut x = vec![0.0; ORDERS * plan.width];
-        x[plan.one] = 1.0;
+    /// `still`: whether a drive is constant between two drive edges.
+    pub(super) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
+        let plan = Plan::new(tape, still);
+        let mut x = vec![[0.0; EIGHT]; ORDERS * plan.width];
+        x.as_flattened_mut()[plan.one] = 1.0;
         Coefficients {
             written: vec![0; plan.drives.len()],
             plan,
@@ -38,20 +40,25 @@ impl Coefficients {
         }
     }
 
-    /// Row of order n.
+    /// The numbers of order n from block `first` on.
     #[inline(always)]
-    pub(super) fn row(&self, n: usize) -> &[f64] {
-        &self.x[n * self.plan.width..][..self.plan.width]
+    fn from_block(&self, n: usize, first: usize) -> &[f64] {
+        self.x[n * self.plan.width + first..].as_flattened()
     }
-    /// Coordinates and velocities of order n.
+    /// Coordinates of order n.
     #[inline(always)]
-    pub(super) fn motion(&self, n: usize) -> &[f64] {
-        &self.row(n)[..2 * self.plan.dof]
+    pub(super) fn q(&self, n: usize) -> &[f64] {
+        &self.from_block(n, 0)[..self.plan.dof]
     }
-    /// Distances of order n, in the order of [`Plan::edges`].
+    /// Velocities of order n.
+    #[inline(always)]
+    pub(super) fn v(&self, n: usize) -> &[f64] {
+        &self.from_block(n, self.plan.half)[..self.plan.dof]
+    }
+    /// The columns of the distances in order n. See [`Edge`](crate::ode::taylor::plan::Edge).
     #[inline(always)]
     pub(super) fn distances(&self, n: usize) -> &[f64] {
-        &self.row(n)[self.plan.first_distance..][..self.plan.edges.len()]
+        &self.from_block(n, self.plan.distances)[..self.plan.distance_blocks * EIGHT]
     }
 
     pub(super) fn set_pieces(&mut self, pieces: &[Piece]) {
@@ -61,19 +68,22 @@ impl Coefficients {
     /// Computes all coefficients from the state at the start of a step and the series of the drives there.
     /// `degree`: the highest order.
     pub(super) fn expand(&mut self, y: &[f64], drives: &[Series], degree: usize, frozen: bool) {
-        let width = self.plan.width;
+        let Plan { width, half, dof, .. } = self.plan;
         (self.degree, self.frozen) = (degree, frozen);
-        self.x[..y.len()].copy_from_slice(y);
+        let (q, v) = y.split_at(dof);
+        let x = self.x.as_flattened_mut();
+        x[..dof].copy_from_slice(q);
+        x[half * EIGHT..][..dof].copy_from_slice(v);
         for (&(d, column), written) in self.plan.drives.iter().zip(&mut self.written) {
-            let coefficients = &drives[d].coefficients()[..];
+            let coefficients = drives[d].coefficients();
             let coefficients = &coefficients[..coefficients.len().min(degree + 1)];
-            let column = &mut self.x[column..];
-            for (x, c) in column.iter_mut().step_by(width).zip(coefficients) {
-                *x = *c;
+            let mut places = x[column..].iter_mut().step_by(width * EIGHT);
+            for (place, c) in places.by_ref().zip(coefficients) {
+                *place = *c;
             }
             if coefficients.len() < *written {
-                let old = column.iter_mut().step_by(width).take(*written).skip(coefficients.len());
-                old.for_each(|x| *x = 0.0);
+                let old = x[column..].iter_mut().step_by(width * EIGHT);
+                old.take(*written).skip(coefficients.len()).for_each(|x| *x = 0.0);
             }
             *written = coefficients.len();
         }
@@ -82,76 +92,92 @@ impl Coefficients {
 
     #[inline(always)]
     fn orders(&mut self) {
-        let (width, dof, degree) = (self.plan.width, self.plan.dof, self.degree);
+        let Plan { width, half, accelerations, .. } = self.plan;
+        let degree = self.degree;
         for n in 0..=degree {
-            if n < degree || self.plan.distances_need_levels {
-                self.levels(n);
-            }
+            let levels = if n < degree { usize::MAX } else { self.plan.levels_of_distances };
+            self.levels(n, levels);
             let (done, open) = self.x.split_at_mut((n + 1) * width);
             let row = &mut done[n * width..];
-            self.plan.outputs.apply(row);
+            self.plan.outputs.apply(n, row);
             if n == degree {
                 break;
             }
             let (next, after) = open.split_at_mut(width);
-            let per = 1.0 / (n + 1) as f64;
-            let a = &row[self.plan.first_acceleration..][..dof];
-            let v = &mut next[dof..2 * dof];
-            v.iter_mut().zip(a).for_each(|(v, a)| *v = a * per);
+            let (q, v) = next.split_at_mut(half);
             if n == 0 {
-                let (q, v) = (&mut next[..dof], &row[dof..2 * dof]);
-                q.copy_from_slice(v);
+                q.copy_from_slice(&row[half..2 * half]);
             }
-            if n + 2 <= degree {
-                let per = 1.0 / (n + 2) as f64;
-                let (q, v) = (&mut after[..dof], &next[dof..2 * dof]);
-                q.iter_mut().zip(v).for_each(|(q, v)| *q = v * per);
+            let [per_v, per_q] = [1.0 / (n + 1) as f64, 1.0 / (n + 2) as f64];
+            for ((v, a), q) in v[..half].iter_mut().zip(&row[accelerations..]).zip(after) {
+                for l in 0..EIGHT {
+                    v[l] = a[l] * per_v;
+                    q[l] = v[l] * per_q;
+                }
             }
         }
     }
 
-    /// Evaluates all operations of order n.
+    /// Evaluates the operations of order n on the first `count` levels.
     #[inline(always)]
-    fn levels(&mut self, n: usize) {
+    fn levels(&mut self, n: usize, count: usize) {
         let width = self.plan.width;
-        for level in &mut self.plan.levels {
+        for level in self.plan.levels.iter_mut().take(count) {
             let row = &mut self.x[n * width..][..width];
-            level.rows.apply(row);
+            level.rows.apply(n, row);
             for products in &mut level.products {
-                products.order(n, row);
+                products.order(n, row.as_flattened_mut());
             }
             for function in &level.functions {
-                function.order(n, &mut Grid { x: &mut self.x, width }, self.frozen);
+                let x = self.x.as_flattened_mut();
+                function.order(n, &mut Grid { x, width: width * EIGHT }, self.frozen);
             }
         }
     }
 
     /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
     pub(super) fn at(&self, s: f64, y: &mut [f64]) {
+        let (q, v) = y.split_at_mut(self.plan.dof);
         self.arch.dispatch(|| {
-            y.copy_from_slice(self.motion(self.degree));
-            for n in (0..self.degree).rev() {
-                y.iter_mut().zip(self.motion(n)).for_each(|(y, c)| *y = *y * s + c);
+            for (part, first) in [(q, 0), (v, self.plan.half)] {
+                for (k, out) in part.chunks_mut(EIGHT).enumerate() {
+                    let values = self.sum(0, first + k, s, |c| c);
+                    out.copy_from_slice(&values[..out.len()]);
+                }
             }
         });
+    }
+
+    /// Σ_(n>=first) term(c_n) sⁿ⁻ᶠⁱʳˢᵗ of a block of columns.
+    #[inline(always)]
+    fn sum(&self, first: usize, block: usize, s: f64, term: impl Fn(f64) -> f64) -> Eight {
+        let (width, square) = (self.plan.width, s * s);
+        // Even and odd orders apart: two sums that do not wait for one another.
+        let mut sums = [[0.0; EIGHT]; 2];
+        for n in (first..=self.degree).rev() {
+            let (sum, c) = (&mut sums[(n - first) % 2], &self.x[n * width + block]);
+            for l in 0..EIGHT {
+                sum[l] = sum[l] * square + term(c[l]);
+            }
+        }
+        let [even, odd] = sums;
+        std::array::from_fn(|l| even[l] + s * odd[l])
     }
 
     /// The accelerations of the polynomials at the time `s` after the start of the step.
     pub(super) fn acceleration(&self, s: f64, a: &mut [f64]) {
         a.fill(0.0);
         for n in (1..=self.degree).rev() {
-            let v = &self.motion(n)[self.plan.dof..];
-            a.iter_mut().zip(v).for_each(|(a, c)| *a = *a * s + n as f64 * c);
+            a.iter_mut().zip(self.v(n)).for_each(|(a, c)| *a = *a * s + n as f64 * c);
         }
     }
 
     /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
     pub(super) fn ranges(&self, h: f64, ranges: &mut [f64]) {
         self.arch.dispatch(|| {
-            ranges.fill(0.0);
-            for n in (1..=self.degree).rev() {
-                let row = self.distances(n);
-                ranges.iter_mut().zip(row).for_each(|(range, d)| *range = (*range + d.abs()) * h);
+            for (k, out) in ranges.chunks_mut(EIGHT).enumerate() {
+                let values = self.sum(1, self.plan.distances + k, h, f64::abs);
+                out.iter_mut().zip(values).for_each(|(out, value)| *out = h * value);
             }
         });
     }

@@ -8,6 +8,7 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::engine::Engine;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::coefficients::{Coefficients, ORDERS};
+use crate::ode::taylor::plan::Edge;
 use crate::ode::taylor::positive::Polynomial;
 
 /// Result of the search in one step.
@@ -37,15 +38,16 @@ pub(super) fn first_exit(
 ) -> Result<Found, IntegrateError> {
     c.ranges(h, ranges);
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
-    for (i, &(contact, edge)) in c.plan.edges.iter().enumerate() {
+    for &Edge { contact, side, column: i, sign: reversed } in &c.plan.edges {
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
-        let (sign, to) = match (piece, edge) {
+        let (sign, to) = match (piece, side) {
             (Piece::Gap, 0) => (1.0, Piece::Lower),
             (Piece::Gap, _) => (1.0, Piece::Upper),
             (Piece::Lower, 0) | (Piece::Upper, 1) => (-1.0, Piece::Gap),
             _ => continue,
         };
+        let sign = sign * reversed;
         let start = sign * c.distances(0)[i];
         if start - ranges[i] > NEAR * (start + ranges[i]) {
             continue;

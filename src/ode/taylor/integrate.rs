@@ -18,12 +18,24 @@ use crate::ode::taylor::pace::Pace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
 use crate::series::Series;
+use crate::tape::tape::Tape;
 
 /// The tape of a model, ready to run.
 pub(crate) struct Prepared {
-    pub(super) c: Coefficients,
-    pub(super) series: Vec<Series>,
+    c: Coefficients,
+    series: Vec<Series>,
+    tape: Tape,
+    /// Drives that vary between drive edges.
+    moving: Vec<bool>,
 }
+
+/// Whether each drive varies between drive edges.
+fn moving(series: &[Series]) -> impl Iterator<Item = bool> + '_ {
+    series.iter().map(|series| series.coefficients().len() > 1)
+}
+
+/// Number of coefficients of the drives that show which of them vary.
+const SHORT: usize = 2;
 
 impl Prepared {
     /// # Errors
@@ -34,8 +46,16 @@ impl Prepared {
         if let Some(what) = recorded.0.kink() {
             return Err(IntegrateError::NoSeries { what });
         }
-        let series = vec![Series::from(0.0); model.drives()];
-        Ok(Prepared { c: Coefficients::new(&recorded.0), series })
+        let mut series = vec![Series::from(0.0); model.drives()];
+        expanded.drive_series(0.0, SHORT, &mut series);
+        let (tape, moving) = (recorded.0, moving(&series).collect::<Vec<bool>>());
+        Ok(Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving })
+    }
+
+    /// Plans anew because a drive varies that did not vary before.
+    fn plan_anew(&mut self) {
+        self.moving.iter_mut().zip(moving(&self.series)).for_each(|(all, now)| *all |= now);
+        self.c = Coefficients::new(&self.tape, |d| !self.moving[d]);
     }
 
     /// Integrates `model`, which must be the one of [`new`](Prepared::new), from `start` to `t_end`.
@@ -151,15 +171,22 @@ impl<'r> Run<'r> {
 
     /// Expands drives and motion at the start of the step.
     fn expand(&mut self) -> Result<(), IntegrateError> {
-        let Prepared { c, series } = &mut *self.prepared;
-        self.expanded.redrive_series(self.e.t, self.degree + 1, series);
+        self.expanded.redrive_series(self.e.t, self.degree + 1, &mut self.prepared.series);
         self.valid = f64::INFINITY;
+        let Prepared { c, series, moving, .. } = &*self.prepared;
+        let mut woken = false;
         for &(drive, _) in &c.plan.drives {
+            woken |= series[drive].coefficients().len() > 1 && !moving[drive];
             if let Some(what) = series[drive].refusal() {
                 return Err(IntegrateError::DriveWithoutSeries { drive, what });
             }
             self.valid = self.valid.min(series[drive].until());
         }
+        if woken {
+            self.prepared.plan_anew();
+            self.prepared.c.set_pieces(&self.e.pieces);
+        }
+        let Prepared { c, series, .. } = &mut *self.prepared;
         c.expand(self.e.y.slice(), series, self.degree, false);
         self.stats.evaluations += self.degree as u64;
         Ok(())
@@ -258,7 +285,7 @@ impl<'r> Run<'r> {
     fn shrunk(&self, h: f64) -> IntegrateError {
         let t = self.e.t;
         let c = &self.prepared.c;
-        let finite = (0..=c.degree).all(|n| c.motion(n).iter().all(|x| x.is_finite()));
+        let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
             Some(function) => IntegrateError::Singular { t, what: function.name() },
             None if !finite => self.not_finite(),
@@ -269,7 +296,7 @@ impl<'r> Run<'r> {
     fn not_finite(&self) -> IntegrateError {
         let (c, n) = (&self.prepared.c, self.e.model.dof());
         let end = self.e.y1.slice().iter();
-        let component = c.motion(1).iter().position(|x| !x.is_finite());
+        let component = c.q(1).iter().chain(c.v(1)).position(|x| !x.is_finite());
         let component = component.or_else(|| end.clone().position(|y| !y.is_finite() || y.abs() > LARGEST));
         IntegrateError::NotFinite { t: self.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
     }

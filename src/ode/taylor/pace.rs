@@ -1,7 +1,8 @@
 //! Lengths of steps, from the last coefficients.
 
 use crate::ode::taylor::coefficients::Coefficients;
-use crate::ode::taylor::plan::Plan;
+use crate::ode::taylor::plan::{Edge, Plan};
+use crate::ode::taylor::rows::EIGHT;
 
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
 const GROWTH: f64 = 2.0;
@@ -23,8 +24,8 @@ pub(super) struct Pace {
     limit: f64,
     /// 1/tolerance of each coordinate and velocity.
     per: Vec<f64>,
-    /// The distance above the edge on the other side of the gap, for each distance.
-    opposite: Vec<Option<usize>>,
+    /// The edge on the other side of the gap, for each edge.
+    opposite: Vec<Option<Edge>>,
     /// How far each distance moves in the step, at most.
     pub(super) ranges: Vec<f64>,
 }
@@ -47,10 +48,10 @@ fn reach(term: f64, order: usize) -> f64 {
 
 impl Pace {
     pub(super) fn new(rtol: f64, atol: Vec<f64>, max: f64, plan: &Plan) -> Self {
-        let opposite = plan
-            .edges
-            .iter()
-            .map(|&(contact, edge)| plan.edges.iter().position(|&other| other == (contact, 1 - edge)));
+        let opposite = plan.edges.iter().map(|edge| {
+            let is_other = |other: &Edge| other.contact == edge.contact && other.side != edge.side;
+            plan.edges.iter().copied().find(is_other)
+        });
         Pace {
             rtol,
             max,
@@ -59,7 +60,7 @@ impl Pace {
             per: vec![0.0; atol.len()],
             atol,
             opposite: opposite.collect(),
-            ranges: vec![0.0; plan.edges.len()],
+            ranges: vec![0.0; plan.distance_blocks * EIGHT],
         }
     }
 
@@ -87,13 +88,19 @@ impl Pace {
     /// The length at which each of the last two terms reaches its tolerance; infinite if both are 0 and NaN
     /// if one is not finite. `room`: the longest step possible.
     pub(super) fn length(&mut self, c: &Coefficients, room: f64) -> f64 {
-        let (first, second) = (c.motion(0), c.motion(1));
         let before = if self.last.is_finite() { self.last } else { 0.0 };
-        for (j, per) in self.per.iter_mut().enumerate() {
-            *per = 1.0 / (self.atol[j] + self.rtol * (first[j].abs() + before * second[j].abs()));
+        let (of_q, of_v) = self.per.split_at_mut(c.plan.dof);
+        let (atol_q, atol_v) = self.atol.split_at(c.plan.dof);
+        for (per, atol, first, second) in
+            [(&mut *of_q, atol_q, c.q(0), c.q(1)), (&mut *of_v, atol_v, c.v(0), c.v(1))]
+        {
+            for ((per, atol), (x, rate)) in per.iter_mut().zip(atol).zip(first.iter().zip(second)) {
+                *per = 1.0 / (atol + self.rtol * (x.abs() + before * rate.abs()));
+            }
         }
         let largest = |order: usize| {
-            let terms = c.motion(order).iter().zip(&self.per);
+            let of_q = c.q(order).iter().zip(&*of_q);
+            let terms = of_q.chain(c.v(order).iter().zip(&*of_v));
             terms.fold(0.0, |m: f64, (x, per)| max(m, (x * per).abs()))
         };
         let degree = c.degree;
@@ -109,8 +116,9 @@ impl Pace {
         let share = self.rtol.max(FINEST);
         let (start, rate) = (c.distances(0), c.distances(1));
         let (last, before) = (c.distances(degree), c.distances(degree - 1));
-        for (i, opposite) in self.opposite.iter().enumerate() {
-            let gap = opposite.map_or(0.0, |other| start[i] + start[other]);
+        for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
+            let (i, at_start) = (edge.column, |edge: &Edge| edge.sign * start[edge.column]);
+            let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
             let size = gap.max(start[i].abs() + span * rate[i].abs());
             if size > 0.0 {
                 let per = 1.0 / (share * size);

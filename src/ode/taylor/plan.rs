@@ -3,19 +3,34 @@
 use crate::contact::piece::Piece;
 use crate::ode::taylor::functions::{Function, Placed};
 use crate::ode::taylor::products::{BATCH, Products};
-use crate::ode::taylor::rows::{BLOCK, Rows};
+use crate::ode::taylor::rows::{EIGHT, Places, Rows};
 use crate::tape::form::Form;
 use crate::tape::tape::{FormId, Guard, Op, Tape};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Operations whose operands are known once all levels before are evaluated.
 #[derive(Debug, Default)]
 pub(super) struct Level {
-    /// Operands that are sums.
+    /// Operands that are sums, with the block of the first one.
     pub(super) rows: Rows,
+    first_row: usize,
+    row_forms: Vec<FormId>,
     choices: Vec<Choice>,
     pub(super) products: Vec<Products>,
     pub(super) functions: Vec<Placed>,
+}
+
+/// An edge of a contact and its distance from it, positive in the gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Edge {
+    pub(super) contact: usize,
+    /// 0: lower edge, 1: upper edge.
+    pub(super) side: usize,
+    /// Column of the distance, counted from the block of the first distance.
+    pub(super) column: usize,
+    /// 1, or -1 if the column holds the distance with reversed sign.
+    pub(super) sign: f64,
 }
 
 /// One of several columns, by the pieces of contacts.
@@ -27,28 +42,33 @@ pub(super) struct Choice {
     out: u32,
 }
 
-/// A tape with a column for every number. Columns begin with the coordinates and the velocities.
+/// A tape with a column for every number. The columns stand in blocks of eight: those of the coordinates, of
+/// the velocities, of all other numbers and, last, of the accelerations and distances.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub(super) dof: usize,
+    /// Number of blocks of columns.
     pub(super) width: usize,
+    /// Number of blocks of the coordinates, and of the velocities.
+    pub(super) half: usize,
     /// Column of the number 1.
     pub(super) one: usize,
     /// Drives that are needed, with their columns.
     pub(super) drives: Vec<(usize, usize)>,
     pub(super) levels: Vec<Level>,
-    /// Accelerations, then distances.
+    /// Accelerations, then those distances that are no operands.
     pub(super) outputs: Rows,
-    /// First column of the accelerations.
-    pub(super) first_acceleration: usize,
-    /// First column of the distances.
-    pub(super) first_distance: usize,
+    /// First block of the accelerations.
+    pub(super) accelerations: usize,
+    /// First block of the distances.
+    pub(super) distances: usize,
+    /// Number of blocks of the distances.
+    pub(super) distance_blocks: usize,
     /// The column that holds the numbers of each column on the present pieces.
     actual: Vec<u32>,
-    /// Contact and edge (0 lower, 1 upper) of each distance.
-    pub(super) edges: Vec<(usize, usize)>,
-    /// Whether the distances depend on results of operations.
-    pub(super) distances_need_levels: bool,
+    pub(super) edges: Vec<Edge>,
+    /// Number of levels that the distances need.
+    pub(super) levels_of_distances: usize,
 }
 
 /// Σ piece_k 3^k over `count` contacts from `contact` on.
@@ -61,12 +81,25 @@ struct Columns {
     next: usize,
     of_slot: Vec<u32>,
     of_form: HashMap<FormId, u32>,
+    still: Range<u32>,
+    choices: Vec<u32>,
+    one: u32,
+    zero: u32,
 }
 
 /// No column yet.
 const NONE: u32 = u32::MAX;
 
 impl Columns {
+    fn places(&self) -> Places<'_> {
+        let Columns { of_slot, one, still, choices, .. } = self;
+        Places { of_slot, one: *one, still, choices }
+    }
+    /// Takes whole blocks for `count` numbers and returns their first column.
+    fn take_blocks(&mut self, count: usize) -> usize {
+        self.next = self.next.next_multiple_of(EIGHT);
+        self.take(count.next_multiple_of(EIGHT))
+    }
     fn take(&mut self, count: usize) -> usize {
         self.next += count;
         self.next - count
@@ -74,21 +107,36 @@ impl Columns {
 }
 
 impl Plan {
-    pub(super) fn new(tape: &Tape) -> Self {
+    /// `still`: whether a drive is constant between two drive edges, so that its orders above 0 are 0.
+    pub(super) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
         let (inputs, n) = (tape.inputs(), tape.dof);
         let needed = tape.needed();
-        let mut columns =
-            Columns { next: 2 * n, of_slot: vec![NONE; inputs + tape.ops.len()], of_form: HashMap::new() };
-        for slot in 0..2 * n {
-            columns.of_slot[slot] = slot as u32;
+        let mut columns = Columns {
+            next: 0,
+            of_slot: vec![NONE; inputs + tape.ops.len()],
+            of_form: HashMap::new(),
+            still: 0..0,
+            choices: Vec::new(),
+            one: 0,
+            zero: 0,
+        };
+        for slots in [0..n, n..2 * n] {
+            let first = columns.take_blocks(n);
+            slots.enumerate().for_each(|(i, slot)| columns.of_slot[slot] = (first + i) as u32);
         }
+        // Drives that are used alike stand side by side, the constant ones last.
+        let mut order: Vec<usize> = (0..tape.drives).filter(|d| needed[2 * n + d]).collect();
+        let uses = uses(tape);
+        order.sort_by_key(|&d| (still(d), uses[2 * n + d]));
         let mut drives = Vec::new();
-        for d in (0..tape.drives).filter(|d| needed[2 * n + d]) {
+        let first_still = columns.next + order.iter().filter(|&&d| !still(d)).count();
+        for d in order {
             let column = columns.take(1);
             columns.of_slot[2 * n + d] = column as u32;
             drives.push((d, column));
         }
-        let (one, zero) = (columns.take(1), columns.take(1));
+        (columns.one, columns.zero) = (columns.take(1) as u32, columns.take(1) as u32);
+        columns.still = first_still as u32..columns.next as u32;
         let level_of = levels(tape, &needed);
         let count = level_of.iter().copied().max().unwrap_or(0);
         let mut made = Vec::with_capacity(count);
@@ -96,36 +144,47 @@ impl Plan {
             let ops: Vec<usize> = (0..tape.ops.len())
                 .filter(|&i| needed[inputs + i] && level_of[inputs + i] == level)
                 .collect();
-            made.push(Level::new(tape, &ops, &mut columns, one as u32, zero as u32));
+            made.push(Level::new(tape, &ops, &mut columns));
         }
-        let (mut forms, mut edges) = (tape.accelerations.clone(), Vec::new());
-        for (contact, both) in tape.distances.iter().enumerate() {
-            for (edge, form) in both.iter().enumerate() {
-                if let Some(form) = form {
-                    forms.push(*form);
-                    edges.push((contact, edge));
-                }
-            }
-        }
-        let first_acceleration = columns.take(forms.len().div_ceil(BLOCK) * BLOCK);
-        let outputs: Vec<&Form> = forms.iter().map(|&form| &tape.forms[form]).collect();
-        let outputs =
-            Rows::new(&outputs, |slot| columns.of_slot[slot as usize], one as u32, first_acceleration);
-        let distances_need_levels = forms[n..]
+        let mut outputs: Vec<Option<&Form>> =
+            tape.accelerations.iter().map(|&a| Some(&tape.forms[a])).collect();
+        let half = n.div_ceil(EIGHT);
+        outputs.resize(half * EIGHT, None);
+        let forms: Vec<(usize, usize, &Form)> = tape
+            .distances
             .iter()
-            .any(|&form| tape.forms[form].terms.iter().any(|&(slot, _)| slot as usize >= inputs));
+            .enumerate()
+            .flat_map(|(contact, both)| {
+                both.iter().enumerate().filter_map(move |(side, form)| Some((contact, side, (*form)?)))
+            })
+            .map(|(contact, side, form)| (contact, side, &tape.forms[form]))
+            .collect();
+        // If all distances are operands of the first level, they are computed there.
+        let operands: Option<Vec<Edge>> = forms.iter().map(|form| made.first()?.edge(tape, *form)).collect();
+        let own = operands.is_none();
+        let level = |slot: u32| level_of[slot as usize];
+        let deepest = forms.iter().flat_map(|(.., form)| &form.terms).map(|&(slot, _)| level(slot)).max();
+        let edges = operands.unwrap_or_else(|| {
+            outputs.extend(forms.iter().map(|(.., form)| Some(*form)));
+            let edge = |(column, &(contact, side, _))| Edge { contact, side, column, sign: 1.0 };
+            forms.iter().enumerate().map(edge).collect()
+        });
+        let first = columns.take_blocks(outputs.len()) / EIGHT;
+        let outputs = Rows::new(&outputs, &columns.places(), first);
         Plan {
             dof: n,
-            width: columns.next.next_multiple_of(BLOCK),
+            width: columns.next / EIGHT,
+            half,
             actual: (0..columns.next as u32).collect(),
-            one,
+            one: columns.one as usize,
             drives,
-            levels: made,
             outputs,
-            first_acceleration,
-            first_distance: first_acceleration + n,
+            accelerations: first,
+            distances: if own { first + half } else { made[0].first_row },
+            distance_blocks: edges.iter().map(|edge| edge.column / EIGHT + 1).max().unwrap_or(0),
+            levels_of_distances: if own { deepest.unwrap_or(0) } else { 1 },
+            levels: made,
             edges,
-            distances_need_levels,
         }
     }
 
@@ -155,6 +214,21 @@ impl Plan {
     }
 }
 
+/// For each slot a number that is equal for slots that are used by equal sets of operations and outputs.
+fn uses(tape: &Tape) -> Vec<u32> {
+    let mut uses = vec![0; tape.inputs() + tape.ops.len()];
+    let mut mark = |form: FormId, bit: u32| {
+        tape.forms[form].terms.iter().for_each(|&(slot, _)| uses[slot as usize] |= 1 << bit);
+    };
+    for (op, _) in &tape.ops {
+        for (place, form) in op.operands().into_iter().enumerate() {
+            mark(form, if matches!(op, Op::Choice { .. }) { 0 } else { 1 + (place as u32).min(1) });
+        }
+    }
+    tape.accelerations.iter().for_each(|&form| mark(form, 3));
+    uses
+}
+
 /// The level of each slot: 0 for inputs, otherwise 1 more than the largest level that its operation reads.
 fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
     let inputs = tape.inputs();
@@ -170,8 +244,18 @@ fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
 }
 
 impl Level {
+    /// The distance of a contact from an edge, if it is a row of this level.
+    fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<Edge> {
+        let reversed = form.times(-1.0);
+        self.row_forms.iter().enumerate().find_map(|(column, &row)| {
+            let row = &tape.forms[row];
+            let sign = if row == form { 1.0 } else { -1.0 };
+            (row == form || *row == reversed).then_some(Edge { contact, side, column, sign })
+        })
+    }
+
     /// The level of the given operations. Their operands get columns where they have none.
-    fn new(tape: &Tape, ops: &[usize], columns: &mut Columns, one: u32, zero: u32) -> Self {
+    fn new(tape: &Tape, ops: &[usize], columns: &mut Columns) -> Self {
         let inputs = tape.inputs();
         // Operands that are sums become rows. A kept sum is the row of its form.
         let mut rows: Vec<FormId> = Vec::new();
@@ -184,12 +268,13 @@ impl Level {
                 }
             }
         }
-        let first = columns.take(rows.len().div_ceil(BLOCK) * BLOCK);
+        let first = columns.take_blocks(rows.len());
         for (r, form) in rows.iter().enumerate() {
             columns.of_form.insert(*form, (first + r) as u32);
         }
-        let forms: Vec<&Form> = rows.iter().map(|&form| &tape.forms[form]).collect();
-        let rows = Rows::new(&forms, |slot| columns.of_slot[slot as usize], one, first);
+        let forms: Vec<Option<&Form>> = rows.iter().map(|&form| Some(&tape.forms[form])).collect();
+        let (row_forms, first_row, zero) = (rows, first / EIGHT, columns.zero);
+        let rows = Rows::new(&forms, &columns.places(), first_row);
 
         let operand = |form: FormId, columns: &Columns| match columns.of_form.get(&form) {
             Some(&column) => column,
@@ -214,6 +299,7 @@ impl Level {
                     let alternatives: Vec<u32> = forms.iter().map(|&form| operand(form, columns)).collect();
                     let out = columns.take(1) as u32;
                     columns.of_slot[inputs + i] = out;
+                    columns.choices.push(out);
                     choices.push(Choice { contact: *contact, count: *count, columns: alternatives, out });
                     continue;
                 }
@@ -238,8 +324,8 @@ impl Level {
             for (l, &slot) in results.iter().enumerate() {
                 columns.of_slot[slot] = (out + l) as u32;
             }
-            products.push(Products::new(pairs, zero, out));
+            products.push(Products::new(pairs, out));
         }
-        Level { rows, choices, products, functions }
+        Level { rows, first_row, row_forms, choices, products, functions }
     }
 }

@@ -1,81 +1,150 @@
 //! Sparse matrices of weighted sums, in blocks of eight rows.
 
 use crate::tape::form::Form;
+use std::ops::Range;
 
-/// Rows per block: two registers of AVX2, one of AVX-512.
-pub(super) const BLOCK: usize = 8;
+/// Numbers that are computed side by side: two registers of AVX2, one of AVX-512.
+pub(super) type Eight = [f64; EIGHT];
+pub(super) const EIGHT: usize = 8;
 
-/// out = W x. Each block of eight rows lists the columns in which any of its rows has a weight.
+/// Where the numbers of a sum stand.
+pub(super) struct Places<'p> {
+    /// The column of each slot.
+    pub(super) of_slot: &'p [u32],
+    /// The column of the number 1.
+    pub(super) one: u32,
+    /// Columns of numbers that are 0 in all orders above 0.
+    pub(super) still: &'p Range<u32>,
+    /// Columns of choices, which are read from other columns.
+    pub(super) choices: &'p [u32],
+}
+
+/// Neighbouring columns with their weights.
+#[derive(Debug)]
+struct Run {
+    /// First column on the present pieces.
+    column: u32,
+    /// First column.
+    source: u32,
+    weights: Range<usize>,
+}
+
+/// Eight rows.
+#[derive(Debug)]
+struct Block {
+    /// Block of the results.
+    out: usize,
+    /// Runs of columns that vary.
+    moving: Range<usize>,
+    /// Runs of columns that are 0 in all orders above 0.
+    still: Range<usize>,
+}
+
+/// out = W x. Each block lists the columns in which any of its eight rows has a weight.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    /// First result column and range of entries of each block.
-    blocks: Vec<(usize, std::ops::Range<usize>)>,
-    /// Column on the present pieces and its weights in the eight rows.
-    entries: Vec<(u32, [f64; BLOCK])>,
-    /// Column of each entry.
-    sources: Vec<u32>,
+    blocks: Vec<Block>,
+    runs: Vec<Run>,
+    /// The weights of a column in the eight rows.
+    weights: Vec<Eight>,
+}
+
+/// sum += weights y.
+#[inline(always)]
+fn add(sum: &mut Eight, weights: &Eight, y: f64) {
+    for l in 0..EIGHT {
+        sum[l] += weights[l] * y;
+    }
 }
 
 impl Rows {
-    /// The rows of `forms`, whose results begin at column `out`. `column`: the column of each slot; `one`:
-    /// the column of the number 1.
-    pub(super) fn new(forms: &[&Form], column: impl Fn(u32) -> u32, one: u32, out: usize) -> Self {
+    /// The rows of `forms`, whose results begin at block `out`.
+    pub(super) fn new(forms: &[Option<&Form>], places: &Places<'_>, out: usize) -> Self {
         let mut rows = Rows::default();
-        for (b, block) in forms.chunks(BLOCK).enumerate() {
+        for (b, block) in forms.chunks(EIGHT).enumerate() {
             let mut terms: Vec<(u32, usize, f64)> = Vec::new();
             for (row, form) in block.iter().enumerate() {
-                terms.extend(form.terms.iter().map(|&(slot, weight)| (column(slot), row, weight)));
+                let Some(form) = form else { continue };
+                let columns =
+                    form.terms.iter().map(|&(slot, weight)| (places.of_slot[slot as usize], weight));
+                terms.extend(columns.map(|(column, weight)| (column, row, weight)));
                 if form.constant != 0.0 {
-                    terms.push((one, row, form.constant));
+                    terms.push((places.one, row, form.constant));
                 }
             }
             terms.sort_by_key(|&(column, row, _)| (column, row));
-            let first = rows.entries.len();
-            for (column, row, weight) in terms {
-                match rows.entries[first..].last_mut() {
-                    Some((last, weights)) if *last == column => weights[row] += weight,
+            let (still, moving): (Vec<_>, Vec<_>) =
+                terms.into_iter().partition(|(column, ..)| places.still.contains(column));
+            let moving = rows.add_runs(&moving, places);
+            let still = rows.add_runs(&still, places);
+            rows.blocks.push(Block { out: out + b, moving, still });
+        }
+        rows
+    }
+
+    fn add_runs(&mut self, terms: &[(u32, usize, f64)], places: &Places<'_>) -> Range<usize> {
+        let first = self.runs.len();
+        let mut last = None;
+        for &(column, row, weight) in terms {
+            if last != Some(column) {
+                let next = last.is_some_and(|last: u32| last + 1 == column)
+                    && !places.choices.contains(&column)
+                    && !places.choices.contains(&(column - 1));
+                match self.runs.last_mut() {
+                    Some(run) if next => run.weights.end += 1,
                     _ => {
-                        let mut weights = [0.0; BLOCK];
-                        weights[row] = weight;
-                        rows.entries.push((column, weights));
+                        let at = self.weights.len();
+                        self.runs.push(Run { column, source: column, weights: at..at + 1 });
                     }
                 }
+                self.weights.push([0.0; EIGHT]);
+                last = Some(column);
             }
-            rows.blocks.push((out + b * BLOCK, first..rows.entries.len()));
+            if let Some(weights) = self.weights.last_mut() {
+                weights[row] += weight;
+            }
         }
-        rows.sources = rows.entries.iter().map(|(column, _)| *column).collect();
-        rows
+        first..self.runs.len()
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
     }
 
     /// Reads each column from the one that `actual` gives for it.
     pub(super) fn redirect(&mut self, actual: &[u32]) {
-        for ((column, _), source) in self.entries.iter_mut().zip(&self.sources) {
-            *column = actual[*source as usize];
+        for run in &mut self.runs {
+            run.column = actual[run.source as usize];
         }
     }
 
-    /// Writes the results of one order into its row of numbers `x`.
+    /// Writes the results of order n into its row of numbers `x`.
     #[inline(always)]
-    pub(super) fn apply(&self, x: &mut [f64]) {
-        for (out, range) in &self.blocks {
-            let (mut even, mut odd) = ([0.0; BLOCK], [0.0; BLOCK]);
-            let pairs = self.entries[range.clone()].chunks_exact(2);
-            if let [(column, weights)] = pairs.remainder() {
-                let y = x[*column as usize];
-                for l in 0..BLOCK {
-                    even[l] = weights[l] * y;
-                }
+    pub(super) fn apply(&self, n: usize, x: &mut [Eight]) {
+        for block in &self.blocks {
+            let mut sums = [[0.0; EIGHT]; 2];
+            self.add_to(&mut sums, &block.moving, x.as_flattened());
+            if n == 0 {
+                self.add_to(&mut sums, &block.still, x.as_flattened());
             }
-            for pair in pairs {
-                let [(c, w), (d, z)] = pair else { continue };
-                let (y, u) = (x[*c as usize], x[*d as usize]);
-                for l in 0..BLOCK {
-                    even[l] += w[l] * y;
-                    odd[l] += z[l] * u;
-                }
+            let ([even, odd], result) = (&sums, &mut x[block.out]);
+            for l in 0..EIGHT {
+                result[l] = even[l] + odd[l];
             }
-            for (out, (even, odd)) in x[*out..][..BLOCK].iter_mut().zip(even.iter().zip(&odd)) {
-                *out = even + odd;
+        }
+    }
+
+    #[inline(always)]
+    fn add_to(&self, [even, odd]: &mut [Eight; 2], runs: &Range<usize>, numbers: &[f64]) {
+        for run in &self.runs[runs.clone()] {
+            let (pairs, last) = self.weights[run.weights.clone()].as_chunks::<2>();
+            let numbers = &numbers[run.column as usize..][..run.weights.len()];
+            for ([w, z], [y, u]) in pairs.iter().zip(numbers.as_chunks::<2>().0) {
+                add(even, w, *y);
+                add(odd, z, *u);
+            }
+            if let ([w], Some(y)) = (last, numbers.last()) {
+                add(even, w, *y);
             }
         }
     }
