@@ -74,20 +74,10 @@ impl Series {
     pub fn until(&self) -> f64 {
         self.until
     }
-    /// Number of coefficients of functions of this series.
-    pub(crate) fn full(&self) -> usize {
-        self.full
-    }
     /// The same series with another value at the instant.
     pub(crate) fn moved_to(mut self, value: f64) -> Self {
         self.c[0] = value;
         self
-    }
-    /// Makes the series a constant. It writes nothing but the coefficients that are not 0.
-    pub(crate) fn set_constant(&mut self, value: f64) {
-        self.c[1..self.len].fill(0.0);
-        self.c[0] = value;
-        (self.len, self.full, self.until, self.refusal) = (1, 1, f64::INFINITY, None);
     }
     /// The series with the coefficients that `next` returns one after the other.
     pub(crate) fn from_coefficients(of: &Series, mut next: impl FnMut(usize) -> f64) -> Self {
@@ -224,6 +214,9 @@ impl Div for Series {
     }
 }
 
+/// Largest whole power that is computed by products.
+const WHOLE: f64 = 64.0;
+
 impl Scalar for Series {
     fn sqrt(self) -> Self {
         self.function(self.c[0].sqrt(), |n, a, s| {
@@ -250,6 +243,11 @@ impl Scalar for Series {
         self.constant_or("the step of something that varies", Scalar::step)
     }
     fn powf(self, p: f64) -> Self {
+        if p.fract() == 0.0 && p.abs() <= WHOLE {
+            // Whole powers are products, so that they have a series at 0.
+            let power = (0..p.abs() as usize).fold(Series::from(1.0), |power, _| power * self);
+            return if p < 0.0 { Series::from(1.0) / power } else { power };
+        }
         self.function(libm::pow(self.c[0], p), |n, a, c| {
             let sum: f64 = (1..=n).map(|j| (j as f64 * (p + 1.0) - n as f64) * a[j] * c[n - j]).sum();
             sum / (n as f64 * a[0])

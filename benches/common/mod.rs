@@ -29,7 +29,25 @@ impl Pair {
     }
     /// The same equations as a machine.
     pub fn machine(&self) -> Machine<Rattling> {
-        Machine::with_constants(Rattling::new(), &[("wc", self.wc)]).expect("the frequency is positive")
+        Machine::with_constants(Rattling::new(None), &[("wc", self.wc)]).expect("the frequency is positive")
+    }
+    /// The same machine with its drives given as waves, which have Taylor series.
+    pub fn machine_of_waves(&self) -> Machine<Rattling> {
+        Machine::with_constants(Rattling::new(Some(Pair::waves())), &[("wc", self.wc)])
+            .expect("the frequency is positive")
+    }
+    /// F and the right-hand side as waves of the slow angle.
+    fn waves() -> [Wave; 2] {
+        let wave = |mean: f64, pairs: &[[f64; 2]]| {
+            Wave::new(Fourier::new(mean, pairs).expect("the coefficients are finite"))
+        };
+        let teeth = |wave: Wave| wave.per_turn(63).expect("63 teeth");
+        let norm = 1.0 / (1.0 + 0.3846 * 0.3846 / 2.0);
+        let radius = wave(1.0, &[[0.3846, 0.0]]);
+        let stiffness = vec![teeth(wave(norm, &[[0.29 * norm, 0.0]])), radius.clone(), radius];
+        let forcing =
+            vec![wave(-1.4e-5, &[[0.0, -5.5e-6], [0.0, 2.2e-6]]), teeth(wave(0.0, &[[0.0, 6.8e-6]]))];
+        [Wave::new(Product::new(stiffness)), Wave::new(Sum::new(forcing))]
     }
     pub fn start() -> State {
         State::new(0.0, &[-6.4e-4], &[0.0])
@@ -48,10 +66,11 @@ impl Pair {
         Pair::shapes(libm::sincos(self.we * t), libm::sincos(self.wc * t))
     }
     #[inline(always)]
-    fn shapes((se, ce): (f64, f64), (s, c): (f64, f64)) -> [f64; 2] {
-        let r = 1.0 + 0.3846 * c;
-        let stiffness = (1.0 + 0.29 * ce) * r * r / (1.0 + 0.3846 * 0.3846 / 2.0);
-        [stiffness, -1.4e-5 - 5.5e-6 * s + 2.2e-6 * (2.0 * s * c) + 6.8e-6 * se]
+    fn shapes<S: Scalar>((se, ce): (S, S), (s, c): (S, S)) -> [S; 2] {
+        let one = S::from(1.0);
+        let r = one + c * 0.3846;
+        let stiffness = (one + ce * 0.29) * r * r / S::from(1.0 + 0.3846 * 0.3846 / 2.0);
+        [stiffness, S::from(-1.4e-5) - s * 5.5e-6 + s * 2.0 * c * 2.2e-6 + se * 6.8e-6]
     }
 }
 
@@ -98,30 +117,18 @@ impl Periodic for Pair {
     }
 }
 
-/// Workload A as a shape, for lanes and for series: F and the right-hand side are waves of the slow angle.
+/// Workload A as a shape, for lanes and for Taylor series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rattling {
     law: Backlash,
-    stiffness: Wave,
-    forcing: Wave,
+    /// The drives as waves; `None`: by their formulas.
+    waves: Option<[Wave; 2]>,
 }
 
 impl Rattling {
-    fn new() -> Self {
-        let wave = |mean: f64, pairs: &[[f64; 2]]| {
-            Wave::new(Fourier::new(mean, pairs).expect("the coefficients are finite"))
-        };
-        let teeth = |wave: Wave| wave.per_turn(63).expect("63 teeth");
-        let norm = 1.0 / (1.0 + 0.3846 * 0.3846 / 2.0);
-        let radius = wave(1.0, &[[0.3846, 0.0]]);
-        let stiffness = vec![teeth(wave(norm, &[[0.29 * norm, 0.0]])), radius.clone(), radius];
-        let forcing =
-            vec![wave(-1.4e-5, &[[0.0, -5.5e-6], [0.0, 2.2e-6]]), teeth(wave(0.0, &[[0.0, 6.8e-6]]))];
-        Rattling {
-            law: Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive"),
-            stiffness: Wave::new(Product::new(stiffness)),
-            forcing: Wave::new(Sum::new(forcing)),
-        }
+    fn new(waves: Option<[Wave; 2]>) -> Self {
+        let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
+        Rattling { law, waves }
     }
 }
 
@@ -134,7 +141,11 @@ impl Shape for Rattling {
         vec![Channel::new("wc", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u.copy_from_slice(&[self.stiffness.value(angle, side), self.forcing.value(angle, side)]);
+        let drives = match &self.waves {
+            Some([stiffness, forcing]) => [stiffness.value(angle, side), forcing.value(angle, side)],
+            None => Pair::shapes(angle.times(63.0).number().sin_cos(), angle.number().sin_cos()),
+        };
+        u.copy_from_slice(&drives);
     }
     #[inline(always)]
     fn contact<S: Scalar, L: PieceChoice<S>>(

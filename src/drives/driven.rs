@@ -5,6 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
+use crate::series::Series;
 use std::fmt;
 use std::sync::Arc;
 
@@ -109,6 +110,17 @@ impl<M: Model> DriveRule<M> for TimeDrives {
         };
         for (slot, f) in &self.functions {
             u[*slot] += f(seen);
+        }
+    }
+    fn changes(&self, _: &M, drive: usize) -> bool {
+        self.functions.iter().any(|(slot, _)| *slot == drive)
+    }
+    fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
+        if let Some(expanded) = model.expand() {
+            expanded.drive_series(t, coefficients, u);
+        }
+        for (slot, _) in &self.functions {
+            u[*slot] = Series::refused("a function of time (`Driven`), which is a closure on plain numbers");
         }
     }
     fn next_edge(&self, model: &M, t: f64) -> Option<f64> {

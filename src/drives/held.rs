@@ -5,6 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
+use crate::series::Series;
 use rand::TryRng;
 use rand_distr::Distribution;
 use std::convert::Infallible;
@@ -283,6 +284,18 @@ impl<M: Model> DriveRule<M> for HeldDrives {
         model.drive(t, side, u);
         for fill in &self.fills {
             u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
+        }
+    }
+    fn changes(&self, _: &M, drive: usize) -> bool {
+        self.fills.iter().any(|fill| fill.slot == drive)
+    }
+    fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
+        if let Some(expanded) = model.expand() {
+            expanded.drive_series(t, coefficients, u);
+        }
+        for fill in &self.fills {
+            let held = self.processes[fill.process].value(t, Side::After, fill.stream);
+            u[fill.slot] = u[fill.slot] + Series::from(fill.gain * held);
         }
     }
     fn next_edge(&self, model: &M, t: f64) -> Option<f64> {

@@ -7,6 +7,8 @@ use crate::excitation::side::Side;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::numeric::bracket::Bracket;
+use crate::scalar::Scalar;
+use crate::series::Series;
 
 /// A phase law: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the time of
 /// the model.
@@ -105,6 +107,23 @@ impl PhaseLaw {
             _ => 0.0,
         };
         (knot, slope)
+    }
+
+    /// φ, φ' and φ'' after the instant at which `t` begins, as series over time.
+    fn expanded(&self, t: Series) -> [Series; 3] {
+        let ([t0, speed, phase], slope) = self.piece(t.at(0.0));
+        let (dt, [phase, speed, slope]) = (t - t0.into(), [phase, speed, slope].map(Series::from));
+        let even = [phase + dt * (speed + dt * slope * 0.5), speed + dt * slope, slope];
+        if self.swing == 0.0 {
+            return even;
+        }
+        let (sin, cos) = (t * self.frequency).sin_cos();
+        let swing = speed * self.swing;
+        [
+            even[0] + swing * sin * (1.0 / self.frequency),
+            even[1] + swing * cos,
+            even[2] - swing * sin * self.frequency,
+        ]
     }
 
     /// Phase φ(t) `[rad]`.
@@ -210,17 +229,29 @@ fn aside(phase: f64) -> f64 {
     (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
 }
 
+/// The angle, or the angle on the given side of an edge on which it lies within rounding.
+fn beside_edges<G: Shape>(model: &Machine<G>, phase: f64, side: Side) -> f64 {
+    let near = aside(phase);
+    match model.shape().next_edge(phase - near).filter(|edge| *edge <= phase + near) {
+        Some(edge) if side == Side::Before => edge - near,
+        Some(edge) => edge + near,
+        None => phase,
+    }
+}
+
 impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
-        let phase = self.phase(t);
-        // If the angle lies on an edge, within rounding, the waves are evaluated on the given side of it.
-        let near = aside(phase);
-        let phase = match model.shape().next_edge(phase - near).filter(|edge| *edge <= phase + near) {
-            Some(edge) if side == Side::Before => edge - near,
-            Some(edge) => edge + near,
-            None => phase,
-        };
+        let phase = beside_edges(model, self.phase(t), side);
         model.drive_at(phase, side, self.speed(t), self.acceleration(t, side), u);
+    }
+    fn changes(&self, model: &Machine<G>, drive: usize) -> bool {
+        let waves = model.size().waves;
+        drive == waves || drive == waves + 1 // φ' and φ''
+    }
+    fn series(&self, model: &Machine<G>, t: f64, coefficients: usize, u: &mut [Series]) {
+        let [phase, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
+        let angle = phase.moved_to(beside_edges(model, phase.at(0.0), Side::After));
+        model.drive_at(angle, Side::After, speed, acceleration, u);
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
         let phase = self.phase(t);

@@ -4,6 +4,9 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Jacobian, Model};
+use crate::model::expansion::expand::{Expand, Recorded};
+use crate::series::Series;
+use crate::tape::recording::Recording;
 
 /// A rule that changes the drives of a model. Algebra, contacts and channels remain those of the model.
 pub trait DriveRule<M: ?Sized> {
@@ -11,6 +14,17 @@ pub trait DriveRule<M: ?Sized> {
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
     /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
+    /// Whether the rule changes a drive. Default: `true` for all.
+    fn changes(&self, model: &M, drive: usize) -> bool {
+        let _ = (model, drive);
+        true
+    }
+    /// Writes all drives after `t` to `u` as series, for [`Taylor`](crate::Taylor). See
+    /// [`Expand::drive_series`]. Default: refused.
+    fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
+        let _ = (model, t, coefficients);
+        u.fill(Series::refused("a drive rule without `DriveRule::series`"));
+    }
 }
 
 /// A model with its drives changed by a rule.
@@ -101,6 +115,9 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     ) -> bool {
         self.model.jacobian(pieces, u, q, v, out)
     }
+    fn expand(&self) -> Option<&dyn Expand> {
+        self.model.expand().and(Some(self))
+    }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, q, v)
     }
@@ -109,5 +126,19 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     }
     fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         self.model.observe(u, q, v, contacts, out);
+    }
+}
+
+impl<M: Model, R: DriveRule<M>> Expand for Wrapped<M, R> {
+    fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
+        match self.model.expand() {
+            Some(expanded) => {
+                expanded.record(&|drive| moving(drive) || self.rule.changes(&self.model, drive))
+            }
+            None => Recorded(Recording::new(self.dof(), self.drives()).finish(Vec::new(), Vec::new())),
+        }
+    }
+    fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        self.rule.series(&self.model, t, coefficients, u);
     }
 }

@@ -6,6 +6,7 @@ use crate::contact::tooth::Contact;
 use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::excitation::wave::Angle;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::dual_jacobian;
@@ -249,11 +250,18 @@ impl<G: Shape> Machine<G> {
 
     /// Writes the drives at an angle that turns with the given speed and acceleration.
     #[inline]
-    pub(crate) fn drive_at(&self, angle: f64, side: Side, speed: f64, acceleration: f64, u: &mut [f64]) {
+    pub(crate) fn drive_at<A: Angle>(
+        &self,
+        angle: A,
+        side: Side,
+        speed: A::Number,
+        acceleration: A::Number,
+        u: &mut [A::Number],
+    ) {
         let (waves, rest) = u.split_at_mut(self.size().waves);
         self.shape().waves(angle, side, waves);
         (rest[0], rest[1]) = (speed, acceleration);
-        rest[2..].copy_from_slice(&self.prepared[1..]);
+        rest[2..].iter_mut().zip(&self.prepared[1..]).for_each(|(u, constant)| *u = (*constant).into());
     }
     /// The drives after the waves: φ', φ'' = 0, the other constants.
     pub(crate) fn own_drives(&self) -> Vec<f64> {

@@ -13,6 +13,7 @@ pub(crate) mod slopes;
 
 pub use crate::dual::Dual;
 pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
+pub use crate::model::expansion::every_piece::EveryPiece;
 pub use crate::model::expansion::expand::{Expand, Recorded};
 pub use crate::model::machine::Machine;
 pub use crate::model::shape::{Drives, Shape, Size};

@@ -2,6 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
+use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::stored::not_finite::{AnyNumber, numbers, plain};
@@ -55,6 +56,7 @@ struct StoredShootingOrbit {
     corrections: Vec<AnyNumber>,
     crossings: u64,
     flow: f64,
+    method: FlowMethod,
 }
 
 impl Serialize for ShootingOrbit {
@@ -73,6 +75,7 @@ impl Serialize for ShootingOrbit {
             corrections: numbers(&self.corrections),
             crossings: self.crossings,
             flow: self.flow,
+            method: self.method,
         };
         stored.serialize(serializer)
     }
@@ -130,6 +133,7 @@ impl StoredShootingOrbit {
             corrections: plain(self.corrections),
             crossings: self.crossings,
             flow: self.flow,
+            method: self.method,
         })
     }
 }

@@ -101,6 +101,43 @@ impl Model for Stops {
         a[0] = self.held(|i| pieces[i], u, q[0], v[0]);
         true
     }
+    fn expand(&self) -> Option<&dyn Expand> {
+        Some(self)
+    }
+}
+
+impl Expand for Stops {
+    fn record(&self, _: &dyn Fn(usize) -> bool) -> Recorded {
+        Recorded::of(1, 2, &|_| None, |every, u, q, v, a| {
+            let edges: Vec<_> = self
+                .all
+                .iter()
+                .map(|stop| {
+                    let [size, omega, phase] = stop.shake;
+                    let (sin, cos) = (u[0] * omega + Node::from(phase)).sin_cos();
+                    (u[1] + sin * size + Node::from(stop.edge), cos * (size * omega))
+                })
+                .collect();
+            a[0] = Node::from(self.pull);
+            for (i, (stop, &(edge, rate))) in self.all.iter().zip(&edges).enumerate() {
+                a[0] = a[0]
+                    - every.choice(i, 1, |pieces| match pieces[0] == Stops::touches(stop) {
+                        true => (q[0] - edge) * stop.stiffness + (v[0] - rate) * stop.damping,
+                        false => Node::from(0.0),
+                    });
+            }
+            let (low, high) = (Node::from(f64::NEG_INFINITY), Node::from(f64::INFINITY));
+            let mut contacts = Vec::new();
+            for (stop, &(edge, _)) in self.all.iter().zip(&edges) {
+                let (lower, upper) = if stop.below { (edge, high) } else { (low, edge) };
+                contacts.push(Contact { deflection: q[0], lower, upper, ..Contact::default() });
+            }
+            contacts
+        })
+    }
+    fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        u.copy_from_slice(&[Series::variable(t, 1.0, coefficients), Series::from(self.jump(t, Side::After))]);
+    }
 }
 
 /// All crossings with their times, the last state, and the largest penetration of a contact that stood on
@@ -157,6 +194,7 @@ fn each(step: f64, check: impl Fn(&str, &dyn Fn(&Stops, &State, &[f64]) -> Seen)
     check("Rk4", &|model, start, cuts| Seen::cut(&rk4, model, start, cuts));
     check("Rk45", &|model, start, cuts| Seen::cut(&rk45, model, start, cuts));
     check("Dop853", &|model, start, cuts| Seen::cut(&dop853, model, start, cuts));
+    check("Taylor", &|model, start, cuts| Seen::cut(&Taylor::new(), model, start, cuts));
 }
 
 /// Brute force: RK4 with very small steps across the edges. Returns the times at which a penetration changes

@@ -1,6 +1,10 @@
 //! The trait of models with a Taylor series.
 
+use crate::contact::tooth::Contact;
+use crate::model::expansion::every_piece::EveryPiece;
 use crate::series::Series;
+use crate::tape::node::Node;
+use crate::tape::recording::Recording;
 use crate::tape::tape::Tape;
 
 /// A model that can be expanded into Taylor series over time.
@@ -46,6 +50,41 @@ pub trait Expand {
 pub struct Recorded(pub(crate) Tape);
 
 impl Recorded {
+    /// Records an algebra: `algebra(every, u, q, v, a)` writes the accelerations to `a`, from drives,
+    /// coordinates and velocities, and returns the contacts, of which deflection and edges are read. It
+    /// evaluates contact laws by `every`. `constant(d)`: the value of drive d, if it is constant.
+    ///
+    /// A [`Shape`](crate::Shape) needs no recording of its own. See [`EveryPiece`].
+    pub fn of(
+        dof: usize,
+        drives: usize,
+        constant: &dyn Fn(usize) -> Option<f64>,
+        algebra: impl for<'t> FnOnce(
+            &EveryPiece<'t>,
+            &[Node<'t>],
+            &[Node<'t>],
+            &[Node<'t>],
+            &mut [Node<'t>],
+        ) -> Vec<Contact<Node<'t>>>,
+    ) -> Self {
+        let recording = Recording::new(dof, drives);
+        let input = |slot: usize| Node::recorded(&recording, recording.input(slot));
+        let drive = |d: usize| constant(d).map_or_else(|| input(2 * dof + d), Node::from);
+        let q: Vec<Node<'_>> = (0..dof).map(input).collect();
+        let v: Vec<Node<'_>> = (dof..2 * dof).map(input).collect();
+        let u: Vec<Node<'_>> = (0..drives).map(drive).collect();
+        let mut a = vec![Node::from(0.0); dof];
+        let contacts = algebra(&EveryPiece(&recording), &u, &q, &v, &mut a);
+        let accelerations = a.iter().map(|a| a.form(&recording)).collect();
+        let finite = |edge: Node<'_>| edge.constant().is_none_or(f64::is_finite);
+        let distances = contacts.iter().map(|c| {
+            [(c.lower, c.deflection - c.lower), (c.upper, c.upper - c.deflection)]
+                .map(|(edge, distance)| finite(edge).then(|| distance.form(&recording)))
+        });
+        let distances = distances.collect();
+        Recorded(recording.finish(accelerations, distances))
+    }
+
     /// Number of degrees of freedom.
     pub fn dof(&self) -> usize {
         self.0.dof

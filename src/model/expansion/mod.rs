@@ -1,4 +1,5 @@
 //! What a model offers to [`Taylor`](crate::Taylor): its algebra as a tape, its drives as series.
 
+pub(crate) mod every_piece;
 pub(crate) mod expand;
 pub(crate) mod machine_tape;

@@ -39,8 +39,16 @@ const SHORT: usize = 2;
 
 impl Prepared {
     /// # Errors
-    /// [`IntegrateError::NoSeries`].
+    /// [`IntegrateError::NoSeries`], [`IntegrateError::DriveWithoutSeries`].
     pub(crate) fn new(model: &dyn Model) -> Result<Self, IntegrateError> {
+        Prepared::with(model, |tape| tape)
+    }
+
+    /// The tape that `change` makes of the one of the model.
+    ///
+    /// # Errors
+    /// Those of [`new`](Prepared::new).
+    pub(crate) fn with(model: &dyn Model, change: impl FnOnce(Tape) -> Tape) -> Result<Self, IntegrateError> {
         let expanded = expanded(model)?;
         let recorded = expanded.record(&|_| false);
         if let Some(what) = recorded.0.kink() {
@@ -48,8 +56,17 @@ impl Prepared {
         }
         let mut series = vec![Series::from(0.0); model.drives()];
         expanded.drive_series(0.0, SHORT, &mut series);
-        let (tape, moving) = (recorded.0, moving(&series).collect::<Vec<bool>>());
-        Ok(Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving })
+        let (tape, moving) = (change(recorded.0), moving(&series).collect::<Vec<bool>>());
+        let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving };
+        prepared.refusal().map_or(Ok(prepared), Err)
+    }
+
+    /// The error for a drive that is needed and has no series.
+    fn refusal(&self) -> Option<IntegrateError> {
+        self.c.plan.drives.iter().find_map(|&(drive, _)| {
+            let what = self.series[drive].refusal()?;
+            Some(IntegrateError::DriveWithoutSeries { drive, what })
+        })
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -173,13 +190,13 @@ impl<'r> Run<'r> {
     fn expand(&mut self) -> Result<(), IntegrateError> {
         self.expanded.redrive_series(self.e.t, self.degree + 1, &mut self.prepared.series);
         self.valid = f64::INFINITY;
+        if let Some(refusal) = self.prepared.refusal() {
+            return Err(refusal);
+        }
         let Prepared { c, series, moving, .. } = &*self.prepared;
         let mut woken = false;
         for &(drive, _) in &c.plan.drives {
             woken |= series[drive].coefficients().len() > 1 && !moving[drive];
-            if let Some(what) = series[drive].refusal() {
-                return Err(IntegrateError::DriveWithoutSeries { drive, what });
-            }
             self.valid = self.valid.min(series[drive].until());
         }
         if woken {

@@ -161,7 +161,7 @@ impl Plan {
             .collect();
         // If all distances are operands of the first level, they are computed there.
         let operands: Option<Vec<Edge>> = forms.iter().map(|form| made.first()?.edge(tape, *form)).collect();
-        let own = operands.is_none();
+        let own = operands.is_none() || forms.is_empty();
         let level = |slot: u32| level_of[slot as usize];
         let deepest = forms.iter().flat_map(|(.., form)| &form.terms).map(|&(slot, _)| level(slot)).max();
         let edges = operands.unwrap_or_else(|| {

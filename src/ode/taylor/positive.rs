@@ -14,9 +14,6 @@ pub(super) struct Polynomial {
 const SHORTEST: f64 = 1e-13;
 
 impl Polynomial {
-    pub(super) fn at(&self, s: f64) -> f64 {
-        self.with_slope(s).0
-    }
     /// Value and derivative.
     pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
         let (mut value, mut slope) = (0.0, 0.0);

@@ -107,10 +107,6 @@ impl Rows {
         first..self.runs.len()
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
-    }
-
     /// Reads each column from the one that `actual` gives for it.
     pub(super) fn redirect(&mut self, actual: &[u32]) {
         for run in &mut self.runs {

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model};
+use crate::model::expansion::expand::Expand;
 use crate::model::offers::Offers;
 use std::cell::RefCell;
 
@@ -190,6 +191,9 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
+    }
+    fn expand(&self) -> Option<&dyn Expand> {
+        if self.own { self.model.expand() } else { None }
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, q, v)

@@ -1,6 +1,7 @@
 //! The flow and its derivative with respect to the start.
 
 pub(crate) mod continued;
+pub(crate) mod flow_method;
 pub(crate) mod impact;
 pub(crate) mod motion_size;
 pub(crate) mod rebound;

@@ -4,16 +4,23 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
+use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
+use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::Saltation;
+use crate::series::Series;
+use crate::tape::recording::Recording;
+use crate::tape::tangent::tangent;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
@@ -29,15 +36,16 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     /// Sizes of coordinates and velocities.
     pub(crate) scale: &'m [f64],
     slopes: RefCell<Slopes<'m, M>>,
+    expansion: &'m Expansion,
 }
 
 /// Tolerance of the differences over the tolerance of the motion `[1]`. The noise of the slopes replaces it
 /// where that is larger.
 const COLUMNS: f64 = 10.0;
 
-/// Chooses the solver for a state and its first step (0: free), and the sizes of the differences up to which
-/// its tolerances are valid (empty: all sizes).
-type Choose<'c> = dyn FnMut(&State, f64) -> (Dop853, Vec<f64>) + 'c;
+/// Returns the absolute tolerances for a state, and the sizes of the differences up to which they are valid
+/// (empty: all sizes).
+type Choose<'c> = dyn FnMut(&State) -> (Vec<f64>, Vec<f64>) + 'c;
 
 /// Growth of a difference after which its tolerance is adapted `[1]`.
 const GROWTH: f64 = 10.0;
@@ -54,20 +62,21 @@ pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
 }
 
 impl<'m, M: Model + ?Sized> Tangent<'m, M> {
-    pub(crate) fn new(model: &'m M, columns: usize, scale: &'m [f64], tolerance: f64) -> Self {
+    pub(crate) fn new(
+        model: &'m M,
+        columns: usize,
+        scale: &'m [f64],
+        tolerance: f64,
+        expansion: &'m Expansion,
+    ) -> Self {
         let n = model.dof();
         let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
-        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes }
+        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes, expansion }
     }
 
-    /// Solver with the given tolerance of the motion, as a share of `scale` but not below rounding. The
-    /// tolerance of the differences is ten times larger.
-    pub(crate) fn solver(&self, tolerance: f64, start: &State) -> Dop853 {
-        self.solver_for(tolerance, start, &vec![1.0; self.columns])
-    }
-
-    /// [`solver`](Tangent::solver) with tolerances of the differences relative to their current sizes.
-    fn solver_for(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Dop853 {
+    /// Absolute tolerances from the tolerance of the motion, as a share of `scale` but not below rounding.
+    /// The tolerance of the differences is ten times larger, relative to their sizes.
+    fn tolerances(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Vec<f64> {
         // The error norm is a mean over all components. The factor prevents small errors of the differences
         // from hiding an error of the motion.
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
@@ -80,7 +89,29 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
                 .collect()
         };
         let (q, v) = self.scale.split_at(self.n);
-        Dop853::new().rtol(NONE).atol_each(&[half(&start.q, q), half(&start.v, v)].concat())
+        [half(&start.q, q), half(&start.v, v)].concat()
+    }
+
+    /// Integrates with absolute tolerances. `first`: the first step; 0 if it is free.
+    fn integrate(
+        &self,
+        atol: &[f64],
+        first: f64,
+        start: &State,
+        t_end: f64,
+        observer: &mut Interrupter<'_, '_, M>,
+    ) -> Result<Finish, IntegrateError> {
+        match &self.expansion.0 {
+            Some(prepared) => {
+                let settings = Taylor::new().rtol(NONE).atol_each(atol);
+                prepared.borrow_mut().run(&settings, &self, start, t_end, observer)
+            }
+            None => {
+                let solver = Dop853::new().rtol(NONE).atol_each(atol);
+                let solver = if first > 0.0 { solver.first_step(first) } else { solver };
+                solver.run(self, start, t_end, observer)
+            }
+        }
     }
 
     /// Largest component of difference k, in units of `scale`.
@@ -119,16 +150,18 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         State::new(state.t, &state.q[..self.n], &state.v[..self.n])
     }
 
-    /// Runs to `t_end` with one solver. Returns the state and the number of crossings. If the budget is
+    /// Runs to `t_end` with fixed tolerances. Returns the state and the number of crossings. If the budget is
     /// spent, the state is the last one reached.
     pub(crate) fn run_metered(
         &self,
-        solver: &Dop853,
+        tolerance: f64,
         start: State,
         t_end: f64,
         meter: Option<&Meter<'_>>,
     ) -> Result<(State, u64), IntegrateError> {
-        self.follow(start, t_end, meter, &mut |_, _| (solver.clone(), Vec::new()))
+        // The tolerances depend on the state: they are not below the rounding error of the motion.
+        let atol = self.tolerances(tolerance, &start, &vec![1.0; self.columns]);
+        self.follow(start, t_end, meter, &mut |_| (atol.clone(), Vec::new()))
     }
 
     /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
@@ -140,12 +173,10 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         t_end: f64,
         meter: &Meter<'_>,
     ) -> Result<(State, u64), IntegrateError> {
-        let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state, step| {
+        let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state| {
             let sizes: Vec<f64> =
                 (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
-            let solver = self.solver_for(tolerance, state, &sizes);
-            let solver = if step > 0.0 { solver.first_step(step) } else { solver };
-            (solver, sizes.iter().map(|size| GROWTH * size).collect())
+            (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
         })?;
         match meter.exhausted() {
             Some(exhausted) => Err(IntegrateError::Budget { t: state.t, exhausted }),
@@ -153,13 +184,13 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         }
     }
 
-    /// Runs to `t_end`. `solver` chooses the solver at the start and after every interruption.
+    /// Runs to `t_end`. `choose` returns the tolerances at the start and after every interruption.
     fn follow(
         &self,
         start: State,
         t_end: f64,
         meter: Option<&Meter<'_>>,
-        solver: &mut Choose<'_>,
+        choose: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut interrupter = Interrupter {
@@ -172,10 +203,11 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         };
         interrupter.saltation.begin(&mut state);
         for _ in 0..RESTARTS {
-            let (solver, serves) = solver(&state, step);
+            let (atol, serves) = choose(&state);
             interrupter.serves = serves;
-            let finish =
-                solver.run(self, &state, t_end, &mut interrupter).map_err(|error| self.explain(error))?;
+            let finish = self
+                .integrate(&atol, step, &state, t_end, &mut interrupter)
+                .map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;
             match interrupter.stop {
@@ -264,6 +296,9 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, &q[..self.n], &v[..self.n], out);
     }
+    fn expand(&self) -> Option<&dyn Expand> {
+        Some(self)
+    }
     /// The impact of the motion alone; [`Saltation`] computes the jump of the differences.
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
@@ -271,6 +306,25 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.evaluate(Some(pieces), u, q, v, a)
+    }
+}
+
+impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
+    fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
+        match self.model.expand() {
+            Some(expanded) => Recorded(tangent(&expanded.record(moving).0, self.columns)),
+            None => Recorded(Recording::new(self.dof(), self.drives()).finish(Vec::new(), Vec::new())),
+        }
+    }
+    fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        if let Some(expanded) = self.model.expand() {
+            expanded.drive_series(t, coefficients, u);
+        }
+    }
+    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+        if let Some(expanded) = self.model.expand() {
+            expanded.redrive_series(t, coefficients, u);
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::motion_size::{Rounding, Sizes};
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
@@ -35,6 +36,7 @@ use std::ops::ControlFlow;
 pub struct Variation {
     tolerance: f64,
     budget: Budget,
+    method: Option<FlowMethod>,
 }
 
 impl Default for Variation {
@@ -44,9 +46,9 @@ impl Default for Variation {
 }
 
 impl Variation {
-    /// Defaults: tolerance 1e-12, the default [`Budget`].
+    /// Defaults: tolerance 1e-12, the default [`Budget`], the method by the model.
     pub fn new() -> Self {
-        Variation { tolerance: 1e-12, budget: Budget::new() }
+        Variation { tolerance: 1e-12, budget: Budget::new(), method: None }
     }
     /// Local error of the motion, as a share of the range of each coordinate and velocity `[1]`, in [1e-16,
     /// 1). Default: 1e-12. The rounding error of the terms replaces it where that is larger.
@@ -54,6 +56,10 @@ impl Variation {
     /// The local error of the derivative is ten times larger, as a share of the current size of each column.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Variation { tolerance, ..self }
+    }
+    /// The method. Default: Taylor series for a model that can be expanded, DOP853 for any other.
+    pub fn flow_method(self, method: FlowMethod) -> Self {
+        Variation { method: Some(method), ..self }
     }
     /// Maximum number of steps and maximum time of a run.
     pub fn budget(self, budget: Budget) -> Self {
@@ -86,8 +92,10 @@ impl Variation {
         metered(&coarse(start), model, start, t_end, &mut (&mut sizes, &mut rounding), &meter)?;
         sizes.see(start.t, &start.q, &start.v);
         let scale = rounding.units(&sizes.ranges(), self.tolerance);
-        let (state, scaled, crossings) = transition(model, &scale, self.tolerance, start, t_end, &meter)?;
-        Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings })
+        let expansion = Expansion::new(model, scale.len(), self.method)?;
+        let flow = Tangent::new(model, scale.len(), &scale, self.tolerance, &expansion);
+        let (state, scaled, crossings) = transition(&flow, self.tolerance, start, t_end, &meter)?;
+        Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings, method: expansion.method() })
     }
 }
 
@@ -108,6 +116,8 @@ pub struct Transition {
     pub matrix: DMatrix<f64>,
     /// Number of tooth edges crossed.
     pub crossings: u64,
+    /// The method of the integration.
+    pub method: FlowMethod,
 }
 
 /// The solver of the coarse run that measures the ranges of motion.
@@ -145,14 +155,13 @@ pub(crate) fn metered<M: Model + ?Sized>(
 /// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)), and the number of
 /// crossings.
 pub(crate) fn transition<M: Model + ?Sized>(
-    model: &M,
-    scale: &[f64],
+    tangent: &Tangent<'_, M>,
     tolerance: f64,
     start: &State,
     t_end: f64,
     meter: &Meter<'_>,
 ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
-    let tangent = Tangent::new(model, scale.len(), scale, tolerance);
+    let scale = tangent.scale;
     let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter)?;
     let matrix = DMatrix::from_fn(scale.len(), scale.len(), |i, k| tangent.scaled(&end, i, k));
     Ok((tangent.motion(&end), matrix, crossings))

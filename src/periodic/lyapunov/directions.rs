@@ -70,9 +70,7 @@ impl Flow<'_, '_> {
             let share = (-f64::from(self.halvings)).exp2();
             let next = done + share;
             let end = if next < 1.0 { from + (until - from) * next } else { until };
-            // The tolerance depends on the state: it is not below the rounding error of the motion.
-            let solver = self.tangent.solver(self.tolerance, all);
-            let ahead = self.tangent.run_metered(&solver, all.clone(), end, Some(self.meter))?.0;
+            let ahead = self.tangent.run_metered(self.tolerance, all.clone(), end, Some(self.meter))?.0;
             self.meter.left()?;
             let least = self.directions.measure(&ahead);
             if least.1 >= LEAST || (least.1 > 0.0 && self.halvings == HALVINGS) {

@@ -4,6 +4,7 @@ use crate::error::ParameterError;
 use crate::model::equations::State;
 use crate::ode::budget::Exhausted;
 use crate::ode::integrate_error::IntegrateError;
+use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::lyapunov::growth::Growth;
 use thiserror::Error;
 
@@ -25,6 +26,7 @@ pub struct Exponents {
     /// Standard error per period caused by the flow; the minimum of the standard error.
     pub(crate) floor: f64,
     pub(crate) state: State,
+    pub(crate) method: FlowMethod,
 }
 
 impl Exponents {
@@ -34,6 +36,10 @@ impl Exponents {
         self
     }
 
+    /// The method of the integration.
+    pub fn flow_method(&self) -> FlowMethod {
+        self.method
+    }
     /// λ per unit of time, the largest first.
     pub fn values(&self) -> Vec<f64> {
         self.per_period().iter().map(|l| l / self.span).collect()

@@ -6,6 +6,7 @@ use crate::model::rigid::rigid_modes;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrator::Integrator;
 use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::motion_size::Sizes;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse;
@@ -54,6 +55,7 @@ pub struct Lyapunov {
     periods: usize,
     renormalisations: usize,
     tolerance: f64,
+    method: Option<FlowMethod>,
     #[cfg_attr(feature = "serde", serde(skip))]
     budget: Budget,
 }
@@ -75,6 +77,7 @@ impl Lyapunov {
             periods: 200,
             renormalisations: 16,
             tolerance: 1e-9,
+            method: None,
             budget: Budget::new(),
         }
     }
@@ -101,6 +104,11 @@ impl Lyapunov {
     /// Local error of the flow, as a share of the range of each coordinate and velocity `[1]`. Default: 1e-9.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Lyapunov { tolerance, ..self }
+    }
+    /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
+    /// any other.
+    pub fn flow_method(self, method: FlowMethod) -> Self {
+        Lyapunov { method: Some(method), ..self }
     }
     /// Maximum number of steps and maximum time of one call, settling included.
     pub fn budget(self, budget: Budget) -> Self {
@@ -158,13 +166,19 @@ impl Lyapunov {
             grown: vec![Growth::new(self.renormalisations); count],
             floor: 0.0,
             state: start.clone(),
+            method: FlowMethod::Dop853,
         };
         let mut sizes = Sizes::new(model.dof(), &rigid_modes(model, span));
         if let Err(failure) = self.settle_down(model, span, &mut sizes, &mut exponents.state, &meter) {
             return Err(failure.with(exponents));
         }
         let scale = sizes.ranges();
-        let tangent = Tangent::new(model, count, &scale, self.tolerance);
+        let expansion = match Expansion::new(model, count, self.method) {
+            Ok(expansion) => expansion,
+            Err(error) => return Err(Failure::from(error).with(exponents)),
+        };
+        exponents.method = expansion.method();
+        let tangent = Tangent::new(model, count, &scale, self.tolerance, &expansion);
         exponents.floor = FLOOR * self.tolerance;
         let mut flow = Flow {
             tangent: &tangent,

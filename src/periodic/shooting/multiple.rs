@@ -4,6 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
+use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
@@ -47,6 +48,7 @@ pub struct Shooting {
     tolerance: f64,
     flow_tolerance: f64,
     max_iterations: usize,
+    method: Option<FlowMethod>,
     budget: Budget,
 }
 
@@ -79,6 +81,7 @@ impl Shooting {
             tolerance: 1e-12,
             flow_tolerance: 1e-13,
             max_iterations: 40,
+            method: None,
             budget: Budget::new(),
         }
     }
@@ -106,6 +109,11 @@ impl Shooting {
     /// error of a component replaces it where that is larger.
     pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
         Shooting { flow_tolerance, ..self }
+    }
+    /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
+    /// any other.
+    pub fn flow_method(self, method: FlowMethod) -> Self {
+        Shooting { method: Some(method), ..self }
     }
     /// Maximum number of Newton iterations. Default: 40.
     pub fn max_iterations(self, max_iterations: usize) -> Self {
@@ -191,7 +199,13 @@ impl Shooting {
         guess: Guess,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end);
+        let expansion =
+            Expansion::new(model, 2 * model.dof(), self.method).map_err(|error| ShootingError::Flow {
+                segment: 0,
+                error,
+                last: Iterate { states: guess.states.clone(), corrections: Vec::new() },
+            })?;
+        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, expansion);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));
         let fail = |states: &[State], corrections: &[f64]| Iterate {

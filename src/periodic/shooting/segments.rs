@@ -4,6 +4,8 @@ use crate::model::equations::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
+use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::transition;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -20,6 +22,7 @@ pub(crate) struct Segments<'m, M: ?Sized> {
     /// Rigid modes in units of `range`, orthonormal.
     rigid_of_range: DMatrix<f64>,
     end: f64,
+    expansion: Expansion,
 }
 
 /// Result of one integration over all segments; transitions, defects and slack in units of `scale`.
@@ -33,11 +36,20 @@ pub(crate) struct Round {
 }
 
 impl<'m, M: Model + ?Sized> Segments<'m, M> {
-    pub(crate) fn new(model: &'m M, [scale, range]: [Vec<f64>; 2], modes: &[Vec<f64>], end: f64) -> Self {
+    pub(crate) fn new(
+        model: &'m M,
+        [scale, range]: [Vec<f64>; 2],
+        modes: &[Vec<f64>],
+        end: f64,
+        expansion: Expansion,
+    ) -> Self {
         let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
-        Segments { model, scale, range, rigid, rigid_of_range, end }
+        Segments { model, scale, range, rigid, rigid_of_range, end, expansion }
     }
 
+    pub(crate) fn method(&self) -> FlowMethod {
+        self.expansion.method()
+    }
     pub(crate) fn scale(&self) -> &[f64] {
         &self.scale
     }
@@ -64,10 +76,11 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) =
             (Vec::with_capacity(count), Vec::with_capacity(count), 0);
+        let flow = Tangent::new(self.model, self.scale.len(), &self.scale, tolerance, &self.expansion);
         for (i, state) in states.iter().enumerate() {
             let next = states.get(i + 1).unwrap_or(&states[0]);
             let until = if i + 1 < count { next.t } else { self.end };
-            match transition(self.model, &self.scale, tolerance, state, until, meter) {
+            match transition(&flow, tolerance, state, until, meter) {
                 Ok((end, matrix, crossed)) => {
                     crossings += crossed;
                     transitions.push(matrix);

@@ -7,6 +7,7 @@ use crate::ode::methods::dop853::Dop853;
 use crate::ode::outcome::Stats;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::tangent::{NONE, finest};
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::{Multipliers, Stability};
@@ -45,6 +46,7 @@ pub struct ShootingOrbit {
     pub(crate) corrections: Vec<f64>,
     pub(crate) crossings: u64,
     pub(crate) flow: f64,
+    pub(crate) method: FlowMethod,
 }
 
 /// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
@@ -88,6 +90,7 @@ impl ShootingOrbit {
             flow,
             states: round.states.clone(),
             corrections: corrections.clone(),
+            method: segments.method(),
         };
         for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
             let start = &cycle.states[0];
@@ -149,6 +152,10 @@ impl ShootingOrbit {
     /// error of the guess.
     pub fn first_correction(&self) -> f64 {
         self.first
+    }
+    /// The method by which the orbit and its multipliers were integrated.
+    pub fn flow_method(&self) -> FlowMethod {
+        self.method
     }
     /// The Newton correction of each iteration, before damping: the largest one among the coordinates and
     /// velocities of all nodes, without rigid motion, as a share of its [`range`](ShootingOrbit::range) in

@@ -1,0 +1,78 @@
+//! Contact laws recorded on all their pieces.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::piece::Piece;
+use crate::contact::piece_choice::{FixedPieces, PieceChoice};
+use crate::tape::node::Node;
+use crate::tape::recording::Recording;
+use crate::tape::tape::Guard;
+
+/// All pieces, in the order in which a choice counts them.
+const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];
+
+/// Evaluation of contact laws on all their pieces, for a recording. The pieces of a run choose among them.
+///
+/// ```
+/// use gear_dynamics::contact::{Contact, Piece};
+/// use gear_dynamics::model::{Node, Recorded};
+/// // q'' = -f(q): a wall at q = 1 with the force q - 1.
+/// let recorded = Recorded::of(1, 0, &|_| None, |every, _, q, _, a| {
+///     let force = every.choice(0, 1, |pieces| match pieces {
+///         [Piece::Upper] => q[0] - Node::from(1.0),
+///         _ => Node::from(0.0),
+///     });
+///     a[0] = -force;
+///     let lower = Node::from(f64::NEG_INFINITY);
+///     vec![Contact { deflection: q[0], lower, upper: 1.0.into(), ..Contact::default() }]
+/// });
+/// assert_eq!(recorded.dof(), 1);
+/// ```
+#[derive(Debug)]
+pub struct EveryPiece<'t>(pub(super) &'t Recording);
+
+impl<'t> EveryPiece<'t> {
+    /// Records what `on` returns for each combination of the pieces of `count` contacts from `contact` on.
+    pub fn choice(&self, contact: usize, count: usize, mut on: impl FnMut(&[Piece]) -> Node<'t>) -> Node<'t> {
+        let mut pieces = vec![Piece::Lower; count];
+        let forms = (0..3usize.pow(count as u32)).map(|alternative| {
+            let mut rest = alternative;
+            for piece in &mut pieces {
+                *piece = PIECES[rest % 3];
+                rest /= 3;
+            }
+            let guard = Guard { contact, count, alternative };
+            self.0.guarded(Some(guard), || on(&pieces)).form(self.0)
+        });
+        let forms = forms.collect();
+        Node::recorded(self.0, self.0.choice(contact, count, forms))
+    }
+}
+
+impl<'t> PieceChoice<Node<'t>> for EveryPiece<'t> {
+    fn force<N: Nonlinearity>(
+        &self,
+        i: usize,
+        law: &N,
+        x: Node<'t>,
+        rate: Node<'t>,
+        lower: Node<'t>,
+        upper: Node<'t>,
+    ) -> Node<'t> {
+        self.choice(i, 1, |pieces| FixedPieces(pieces).force(0, law, x, rate, lower, upper))
+    }
+    fn force_of_switches<N: Nonlinearity>(
+        &self,
+        i: usize,
+        law: &N,
+        x: Node<'t>,
+        rate: Node<'t>,
+        lower: Node<'t>,
+        upper: Node<'t>,
+    ) -> Node<'t> {
+        let all = law.switches();
+        self.choice(i, all, |pieces| FixedPieces(pieces).force_of_switches(0, law, x, rate, lower, upper))
+    }
+    fn touch(&self, i: usize, x: Node<'t>, lower: Node<'t>, upper: Node<'t>) -> Node<'t> {
+        self.choice(i, 1, |pieces| FixedPieces(pieces).touch(0, x, lower, upper))
+    }
+}

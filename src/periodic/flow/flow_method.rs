@@ -1,0 +1,70 @@
+//! The method by which a flow and its derivative are integrated.
+
+use crate::model::equations::Model;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::taylor::integrate::Prepared;
+use crate::tape::tangent::tangent;
+use std::cell::RefCell;
+use std::fmt;
+
+/// The method by which [`Variation`](crate::periodic::Variation), [`Shooting`](crate::Shooting) and
+/// [`Lyapunov`](crate::Lyapunov) integrate a motion with its derivatives.
+///
+/// Default: [`Taylor`](FlowMethod::Taylor) for a model that can be expanded, [`Dop853`](FlowMethod::Dop853)
+/// for any other. The result says which one was used.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, periodic::{FlowMethod, Variation}};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let start = pair.static_start()?;
+/// let taylor = Variation::new().run(&pair, &start, 10.0)?;
+/// let dop853 = Variation::new().flow_method(FlowMethod::Dop853).run(&pair, &start, 10.0)?;
+/// assert_eq!((taylor.method, dop853.method), (FlowMethod::Taylor, FlowMethod::Dop853));
+/// assert!((taylor.matrix - dop853.matrix).amax() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum FlowMethod {
+    /// Taylor series, as [`Taylor`](crate::Taylor).
+    Taylor,
+    /// The Runge-Kutta method of [`Dop853`](crate::Dop853).
+    Dop853,
+}
+
+impl fmt::Display for FlowMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            FlowMethod::Taylor => "Taylor series",
+            FlowMethod::Dop853 => "DOP853",
+        })
+    }
+}
+
+/// The tape of a model with its derivatives, if the flow is integrated by Taylor series.
+pub(crate) struct Expansion(pub(crate) Option<RefCell<Prepared>>);
+
+impl Expansion {
+    /// The expansion for a number of differences. `wanted`: the method, if it is not chosen by the model.
+    ///
+    /// # Errors
+    /// [`IntegrateError::NoSeries`] and [`IntegrateError::DriveWithoutSeries`] if `wanted` is Taylor.
+    pub(crate) fn new(
+        model: &dyn Model,
+        columns: usize,
+        wanted: Option<FlowMethod>,
+    ) -> Result<Self, IntegrateError> {
+        if wanted == Some(FlowMethod::Dop853) {
+            return Ok(Expansion(None));
+        }
+        match (Prepared::with(model, |tape| tangent(&tape, columns)), wanted) {
+            (Ok(prepared), _) => Ok(Expansion(Some(RefCell::new(prepared)))),
+            (Err(error), Some(_)) => Err(error),
+            (Err(_), None) => Ok(Expansion(None)),
+        }
+    }
+
+    pub(crate) fn method(&self) -> FlowMethod {
+        if self.0.is_some() { FlowMethod::Taylor } else { FlowMethod::Dop853 }
+    }
+}
