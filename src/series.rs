@@ -79,6 +79,18 @@ impl Series {
         self.c[0] = value;
         self
     }
+    /// Makes the series a constant. It writes only the coefficients that are not 0.
+    pub(crate) fn set_constant(&mut self, value: f64) {
+        self.c[1..self.len].fill(0.0);
+        self.c[0] = value;
+        (self.len, self.full, self.until, self.refusal) = (1, 1, f64::INFINITY, None);
+    }
+    /// Sets the first `len` coefficients; all further ones are 0.
+    pub(crate) fn set(&mut self, coefficients: &[f64], len: usize) {
+        self.c[len..].fill(0.0);
+        self.c[..len].copy_from_slice(&coefficients[..len]);
+        (self.len, self.full, self.until, self.refusal) = (len, len, f64::INFINITY, None);
+    }
     /// The series with the coefficients that `next` returns one after the other.
     pub(crate) fn from_coefficients(of: &Series, mut next: impl FnMut(usize) -> f64) -> Self {
         let mut series = of.like(of.full);

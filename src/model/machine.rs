@@ -9,11 +9,13 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use crate::model::expansion::wave_table::WaveTable;
 use crate::model::jacobian::dual_jacobian;
 use crate::model::shape::{Drives, Shape, Size};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
+use std::sync::OnceLock;
 
 /// A model that consists of a [`Shape`] and the values of its constants.
 ///
@@ -45,6 +47,8 @@ pub struct Machine<G> {
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
+    /// The waves as Fourier series, made when they are first needed.
+    table: OnceLock<Option<WaveTable>>,
 }
 
 /// Prints the constants with their names.
@@ -92,7 +96,7 @@ impl<G: Shape> Machine<G> {
             return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
         }
         let mut constants = vec![f64::NAN; names.len()];
-        let fixed = Arc::new(Fixed { shape, names });
+        let fixed = Arc::new(Fixed { shape, names, table: OnceLock::new() });
         for &(name, value) in given {
             let place = fixed.place(name)?;
             if !constants[place].is_nan() {
@@ -124,7 +128,7 @@ impl<G: Shape> Machine<G> {
     /// A machine with the same constants and another shape. The constants are not prepared again.
     pub(crate) fn reshaped(self, shape: G) -> Self {
         let names = shape.constants();
-        Machine { fixed: Arc::new(Fixed { shape, names }), ..self }
+        Machine { fixed: Arc::new(Fixed { shape, names, table: OnceLock::new() }), ..self }
     }
 
     /// The same machine with its constants checked and prepared.
@@ -178,6 +182,10 @@ impl<G: Shape> Machine<G> {
     /// Constants as the algebra reads them, from [`Shape::prepare`]; the first one is φ'.
     pub fn prepared_constants(&self) -> &[f64] {
         &self.prepared
+    }
+    /// The waves as Fourier series; `None` if the shape has edges or waves whose harmonics do not decay.
+    pub(crate) fn wave_table(&self) -> Option<&WaveTable> {
+        self.fixed.table.get_or_init(|| WaveTable::of(self.shape())).as_ref()
     }
     /// The shape.
     #[inline(always)]

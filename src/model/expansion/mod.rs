@@ -3,3 +3,4 @@
 pub(crate) mod every_piece;
 pub(crate) mod expand;
 pub(crate) mod machine_tape;
+pub(crate) mod wave_table;

@@ -137,31 +137,10 @@ impl Coefficients {
 
     /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
     pub(super) fn at(&self, s: f64, y: &mut [f64]) {
+        let half = self.plan.half;
         let (q, v) = y.split_at_mut(self.plan.dof);
-        self.arch.dispatch(|| {
-            for (part, first) in [(q, 0), (v, self.plan.half)] {
-                for (k, out) in part.chunks_mut(EIGHT).enumerate() {
-                    let values = self.sum(0, first + k, s, |c| c);
-                    out.copy_from_slice(&values[..out.len()]);
-                }
-            }
-        });
-    }
-
-    /// Σ_(n>=first) term(c_n) sⁿ⁻ᶠⁱʳˢᵗ of a block of columns.
-    #[inline(always)]
-    fn sum(&self, first: usize, block: usize, s: f64, term: impl Fn(f64) -> f64) -> Eight {
-        let (width, square) = (self.plan.width, s * s);
-        // Even and odd orders apart: two sums that do not wait for one another.
-        let mut sums = [[0.0; EIGHT]; 2];
-        for n in (first..=self.degree).rev() {
-            let (sum, c) = (&mut sums[(n - first) % 2], &self.x[n * width + block]);
-            for l in 0..EIGHT {
-                sum[l] = sum[l] * square + term(c[l]);
-            }
-        }
-        let [even, odd] = sums;
-        std::array::from_fn(|l| even[l] + s * odd[l])
+        self.arch.dispatch(Values::<false> { c: self, first: 0, s, out: q });
+        self.arch.dispatch(Values::<false> { c: self, first: half, s, out: v });
     }
 
     /// The accelerations of the polynomials at the time `s` after the start of the step.
@@ -174,12 +153,50 @@ impl Coefficients {
 
     /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
     pub(super) fn ranges(&self, h: f64, ranges: &mut [f64]) {
-        self.arch.dispatch(|| {
-            for (k, out) in ranges.chunks_mut(EIGHT).enumerate() {
-                let values = self.sum(1, self.plan.distances + k, h, f64::abs);
-                out.iter_mut().zip(values).for_each(|(out, value)| *out = h * value);
+        self.arch.dispatch(Values::<true> { c: self, first: self.plan.distances, s: h, out: ranges });
+    }
+}
+
+/// Σ c_n sⁿ of the columns from block `first` on; with `RANGE` Σ_(n>=1) |c_n| sⁿ.
+struct Values<'v, const RANGE: bool> {
+    c: &'v Coefficients,
+    first: usize,
+    s: f64,
+    out: &'v mut [f64],
+}
+
+impl<const RANGE: bool> pulp::WithSimd for Values<'_, RANGE> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Values { c, first, s, out } = self;
+        let (width, square, lowest) = (c.plan.width, s * s, usize::from(RANGE));
+        for (k, out) in out.chunks_mut(EIGHT).enumerate() {
+            // Even and odd orders apart: two sums that do not wait for one another.
+            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
+            let mut n = c.degree + 1;
+            if (n - lowest) % 2 == 1 {
+                n -= 1;
+                add_order::<RANGE>(&mut even, square, &c.x[n * width + first + k]);
             }
-        });
+            while n > lowest {
+                add_order::<RANGE>(&mut odd, square, &c.x[(n - 1) * width + first + k]);
+                add_order::<RANGE>(&mut even, square, &c.x[(n - 2) * width + first + k]);
+                n -= 2;
+            }
+            for (l, out) in out.iter_mut().enumerate() {
+                let value = even[l] + s * odd[l];
+                *out = if RANGE { s * value } else { value };
+            }
+        }
+    }
+}
+
+/// sum <- sum factor + c, or + |c|.
+#[inline(always)]
+fn add_order<const RANGE: bool>(sum: &mut Eight, factor: f64, c: &Eight) {
+    for l in 0..EIGHT {
+        sum[l] = sum[l] * factor + if RANGE { c[l].abs() } else { c[l] };
     }
 }
 

@@ -74,7 +74,7 @@ impl Taylor {
         self.tolerances.max = step;
         self
     }
-    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 12 at 1e-6 to 20
+    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 18 at 1e-6 to 24
     /// at 1e-12 and below.
     pub fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
@@ -94,7 +94,7 @@ impl Taylor {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
         let by_tolerance = || {
             let digits = -self.tolerances.rtol.clamp(1e-12, 1.0).log10();
-            ((4.0 + 4.0 / 3.0 * digits).round() as usize).max(8)
+            (12.0 + digits).round() as usize
         };
         let order = self.order.unwrap_or_else(by_tolerance);
         if !(RANGE[0]..=RANGE[1]).contains(&order) {

@@ -1,0 +1,205 @@
+//! The waves of a shape as Fourier series, sampled once, from which their Taylor series follow.
+
+use crate::excitation::side::Side;
+use crate::model::shape::Shape;
+use crate::numeric::spread::GOLDEN_POINTS;
+use crate::series::Series;
+use pulp::Arch;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Coefficients that are computed side by side, and the number of such blocks.
+const EIGHT: usize = 8;
+const BLOCKS: usize = Series::CAPACITY / EIGHT;
+
+type Coefficients = [[f64; EIGHT]; BLOCKS];
+
+/// Samples of one repetition: first and last attempt.
+const SAMPLES: [usize; 2] = [64, 4096];
+
+/// A harmonic below this number of the largest ones in the upper half of the spectrum is rounding.
+const ROUNDING: f64 = 2.0;
+
+/// Allowed share of the largest sample in the upper half of the spectrum `[1]`: above it the samples are too
+/// few.
+const TAIL: f64 = 1e-15;
+
+/// Allowed difference between series and wave at points between the samples, as a share of the largest sample
+/// `[1]`.
+const DIFFERENCE: f64 = 1e-14;
+
+/// Maximum number of harmonics of a wave, and of different orders of all waves.
+const HARMONICS: usize = 128;
+const ROOM: usize = 512;
+
+/// The waves of a shape without edges: f(φ) = mean + Σ a cos nφ + b sin nφ, exact to rounding.
+pub(crate) struct WaveTable {
+    /// All orders n, increasing, with ±n^k/k! for each k.
+    orders: Vec<(f64, Coefficients)>,
+    /// Mean of each wave, and its harmonics: index of the order, a and b.
+    waves: Vec<(f64, Vec<(usize, [f64; 2])>)>,
+    arch: Arch,
+}
+
+impl WaveTable {
+    /// The table of a shape; `None` if it has edges, or waves whose harmonics do not decay.
+    pub(crate) fn of<G: Shape>(shape: &G) -> Option<Self> {
+        let waves = shape.size().waves;
+        if shape.next_edge(0.0).is_some() {
+            return None;
+        }
+        let repeats = shape.repeats().max(1);
+        let mut count = SAMPLES[0];
+        while count <= SAMPLES[1] {
+            if let Some(table) = WaveTable::sampled(shape, waves, repeats, count) {
+                return table.agrees_with(shape, repeats).then_some(table);
+            }
+            count *= 2;
+        }
+        None
+    }
+
+    /// The table from `count` samples; `None` if they are too few.
+    fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32, count: usize) -> Option<Self> {
+        let mut samples = vec![vec![Complex64::default(); count]; waves];
+        let mut u = vec![0.0; waves];
+        for i in 0..count {
+            shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
+            samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = (*u).into());
+        }
+        let fft = FftPlanner::new().plan_fft_forward(count);
+        let mut orders: Vec<usize> = Vec::new();
+        let mut all = Vec::with_capacity(waves);
+        for samples in &mut samples {
+            let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.re.abs()));
+            if !largest.is_finite() {
+                return None;
+            }
+            let constant = samples.iter().all(|x| *x == samples[0]);
+            let first = samples[0].re;
+            fft.process(samples);
+            let size = |k: usize| samples[k].norm() / count as f64;
+            // The upper half of the spectrum is rounding, or shows that the samples are too few.
+            let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
+            if noise > TAIL * largest && !constant {
+                return None;
+            }
+            let least = ROUNDING * noise;
+            let own: Vec<usize> = (1..count / 4).filter(|&k| !constant && size(k) > least).collect();
+            orders.extend(&own);
+            let pair = |k: usize| [2.0 * samples[k].re / count as f64, -2.0 * samples[k].im / count as f64];
+            let mean = if constant { first } else { samples[0].re / count as f64 };
+            all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Vec<_>>()));
+        }
+        orders.sort_unstable();
+        orders.dedup();
+        if orders.len() > ROOM || all.iter().any(|(_, own)| own.len() > HARMONICS) {
+            return None;
+        }
+        for (_, own) in &mut all {
+            own.iter_mut().for_each(|(k, _)| *k = orders.partition_point(|order| order < k));
+        }
+        let weights = |k: &usize| {
+            let n = *k as f64 * f64::from(repeats);
+            let (mut weights, mut weight) = ([[0.0; EIGHT]; BLOCKS], 1.0);
+            for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
+                *out = if k % 4 < 2 { weight } else { -weight };
+                weight *= n / (k + 1) as f64;
+            }
+            (n, weights)
+        };
+        Some(WaveTable { orders: orders.iter().map(weights).collect(), waves: all, arch: Arch::new() })
+    }
+
+    /// Whether the series agree with the waves at points between the samples.
+    fn agrees_with<G: Shape>(&self, shape: &G, repeats: u32) -> bool {
+        let mut u = vec![0.0; self.waves.len()];
+        GOLDEN_POINTS.iter().all(|place| {
+            let angle = place * TAU / f64::from(repeats);
+            shape.waves(angle, Side::After, &mut u);
+            let turns = self.turns(angle);
+            self.waves.iter().zip(&u).all(|((mean, own), u)| {
+                let terms = own.iter().map(|&(i, [a, b])| a * turns[i].1 + b * turns[i].0);
+                let size = own.iter().fold(mean.abs(), |size, (_, [a, b])| size + a.abs() + b.abs());
+                (mean + terms.sum::<f64>() - u).abs() <= DIFFERENCE * size
+            })
+        })
+    }
+
+    /// sin nφ and cos nφ of all orders.
+    fn turns(&self, angle: f64) -> Vec<(f64, f64)> {
+        let mut turns = vec![(0.0, 0.0); self.orders.len()];
+        self.turn(angle, &mut turns);
+        turns
+    }
+    fn turn(&self, angle: f64, turns: &mut [(f64, f64)]) {
+        let first = self.orders.first().map_or(1.0, |(n, _)| *n);
+        let step = libm::sincos(first * angle);
+        let mut last = (0.0, step);
+        for ((n, _), turn) in self.orders.iter().zip(turns) {
+            let (before, (s, c)) = last;
+            // A neighbouring order by one rotation, any other by a sine and a cosine of its own.
+            *turn = match n - before {
+                ahead if ahead == first && before > 0.0 => (s * step.1 + c * step.0, c * step.1 - s * step.0),
+                _ => libm::sincos(n * angle),
+            };
+            last = (*n, *turn);
+        }
+    }
+
+    /// Writes the waves after the angle φ as series over time, at the constant speed φ'.
+    pub(crate) fn expand(&self, angle: f64, speed: f64, coefficients: usize, u: &mut [Series]) {
+        let mut turns = [(0.0, 0.0); ROOM];
+        let turns = &mut turns[..self.orders.len()];
+        self.turn(angle, turns);
+        self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, u });
+    }
+}
+
+/// The sums over the harmonics, compiled for the instructions of the processor.
+struct Expansion<'e> {
+    table: &'e WaveTable,
+    turns: &'e [(f64, f64)],
+    speed: f64,
+    coefficients: usize,
+    u: &'e mut [Series],
+}
+
+impl pulp::WithSimd for Expansion<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Expansion { table, turns, speed, coefficients, u } = self;
+        let mut powers = [[0.0; EIGHT]; BLOCKS];
+        let mut power = 1.0;
+        for out in powers.as_flattened_mut() {
+            *out = power;
+            power *= speed;
+        }
+        for ((mean, harmonics), u) in table.waves.iter().zip(u) {
+            if harmonics.is_empty() {
+                u.set_constant(*mean);
+                continue;
+            }
+            let mut sums = [[0.0; EIGHT]; BLOCKS];
+            for &(i, [a, b]) in harmonics {
+                let (s, c) = turns[i];
+                let (value, slope) = (a * c + b * s, b * c - a * s);
+                let pattern = [value, slope, value, slope, value, slope, value, slope];
+                for (sums, weights) in sums.iter_mut().zip(&table.orders[i].1) {
+                    for l in 0..EIGHT {
+                        sums[l] += pattern[l] * weights[l];
+                    }
+                }
+            }
+            sums[0][0] += mean;
+            for (sums, powers) in sums.iter_mut().zip(&powers) {
+                for l in 0..EIGHT {
+                    sums[l] *= powers[l];
+                }
+            }
+            u.set(sums.as_flattened(), coefficients);
+        }
+    }
+}
