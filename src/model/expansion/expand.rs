@@ -31,8 +31,9 @@ pub trait Expand {
     /// coefficients.
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]);
     /// Updates `u`, which contains the series after another instant. The implementation may skip drives that
-    /// never change. Default: [`drive_series`](Expand::drive_series).
-    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+    /// never change, and those that are not `needed`. Default: [`drive_series`](Expand::drive_series).
+    fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
+        let _ = needed;
         self.drive_series(t, coefficients, u);
     }
 }

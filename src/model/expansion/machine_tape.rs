@@ -23,12 +23,11 @@ impl<G: Shape> Expand for Machine<G> {
         let speed = self.speed();
         let angle = Series::variable(speed * t, speed, coefficients);
         self.drive_at(angle, Side::After, speed.into(), 0.0.into(), u);
-        self.redrive_series(t, coefficients, u);
     }
-    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+    fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let (speed, waves) = (self.speed(), self.size().waves);
         if let Some(table) = self.wave_table() {
-            return table.expand(speed * t, speed, coefficients, &mut u[..waves]);
+            return table.expand(speed * t, speed, coefficients, needed, &mut u[..waves]);
         }
         let angle = Series::variable(speed * t, speed, coefficients);
         self.shape().waves_again(angle, Side::After, &mut u[..waves]);

@@ -148,12 +148,19 @@ impl WaveTable {
         }
     }
 
-    /// Writes the waves after the angle φ as series over time, at the constant speed φ'.
-    pub(crate) fn expand(&self, angle: f64, speed: f64, coefficients: usize, u: &mut [Series]) {
+    /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'.
+    pub(crate) fn expand(
+        &self,
+        angle: f64,
+        speed: f64,
+        coefficients: usize,
+        needed: &[bool],
+        u: &mut [Series],
+    ) {
         let mut turns = [(0.0, 0.0); ROOM];
         let turns = &mut turns[..self.orders.len()];
         self.turn(angle, turns);
-        self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, u });
+        self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, needed, u });
     }
 }
 
@@ -163,6 +170,7 @@ struct Expansion<'e> {
     turns: &'e [(f64, f64)],
     speed: f64,
     coefficients: usize,
+    needed: &'e [bool],
     u: &'e mut [Series],
 }
 
@@ -170,14 +178,17 @@ impl pulp::WithSimd for Expansion<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Expansion { table, turns, speed, coefficients, u } = self;
+        let Expansion { table, turns, speed, coefficients, needed, u } = self;
         let mut powers = [[0.0; EIGHT]; BLOCKS];
         let mut power = 1.0;
         for out in powers.as_flattened_mut() {
             *out = power;
             power *= speed;
         }
-        for ((mean, harmonics), u) in table.waves.iter().zip(u) {
+        for (((mean, harmonics), u), needed) in table.waves.iter().zip(u).zip(needed) {
+            if !needed {
+                continue;
+            }
             if harmonics.is_empty() {
                 u.set_constant(*mean);
                 continue;

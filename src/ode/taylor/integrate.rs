@@ -27,6 +27,8 @@ pub(crate) struct Prepared {
     tape: Tape,
     /// Drives that vary between drive edges.
     moving: Vec<bool>,
+    /// Drives that the algebra reads.
+    needed: Vec<bool>,
 }
 
 /// Whether each drive varies between drive edges.
@@ -57,7 +59,8 @@ impl Prepared {
         let mut series = vec![Series::from(0.0); model.drives()];
         expanded.drive_series(0.0, SHORT, &mut series);
         let (tape, moving) = (change(recorded.0), moving(&series).collect::<Vec<bool>>());
-        let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving };
+        let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
+        let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
         prepared.refusal().map_or(Ok(prepared), Err)
     }
 
@@ -188,7 +191,8 @@ impl<'r> Run<'r> {
 
     /// Expands drives and motion at the start of the step.
     fn expand(&mut self) -> Result<(), IntegrateError> {
-        self.expanded.redrive_series(self.e.t, self.degree + 1, &mut self.prepared.series);
+        let Prepared { series, needed, .. } = &mut *self.prepared;
+        self.expanded.redrive_series(self.e.t, self.degree + 1, needed, series);
         self.valid = f64::INFINITY;
         if let Some(refusal) = self.prepared.refusal() {
             return Err(refusal);

@@ -13,6 +13,8 @@ use std::ops::ControlFlow;
 pub(crate) struct Sizes {
     rigid: Vec<Vec<f64>>,
     y: Vec<f64>,
+    /// A state inside a step.
+    inside: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
     /// Largest |q_i| and largest |v_i|, rigid motion included; 0 without rigid modes.
@@ -33,6 +35,7 @@ impl Sizes {
         Sizes {
             rigid: rigid.to_vec(),
             y: vec![0.0; m],
+            inside: vec![0.0; m],
             low: vec![f64::INFINITY; m],
             high: vec![f64::NEG_INFINITY; m],
             largest: [0.0; 2],
@@ -146,7 +149,9 @@ impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
         if !step.crossings().is_empty() {
             return ControlFlow::Continue(()); // at an edge the differences would mix two pieces
         }
-        let (h, q, v) = (step.t1() - step.t0(), step.q1(), step.v1());
+        // A step of high order is as accurate as shorter steps, one for each of its parts.
+        let ((from, to), q, v) = (step.part(0), step.q1(), step.v1());
+        let h = to - from;
         let n = q.len();
         // The step of the differences follows the values, since the terms are slope times value.
         for (scale, y) in self.slopes.scale.iter_mut().zip(step.y1()) {
@@ -180,7 +185,17 @@ impl<M: Model + ?Sized> Observer for Rounding<'_, M> {
 
 impl Observer for Sizes {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        self.steps += 1;
+        // Inside a step of high order the parts show the range.
+        let parts = step.parts();
+        self.steps += parts;
+        for part in 1..parts {
+            let t = step.part(part).0;
+            let mut y = std::mem::take(&mut self.inside);
+            step.at(t, &mut y);
+            let (q, v) = y.split_at(y.len() / 2);
+            self.see(t, q, v);
+            self.inside = y;
+        }
         self.see(step.t1(), step.q1(), step.v1());
         ControlFlow::Continue(())
     }

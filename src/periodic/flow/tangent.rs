@@ -321,9 +321,9 @@ impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
             expanded.drive_series(t, coefficients, u);
         }
     }
-    fn redrive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
+    fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         if let Some(expanded) = self.model.expand() {
-            expanded.redrive_series(t, coefficients, u);
+            expanded.redrive_series(t, coefficients, needed, u);
         }
     }
 }

@@ -5,7 +5,10 @@ use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
+use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
+use crate::ode::taylor::integrate::Prepared;
+use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::motion_size::{Rounding, Sizes};
@@ -89,7 +92,8 @@ impl Variation {
         }
         let meter = self.budget.begin();
         let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));
-        metered(&coarse(start), model, start, t_end, &mut (&mut sizes, &mut rounding), &meter)?;
+        let mut observers = (&mut sizes, &mut rounding);
+        metered(start, self.method, model, start, t_end, &mut observers, &meter)?;
         sizes.see(start.t, &start.q, &start.v);
         let scale = rounding.units(&sizes.ranges(), self.tolerance);
         let expansion = Expansion::new(model, scale.len(), self.method)?;
@@ -120,9 +124,26 @@ pub struct Transition {
     pub method: FlowMethod,
 }
 
-/// The solver of the coarse run that measures the ranges of motion.
-pub(crate) fn coarse(start: &State) -> Dop853 {
-    Dop853::new().rtol(1e-9).atol(1e-12 * largest(start))
+/// The coarse run that measures the ranges of motion: tolerance 1e-9, by the method `wanted` or by the one
+/// that the model allows. `first`: a state whose size is that of the motion.
+pub(crate) fn coarse_run(
+    first: &State,
+    wanted: Option<FlowMethod>,
+    model: &dyn Model,
+    start: &State,
+    t_end: f64,
+    observer: &mut dyn Observer,
+) -> Result<Finish, IntegrateError> {
+    let atol = 1e-12 * largest(first);
+    match Prepared::new(model) {
+        Ok(mut prepared) if wanted != Some(FlowMethod::Dop853) => {
+            prepared.run(&Taylor::new().rtol(1e-9).atol(atol), model, start, t_end, observer)
+        }
+        _ => {
+            let mut watch = |step: &mut Step<'_>| observer.step(step);
+            Dop853::new().rtol(1e-9).atol(atol).run(model, start, t_end, &mut watch)
+        }
+    }
 }
 
 /// max |q_i|, |v_i|; 1 if that is 0 or not finite.
@@ -131,10 +152,11 @@ fn largest(start: &State) -> f64 {
     if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
 }
 
-/// A run of a solver within a budget.
-pub(crate) fn metered<M: Model + ?Sized>(
-    solver: &Dop853,
-    model: &M,
+/// A [`coarse_run`] within a budget.
+pub(crate) fn metered(
+    first: &State,
+    wanted: Option<FlowMethod>,
+    model: &dyn Model,
     start: &State,
     t_end: f64,
     observer: &mut dyn Observer,
@@ -145,7 +167,7 @@ pub(crate) fn metered<M: Model + ?Sized>(
     let mut watch = |step: &mut Step<'_>| {
         if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
     };
-    let finish = solver.run(model, start, t_end, &mut watch)?;
+    let finish = coarse_run(first, wanted, model, start, t_end, &mut watch)?;
     match meter.exhausted() {
         Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
         None => Ok(finish.state),

@@ -4,12 +4,11 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::{Budget, Meter};
-use crate::ode::integrator::Integrator;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::motion_size::Sizes;
 use crate::periodic::flow::tangent::Tangent;
-use crate::periodic::flow::variation::coarse;
+use crate::periodic::flow::variation::coarse_run;
 use crate::periodic::lyapunov::directions::{Directions, Failure, Flow};
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
@@ -231,7 +230,7 @@ impl Lyapunov {
         if self.settle > 1 {
             let start = state.clone();
             let mut last = Last { state, meter };
-            let finish = coarse(&start).run(model, &start, settled - span, &mut last)?;
+            let finish = coarse_run(&start, self.method, model, &start, settled - span, &mut last)?;
             *state = finish.state;
             meter.left()?;
         }
@@ -239,7 +238,8 @@ impl Lyapunov {
         let start = state.clone();
         let mut ahead = start.clone();
         let mut last = Last { state: &mut ahead, meter };
-        let finish = coarse(&start).run(model, &start, start.t + span, &mut (sizes, &mut last));
+        let mut observers = (sizes, &mut last);
+        let finish = coarse_run(&start, self.method, model, &start, start.t + span, &mut observers);
         if self.settle > 0 {
             *state = ahead;
         }

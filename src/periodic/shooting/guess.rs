@@ -6,8 +6,9 @@ use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Step;
+use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::motion_size::{Rounding, Sizes};
-use crate::periodic::flow::variation::{coarse, metered};
+use crate::periodic::flow::variation::metered;
 use crate::periodic::shooting::failure::ShootingError;
 use std::ops::ControlFlow;
 
@@ -16,6 +17,7 @@ pub(crate) struct NodePlan {
     pub(crate) multiple: usize,
     pub(crate) segments: Option<usize>,
     pub(crate) flow_tolerance: f64,
+    pub(crate) method: Option<FlowMethod>,
 }
 
 pub(crate) struct Guess {
@@ -66,7 +68,6 @@ impl Guess {
         let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
         let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &rigid), Rounding::new(model));
-        let solver = coarse(first);
         let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Flow {
             segment,
             error,
@@ -78,7 +79,8 @@ impl Guess {
         for (i, state) in states.iter().enumerate() {
             sizes.see(state.t, &state.q, &state.v);
             let until = states.get(i + 1).map_or(end, |next| next.t);
-            metered(&solver, model, state, until, &mut (&mut sizes, &mut rounding), meter)
+            let mut observers = (&mut sizes, &mut rounding);
+            metered(first, plan.method, model, state, until, &mut observers, meter)
                 .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
@@ -98,7 +100,7 @@ impl Guess {
                 ControlFlow::Continue(())
             };
             if let Some(&last) = times[1..].last() {
-                metered(&solver, model, first, last, &mut keep, meter)
+                metered(first, plan.method, model, first, last, &mut keep, meter)
                     .map_err(|error| fail(0, error, &states))?;
             }
             states = nodes;

@@ -150,6 +150,7 @@ impl Shooting {
             multiple: self.multiple,
             segments: self.segments,
             flow_tolerance: self.flow_tolerance,
+            method: self.method,
         };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
     }
