@@ -16,9 +16,13 @@ pub(super) struct Products {
     factors: [[u32; 2]; BATCH],
     /// First of the result columns.
     out: usize,
+    /// Coefficients of the first factors, and those of the second ones in reversed order.
     a: [Four; ORDERS],
     b: [Four; ORDERS],
 }
+
+/// Place of order 0 of the second factors.
+const LAST: usize = ORDERS - 1;
 
 /// sum += a b.
 #[inline(always)]
@@ -53,27 +57,23 @@ impl Products {
         // The newest coefficients are not read from memory, where they have just been written one by one.
         let (mut sum, mut other) = ([0.0; BATCH], [0.0; BATCH]);
         if n > 0 {
-            add(&mut sum, &newest_a, &self.b[0]);
+            add(&mut sum, &newest_a, &self.b[LAST]);
             add(&mut other, &self.a[0], &newest_b);
-            // Two sums that do not wait for one another: over the halves of the inner terms.
-            let (a, b) = (&self.a[1..n], &self.b[1..n]);
-            let half = a.len() / 2;
-            let (first, second) = (
-                a[..half].iter().zip(b.iter().rev()),
-                a[half..].iter().zip(b[..b.len() - half].iter().rev()),
-            );
-            let mut second = second;
-            for ((a, b), (c, d)) in first.zip(second.by_ref()) {
-                add(&mut sum, a, b);
-                add(&mut other, c, d);
+            let (fours, rest) = self.a[1..n].as_chunks::<4>();
+            let (of_b, rest_of_b) = self.b[LAST + 1 - n..LAST].as_chunks::<4>();
+            for (a, b) in fours.iter().zip(of_b) {
+                add(&mut sum, &a[0], &b[0]);
+                add(&mut other, &a[1], &b[1]);
+                add(&mut sum, &a[2], &b[2]);
+                add(&mut other, &a[3], &b[3]);
             }
-            for (a, b) in second {
+            for (a, b) in rest.iter().zip(rest_of_b) {
                 add(&mut sum, a, b);
             }
         } else {
             add(&mut sum, &newest_a, &newest_b);
         }
-        (self.a[n], self.b[n]) = (newest_a, newest_b);
+        (self.a[n], self.b[LAST - n]) = (newest_a, newest_b);
         for (out, (sum, other)) in x[self.out..][..BATCH].iter_mut().zip(sum.iter().zip(&other)) {
             *out = sum + other;
         }

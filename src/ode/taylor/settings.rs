@@ -80,6 +80,11 @@ impl Taylor {
         self.order = Some(order);
         self
     }
+    /// The default order for a relative tolerance.
+    pub(crate) fn order_for(tolerance: f64) -> usize {
+        let digits = -tolerance.clamp(1e-12, 1.0).log10();
+        (12.0 + digits).round() as usize
+    }
     /// Maximum number of steps. Default: 10⁸.
     pub fn max_steps(mut self, steps: usize) -> Self {
         self.max_steps = steps;
@@ -92,11 +97,7 @@ impl Taylor {
     /// A setting outside its range.
     pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), IntegrateError> {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
-        let by_tolerance = || {
-            let digits = -self.tolerances.rtol.clamp(1e-12, 1.0).log10();
-            (12.0 + digits).round() as usize
-        };
-        let order = self.order.unwrap_or_else(by_tolerance);
+        let order = self.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
         if !(RANGE[0]..=RANGE[1]).contains(&order) {
             return Err(IntegrateError::Setting {
                 name: "order",

@@ -37,6 +37,8 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     pub(crate) scale: &'m [f64],
     slopes: RefCell<Slopes<'m, M>>,
     expansion: &'m Expansion,
+    /// Order of the Taylor series.
+    order: usize,
 }
 
 /// Tolerance of the differences over the tolerance of the motion `[1]`. The noise of the slopes replaces it
@@ -71,7 +73,8 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     ) -> Self {
         let n = model.dof();
         let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
-        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes, expansion }
+        let order = Taylor::order_for(tolerance);
+        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes, expansion, order }
     }
 
     /// Absolute tolerances from the tolerance of the motion, as a share of `scale` but not below rounding.
@@ -103,7 +106,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     ) -> Result<Finish, IntegrateError> {
         match &self.expansion.0 {
             Some(prepared) => {
-                let settings = Taylor::new().rtol(NONE).atol_each(atol);
+                let settings = Taylor::new().rtol(NONE).atol_each(atol).order(self.order);
                 prepared.borrow_mut().run(&settings, &self, start, t_end, observer)
             }
             None => {
