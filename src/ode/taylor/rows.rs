@@ -19,34 +19,41 @@ pub(super) struct Places<'p> {
     pub(super) choices: &'p [u32],
 }
 
+/// A column with its weights in eight rows.
+#[derive(Debug)]
+struct Entry {
+    /// The column on the present pieces.
+    column: usize,
+    source: usize,
+    weights: Eight,
+}
+
 /// Neighbouring columns with their weights.
 #[derive(Debug)]
 struct Run {
-    /// First column on the present pieces.
-    column: u32,
-    /// First column.
-    source: u32,
-    weights: Range<usize>,
+    column: usize,
+    weights: Vec<Eight>,
 }
+
+/// Neighbouring columns of at least this number are read as a run.
+const LONG: usize = 4;
 
 /// Eight rows.
 #[derive(Debug)]
 struct Block {
     /// Block of the results.
     out: usize,
-    /// Runs of columns that vary.
-    moving: Range<usize>,
-    /// Runs of columns that are 0 in all orders above 0.
-    still: Range<usize>,
+    /// Columns that vary.
+    runs: Vec<Run>,
+    entries: Vec<Entry>,
+    /// Columns that are 0 in all orders above 0.
+    still: Vec<Entry>,
 }
 
 /// out = W x. Each block lists the columns in which any of its eight rows has a weight.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     blocks: Vec<Block>,
-    runs: Vec<Run>,
-    /// The weights of a column in the eight rows.
-    weights: Vec<Eight>,
 }
 
 /// sum += weights y.
@@ -73,44 +80,20 @@ impl Rows {
                 }
             }
             terms.sort_by_key(|&(column, row, _)| (column, row));
-            let (still, moving): (Vec<_>, Vec<_>) =
-                terms.into_iter().partition(|(column, ..)| places.still.contains(column));
-            let moving = rows.add_runs(&moving, places);
-            let still = rows.add_runs(&still, places);
-            rows.blocks.push(Block { out: out + b, moving, still });
+            let entries = entries(&terms);
+            let (still, moving) =
+                entries.into_iter().partition(|e| places.still.contains(&(e.column as u32)));
+            let (runs, entries) = runs(moving, places);
+            rows.blocks.push(Block { out: out + b, runs, entries, still });
         }
         rows
     }
 
-    fn add_runs(&mut self, terms: &[(u32, usize, f64)], places: &Places<'_>) -> Range<usize> {
-        let first = self.runs.len();
-        let mut last = None;
-        for &(column, row, weight) in terms {
-            if last != Some(column) {
-                let next = last.is_some_and(|last: u32| last + 1 == column)
-                    && !places.choices.contains(&column)
-                    && !places.choices.contains(&(column - 1));
-                match self.runs.last_mut() {
-                    Some(run) if next => run.weights.end += 1,
-                    _ => {
-                        let at = self.weights.len();
-                        self.runs.push(Run { column, source: column, weights: at..at + 1 });
-                    }
-                }
-                self.weights.push([0.0; EIGHT]);
-                last = Some(column);
-            }
-            if let Some(weights) = self.weights.last_mut() {
-                weights[row] += weight;
-            }
-        }
-        first..self.runs.len()
-    }
-
     /// Reads each column from the one that `actual` gives for it.
     pub(super) fn redirect(&mut self, actual: &[u32]) {
-        for run in &mut self.runs {
-            run.column = actual[run.source as usize];
+        // Runs contain no choices.
+        for entry in self.blocks.iter_mut().flat_map(|block| &mut block.entries) {
+            entry.column = actual[entry.source] as usize;
         }
     }
 
@@ -118,30 +101,64 @@ impl Rows {
     #[inline(always)]
     pub(super) fn apply(&self, n: usize, x: &mut [Eight]) {
         for block in &self.blocks {
-            let mut sums = [[0.0; EIGHT]; 2];
-            self.add_to(&mut sums, &block.moving, x.as_flattened());
-            if n == 0 {
-                self.add_to(&mut sums, &block.still, x.as_flattened());
+            let numbers = x.as_flattened();
+            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
+            for run in &block.runs {
+                let (pairs, last) = run.weights.as_chunks::<2>();
+                let numbers = &numbers[run.column..][..run.weights.len()];
+                for ([w, z], [y, u]) in pairs.iter().zip(numbers.as_chunks::<2>().0) {
+                    add(&mut even, w, *y);
+                    add(&mut odd, z, *u);
+                }
+                if let ([w], Some(y)) = (last, numbers.last()) {
+                    add(&mut even, w, *y);
+                }
             }
-            let ([even, odd], result) = (&sums, &mut x[block.out]);
+            for entry in &block.entries {
+                add(&mut odd, &entry.weights, numbers[entry.column]);
+            }
+            if n == 0 {
+                for entry in &block.still {
+                    add(&mut even, &entry.weights, numbers[entry.column]);
+                }
+            }
+            let result = &mut x[block.out];
             for l in 0..EIGHT {
                 result[l] = even[l] + odd[l];
             }
         }
     }
+}
 
-    #[inline(always)]
-    fn add_to(&self, [even, odd]: &mut [Eight; 2], runs: &Range<usize>, numbers: &[f64]) {
-        for run in &self.runs[runs.clone()] {
-            let (pairs, last) = self.weights[run.weights.clone()].as_chunks::<2>();
-            let numbers = &numbers[run.column as usize..][..run.weights.len()];
-            for ([w, z], [y, u]) in pairs.iter().zip(numbers.as_chunks::<2>().0) {
-                add(even, w, *y);
-                add(odd, z, *u);
-            }
-            if let ([w], Some(y)) = (last, numbers.last()) {
-                add(even, w, *y);
-            }
+/// The columns of terms (column, row, weight), which are sorted, with their weights.
+fn entries(terms: &[(u32, usize, f64)]) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for &(column, row, weight) in terms {
+        let column = column as usize;
+        if entries.last().is_none_or(|last| last.column != column) {
+            entries.push(Entry { column, source: column, weights: [0.0; EIGHT] });
+        }
+        if let Some(last) = entries.last_mut() {
+            last.weights[row] += weight;
         }
     }
+    entries
+}
+
+/// Long runs of neighbouring columns, and the other columns.
+fn runs(entries: Vec<Entry>, places: &Places<'_>) -> (Vec<Run>, Vec<Entry>) {
+    let (mut runs, mut rest) = (Vec::new(), Vec::new());
+    let is_choice = |entry: &Entry| places.choices.contains(&(entry.column as u32));
+    let together = |a: &Entry, b: &Entry| a.column + 1 == b.column && !is_choice(a) && !is_choice(b);
+    let lengths: Vec<usize> = entries.chunk_by(together).map(<[Entry]>::len).collect();
+    let mut entries = entries.into_iter();
+    for length in lengths {
+        let run: Vec<Entry> = entries.by_ref().take(length).collect();
+        if length >= LONG {
+            runs.push(Run { column: run[0].column, weights: run.iter().map(|e| e.weights).collect() });
+        } else {
+            rest.extend(run);
+        }
+    }
+    (runs, rest)
 }
