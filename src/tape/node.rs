@@ -1,8 +1,8 @@
 //! The numbers that record the algebra that is computed with them.
 
 use crate::scalar::Scalar;
+use crate::tape::operations::{FormId, Op, Parity};
 use crate::tape::recording::Recording;
-use crate::tape::tape::{FormId, Op, Parity};
 use std::fmt;
 use std::ops::Add;
 use std::ops::Div;

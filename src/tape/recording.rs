@@ -1,7 +1,7 @@
 //! A tape while it is recorded.
 
 use crate::tape::form::Form;
-use crate::tape::tape::{FormId, Guard, Op, Parity, Tape};
+use crate::tape::operations::{FormId, Guard, Op, Parity, Tape};
 use std::cell::{Cell, RefCell};
 
 /// Longest form that is copied into every form that uses it. A longer one becomes a slot.

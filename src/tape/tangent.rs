@@ -1,8 +1,8 @@
 //! The derivative of a tape: a tape of the motion together with small differences of it.
 
 use crate::tape::form::Form;
+use crate::tape::operations::{FormId, Op, Parity, Tape};
 use crate::tape::recording::Recording;
-use crate::tape::tape::{FormId, Op, Parity, Tape};
 
 /// The tape of q'' = a(u, q, v) together with δq'' = ∂a/∂q δq + ∂a/∂v δv for a number of differences δ.
 ///

@@ -20,6 +20,7 @@
 //! | location of edges, with a few contacts | `located_edges` |
 //! | location of edges in many difficult cases | `located_edges_hard_cases` |
 //! | work that located edges save | `located_edges_work` |
+//! | Taylor series: algebra, contact laws, waves, refusals, derivatives | `taylor` |
 //! | bits do not depend on the number of coordinates | `coordinate_storage` |
 //! | **Results of a run** | |
 //! | statistics, spectra, rattle, sections, settling | `analysis` |
@@ -85,6 +86,7 @@ mod shooting;
 mod solvers;
 mod stored_results;
 mod sweeps;
+mod taylor;
 mod variation;
 mod variation_hard_cases;
 

@@ -4,8 +4,8 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{FixedPieces, PieceChoice};
 use crate::tape::node::Node;
+use crate::tape::operations::Guard;
 use crate::tape::recording::Recording;
-use crate::tape::tape::Guard;
 
 /// All pieces, in the order in which a choice counts them.
 const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];

@@ -4,8 +4,8 @@ use crate::contact::tooth::Contact;
 use crate::model::expansion::every_piece::EveryPiece;
 use crate::series::Series;
 use crate::tape::node::Node;
+use crate::tape::operations::Tape;
 use crate::tape::recording::Recording;
-use crate::tape::tape::Tape;
 
 /// A model that can be expanded into Taylor series over time.
 ///

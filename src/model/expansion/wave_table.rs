@@ -72,24 +72,27 @@ impl WaveTable {
         let mut orders: Vec<usize> = Vec::new();
         let mut all = Vec::with_capacity(waves);
         for samples in &mut samples {
+            let first = samples[0].re;
+            if samples.iter().all(|x| x.re == first) {
+                all.push((first, Vec::new()));
+                continue;
+            }
             let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.re.abs()));
             if !largest.is_finite() {
                 return None;
             }
-            let constant = samples.iter().all(|x| *x == samples[0]);
-            let first = samples[0].re;
             fft.process(samples);
             let size = |k: usize| samples[k].norm() / count as f64;
             // The upper half of the spectrum is rounding, or shows that the samples are too few.
             let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
-            if noise > TAIL * largest && !constant {
+            if noise > TAIL * largest {
                 return None;
             }
             let least = ROUNDING * noise;
-            let own: Vec<usize> = (1..count / 4).filter(|&k| !constant && size(k) > least).collect();
+            let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
             orders.extend(&own);
             let pair = |k: usize| [2.0 * samples[k].re / count as f64, -2.0 * samples[k].im / count as f64];
-            let mean = if constant { first } else { samples[0].re / count as f64 };
+            let mean = samples[0].re / count as f64;
             all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Vec<_>>()));
         }
         orders.sort_unstable();
@@ -122,7 +125,7 @@ impl WaveTable {
             self.waves.iter().zip(&u).all(|((mean, own), u)| {
                 let terms = own.iter().map(|&(i, [a, b])| a * turns[i].1 + b * turns[i].0);
                 let size = own.iter().fold(mean.abs(), |size, (_, [a, b])| size + a.abs() + b.abs());
-                (mean + terms.sum::<f64>() - u).abs() <= DIFFERENCE * size
+                (own.is_empty() && mean == u) || (mean + terms.sum::<f64>() - u).abs() <= DIFFERENCE * size
             })
         })
     }

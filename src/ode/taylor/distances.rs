@@ -5,10 +5,11 @@ use crate::model::equations::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Locator, PLAIN};
 use crate::ode::integrate_error::IntegrateError;
+use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::engine::Engine;
 use crate::ode::stepping::vector_blocks::Blocks;
-use crate::ode::taylor::coefficients::{Coefficients, ORDERS};
-use crate::ode::taylor::plan::Edge;
+use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
+use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::taylor::positive::Polynomial;
 
 /// Result of the search in one step.
@@ -49,6 +50,9 @@ pub(super) fn first_exit(
         };
         let sign = sign * reversed;
         let start = sign * c.distances(0)[i];
+        if start == f64::INFINITY {
+            continue; // the law has no such edge
+        }
         if start - ranges[i] > NEAR * (start + ranges[i]) {
             continue;
         }
@@ -64,7 +68,7 @@ pub(super) fn first_exit(
         let exit = Exit { contact, to };
         let slack = locator.slack(contact, &e.contacts[contact]);
         match leaves(&distance, slack, limit) {
-            Some(0.0) => return Ok(Found::AtOnce(exit)),
+            Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
             Some(root) => {
                 limit = root;
                 found = Found::At(root, exit);

@@ -12,13 +12,13 @@ use crate::ode::step::{Crossing, Observer, Step};
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::engine::{Engine, LARGEST};
 use crate::ode::stepping::vector_blocks::Blocks;
-use crate::ode::taylor::coefficients::Coefficients;
 use crate::ode::taylor::distances::{Found, first_exit};
+use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::pace::Pace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
 use crate::series::Series;
-use crate::tape::tape::Tape;
+use crate::tape::operations::Tape;
 
 /// The tape of a model, ready to run.
 pub(crate) struct Prepared {
@@ -119,6 +119,9 @@ fn expanded(model: &dyn Model) -> Result<&dyn Expand, IntegrateError> {
     let what = "a model that cannot be expanded (`Model::expand`), for example one in plain numbers";
     model.expand().ok_or(IntegrateError::NoSeries { what })
 }
+
+/// Safety factor on the steps while a root or a power is evaluated `[1]`.
+const POWERS: f64 = 0.7;
 
 /// What became of an attempt.
 enum Made {
@@ -246,7 +249,7 @@ impl<'r> Run<'r> {
         };
         c.at(h, self.e.y1.slice_mut());
         if !self.e.finite() {
-            return Err(self.not_finite());
+            return Err(if self.pace.has_shrunk(full) { self.shrunk(h) } else { self.not_finite() });
         }
         if let Found::At(_, exit) = found {
             self.e.drive_end();
@@ -274,10 +277,11 @@ impl<'r> Run<'r> {
         let resolution = RESOLUTION * self.e.t.abs();
         let c = &mut self.prepared.c;
         let h = self.pace.length(c, room);
-        if h > resolution && !self.pace.collapsed(h) {
-            return Ok(h);
-        }
         let powers = c.plan.functions().any(|function| function.is_power());
+        if h > resolution && !self.pace.collapsed(h) {
+            // Beyond the distance of a root or power of 0 the terms after the last one do not decay.
+            return Ok(if powers { POWERS * h } else { h });
+        }
         if !powers {
             return if h > resolution { Ok(h) } else { Err(self.shrunk(h)) };
         }

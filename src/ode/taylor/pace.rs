@@ -1,8 +1,8 @@
 //! Lengths of steps, from the last coefficients.
 
-use crate::ode::taylor::coefficients::Coefficients;
-use crate::ode::taylor::plan::{Edge, Plan};
-use crate::ode::taylor::rows::EIGHT;
+use crate::ode::taylor::expansion::coefficients::Coefficients;
+use crate::ode::taylor::expansion::plan::{Edge, Plan};
+use crate::ode::taylor::expansion::rows::EIGHT;
 
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
 const GROWTH: f64 = 2.0;
@@ -20,6 +20,8 @@ pub(super) struct Pace {
     max: f64,
     /// Length that the tolerances allowed for the last step; 0 before the first.
     last: f64,
+    /// Largest finite length so far.
+    longest: f64,
     /// Limit of the next step alone, after an impact.
     limit: f64,
     /// 1/tolerance of each coordinate and velocity.
@@ -56,6 +58,7 @@ impl Pace {
             rtol,
             max,
             last: 0.0,
+            longest: 0.0,
             limit: f64::INFINITY,
             per: vec![0.0; atol.len()],
             atol,
@@ -67,6 +70,9 @@ impl Pace {
     /// Keeps the length that the tolerances allowed for the step just made.
     pub(super) fn keep(&mut self, full: f64) {
         self.last = full;
+        if full.is_finite() {
+            self.longest = self.longest.max(full);
+        }
         self.limit = f64::INFINITY;
     }
     /// Limits the next step.
@@ -75,6 +81,10 @@ impl Pace {
     }
     pub(super) fn longest(&self) -> f64 {
         self.limit.min(self.max)
+    }
+    /// Whether steps have become so short that the motion tends to a singular point.
+    pub(super) fn has_shrunk(&self, h: f64) -> bool {
+        h < COLLAPSE * self.longest
     }
     /// Whether a step is so much shorter than the last one that the motion has no series here.
     pub(super) fn collapsed(&self, h: f64) -> bool {

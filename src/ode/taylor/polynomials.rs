@@ -2,7 +2,7 @@
 
 use crate::contact::piece::Piece;
 use crate::ode::step::StepView;
-use crate::ode::taylor::coefficients::Coefficients;
+use crate::ode::taylor::expansion::coefficients::Coefficients;
 
 /// Orders per part of a full step.
 const PER_PART: usize = 6;

@@ -1,7 +1,7 @@
 //! The first instant at which a polynomial ceases to be positive.
 
 use crate::numeric::bracket::Bracket;
-use crate::ode::taylor::coefficients::ORDERS;
+use crate::ode::taylor::expansion::coefficients::ORDERS;
 
 /// A polynomial Σ c_n sⁿ over the time s in a step.
 #[derive(Clone, Copy)]
@@ -61,6 +61,9 @@ impl Polynomial {
         loop {
             let b = a + width;
             let (value_b, slope_b) = self.with_slope(b);
+            if !value_b.is_finite() {
+                return None; // no polynomial: the step is judged by its end
+            }
             let (sum, bound) = (slope_a + slope_b, bend * width);
             let (falls, rises) = (sum + bound < 0.0, sum - bound > 0.0);
             let short = width < SHORTEST * h;

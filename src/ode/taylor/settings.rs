@@ -6,7 +6,7 @@ use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
 use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
-use crate::ode::taylor::coefficients::ORDERS;
+use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::integrate::Prepared;
 
 /// Integration by Taylor series on fixed pieces, adaptive, with located edges.

@@ -4,19 +4,19 @@ use crate::tape::form::Form;
 use std::ops::Range;
 
 /// Numbers that are computed side by side: two registers of AVX2, one of AVX-512.
-pub(super) type Eight = [f64; EIGHT];
-pub(super) const EIGHT: usize = 8;
+pub(crate) type Eight = [f64; EIGHT];
+pub(crate) const EIGHT: usize = 8;
 
 /// Where the numbers of a sum stand.
-pub(super) struct Places<'p> {
+pub(crate) struct Places<'p> {
     /// The column of each slot.
-    pub(super) of_slot: &'p [u32],
+    pub(crate) of_slot: &'p [u32],
     /// The column of the number 1.
-    pub(super) one: u32,
+    pub(crate) one: u32,
     /// Columns of numbers that are 0 in all orders above 0.
-    pub(super) still: &'p Range<u32>,
+    pub(crate) still: &'p Range<u32>,
     /// Columns of choices, which are read from other columns.
-    pub(super) choices: &'p [u32],
+    pub(crate) choices: &'p [u32],
 }
 
 /// A column with its weights in eight rows.
@@ -52,7 +52,7 @@ struct Block {
 
 /// out = W x. Each block lists the columns in which any of its eight rows has a weight.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub(crate) struct Rows {
     blocks: Vec<Block>,
 }
 
@@ -66,7 +66,7 @@ fn add(sum: &mut Eight, weights: &Eight, y: f64) {
 
 impl Rows {
     /// The rows of `forms`, whose results begin at block `out`.
-    pub(super) fn new(forms: &[Option<&Form>], places: &Places<'_>, out: usize) -> Self {
+    pub(crate) fn new(forms: &[Option<&Form>], places: &Places<'_>, out: usize) -> Self {
         let mut rows = Rows::default();
         for (b, block) in forms.chunks(EIGHT).enumerate() {
             let mut terms: Vec<(u32, usize, f64)> = Vec::new();
@@ -90,7 +90,7 @@ impl Rows {
     }
 
     /// Reads each column from the one that `actual` gives for it.
-    pub(super) fn redirect(&mut self, actual: &[u32]) {
+    pub(crate) fn redirect(&mut self, actual: &[u32]) {
         // Runs contain no choices.
         for entry in self.blocks.iter_mut().flat_map(|block| &mut block.entries) {
             entry.column = actual[entry.source] as usize;
@@ -99,7 +99,7 @@ impl Rows {
 
     /// Writes the results of order n into its row of numbers `x`.
     #[inline(always)]
-    pub(super) fn apply(&self, n: usize, x: &mut [Eight]) {
+    pub(crate) fn apply(&self, n: usize, x: &mut [Eight]) {
         for block in &self.blocks {
             let numbers = x.as_flattened();
             let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);

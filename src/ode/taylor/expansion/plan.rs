@@ -1,41 +1,41 @@
 //! The order in which a tape is evaluated, and the columns of its numbers.
 
 use crate::contact::piece::Piece;
-use crate::ode::taylor::functions::{Function, Placed};
-use crate::ode::taylor::products::{BATCH, Products};
-use crate::ode::taylor::rows::{EIGHT, Places, Rows};
+use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
+use crate::ode::taylor::expansion::products::{BATCH, Products};
+use crate::ode::taylor::expansion::rows::{EIGHT, Eight, Places, Rows};
 use crate::tape::form::Form;
-use crate::tape::tape::{FormId, Guard, Op, Tape};
+use crate::tape::operations::{FormId, Guard, Op, Tape};
 use std::collections::HashMap;
 use std::ops::Range;
 
 /// Operations whose operands are known once all levels before are evaluated.
 #[derive(Debug, Default)]
-pub(super) struct Level {
+pub(crate) struct Level {
     /// Operands that are sums, with the block of the first one.
-    pub(super) rows: Rows,
+    pub(crate) rows: Rows,
     first_row: usize,
     row_forms: Vec<FormId>,
     choices: Vec<Choice>,
-    pub(super) products: Vec<Products>,
-    pub(super) functions: Vec<Placed>,
+    pub(crate) products: Vec<Products>,
+    pub(crate) functions: Vec<Placed>,
 }
 
 /// An edge of a contact and its distance from it, positive in the gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Edge {
-    pub(super) contact: usize,
+pub(crate) struct Edge {
+    pub(crate) contact: usize,
     /// 0: lower edge, 1: upper edge.
-    pub(super) side: usize,
+    pub(crate) side: usize,
     /// Column of the distance, counted from the block of the first distance.
-    pub(super) column: usize,
+    pub(crate) column: usize,
     /// 1, or -1 if the column holds the distance with reversed sign.
-    pub(super) sign: f64,
+    pub(crate) sign: f64,
 }
 
 /// One of several columns, by the pieces of contacts.
 #[derive(Debug)]
-pub(super) struct Choice {
+pub(crate) struct Choice {
     contact: usize,
     count: usize,
     columns: Vec<u32>,
@@ -45,30 +45,30 @@ pub(super) struct Choice {
 /// A tape with a column for every number. The columns stand in blocks of eight: those of the coordinates, of
 /// the velocities, of all other numbers and, last, of the accelerations and distances.
 #[derive(Debug)]
-pub(super) struct Plan {
-    pub(super) dof: usize,
+pub(crate) struct Plan {
+    pub(crate) dof: usize,
     /// Number of blocks of columns.
-    pub(super) width: usize,
+    pub(crate) width: usize,
     /// Number of blocks of the coordinates, and of the velocities.
-    pub(super) half: usize,
+    pub(crate) half: usize,
     /// Column of the number 1.
-    pub(super) one: usize,
+    pub(crate) one: usize,
     /// Drives that are needed, with their columns.
-    pub(super) drives: Vec<(usize, usize)>,
-    pub(super) levels: Vec<Level>,
+    pub(crate) drives: Vec<(usize, usize)>,
+    pub(crate) levels: Vec<Level>,
     /// Accelerations, then those distances that are no operands.
-    pub(super) outputs: Rows,
+    pub(crate) outputs: Rows,
     /// First block of the accelerations.
-    pub(super) accelerations: usize,
+    pub(crate) accelerations: usize,
     /// First block of the distances.
-    pub(super) distances: usize,
+    pub(crate) distances: usize,
     /// Number of blocks of the distances.
-    pub(super) distance_blocks: usize,
+    pub(crate) distance_blocks: usize,
     /// The column that holds the numbers of each column on the present pieces.
     actual: Vec<u32>,
-    pub(super) edges: Vec<Edge>,
+    pub(crate) edges: Vec<Edge>,
     /// Number of levels that the distances need.
-    pub(super) levels_of_distances: usize,
+    pub(crate) levels_of_distances: usize,
 }
 
 /// Σ piece_k 3^k over `count` contacts from `contact` on.
@@ -108,7 +108,7 @@ impl Columns {
 
 impl Plan {
     /// `still`: whether a drive is constant between two drive edges, so that its orders above 0 are 0.
-    pub(super) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
         let (inputs, n) = (tape.inputs(), tape.dof);
         let needed = tape.needed();
         let mut columns = Columns {
@@ -138,13 +138,14 @@ impl Plan {
         (columns.one, columns.zero) = (columns.take(1) as u32, columns.take(1) as u32);
         columns.still = first_still as u32..columns.next as u32;
         let level_of = levels(tape, &needed);
+        let of_power = dependants_of_powers(tape);
         let count = level_of.iter().copied().max().unwrap_or(0);
         let mut made = Vec::with_capacity(count);
         for level in 1..=count {
             let ops: Vec<usize> = (0..tape.ops.len())
                 .filter(|&i| needed[inputs + i] && level_of[inputs + i] == level)
                 .collect();
-            made.push(Level::new(tape, &ops, &mut columns));
+            made.push(Level::new(tape, &ops, &of_power, &mut columns));
         }
         let mut outputs: Vec<Option<&Form>> =
             tape.accelerations.iter().map(|&a| Some(&tape.forms[a])).collect();
@@ -189,7 +190,7 @@ impl Plan {
     }
 
     /// Sets the pieces on which all choices and functions are evaluated.
-    pub(super) fn set_pieces(&mut self, pieces: &[Piece]) {
+    pub(crate) fn set_pieces(&mut self, pieces: &[Piece]) {
         // A choice is not copied: what reads it reads the chosen column.
         for level in &mut self.levels {
             for choice in &level.choices {
@@ -209,7 +210,7 @@ impl Plan {
     }
 
     /// The active functions.
-    pub(super) fn functions(&self) -> impl Iterator<Item = &Placed> {
+    pub(crate) fn functions(&self) -> impl Iterator<Item = &Placed> {
         self.levels.iter().flat_map(|level| &level.functions).filter(|function| function.active)
     }
 }
@@ -229,6 +230,19 @@ fn uses(tape: &Tape) -> Vec<u32> {
     uses
 }
 
+/// Whether each slot depends on a root or a power.
+fn dependants_of_powers(tape: &Tape) -> Vec<bool> {
+    let inputs = tape.inputs();
+    let mut depends = vec![false; inputs + tape.ops.len()];
+    for (i, (op, _)) in tape.ops.iter().enumerate() {
+        let slots = op.operands().into_iter().flat_map(|form| &tape.forms[form].terms);
+        depends[inputs + i] = matches!(op, Op::Sqrt(_) | Op::Power(..))
+            || (*op == Op::Cos && depends[inputs + i - 1])
+            || slots.map(|&(slot, _)| depends[slot as usize]).any(|depends| depends);
+    }
+    depends
+}
+
 /// The level of each slot: 0 for inputs, otherwise 1 more than the largest level that its operation reads.
 fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
     let inputs = tape.inputs();
@@ -244,6 +258,22 @@ fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
 }
 
 impl Level {
+    /// Evaluates order n of all operations. `x`: the numbers of all orders, `width` blocks for each.
+    #[inline(always)]
+    pub(crate) fn order(&mut self, n: usize, x: &mut [Eight], width: usize, frozen: bool) {
+        let row = &mut x[n * width..][..width];
+        self.rows.apply(n, row);
+        for products in &mut self.products {
+            products.order(n, row.as_flattened_mut());
+            if frozen && n > 0 {
+                products.freeze(row.as_flattened_mut());
+            }
+        }
+        for function in &self.functions {
+            function.order(n, &mut Grid { x: x.as_flattened_mut(), width: width * EIGHT }, frozen);
+        }
+    }
+
     /// The distance of a contact from an edge, if it is a row of this level.
     fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<Edge> {
         let reversed = form.times(-1.0);
@@ -255,7 +285,7 @@ impl Level {
     }
 
     /// The level of the given operations. Their operands get columns where they have none.
-    fn new(tape: &Tape, ops: &[usize], columns: &mut Columns) -> Self {
+    fn new(tape: &Tape, ops: &[usize], of_power: &[bool], columns: &mut Columns) -> Self {
         let inputs = tape.inputs();
         // Operands that are sums become rows. A kept sum is the row of its form.
         let mut rows: Vec<FormId> = Vec::new();
@@ -291,7 +321,7 @@ impl Level {
                     continue;
                 }
                 Op::Product(a, b) => {
-                    pairs.push([operand(*a, columns), operand(*b, columns)]);
+                    pairs.push(([operand(*a, columns), operand(*b, columns)], of_power[inputs + i]));
                     results.push(inputs + i);
                     continue;
                 }
@@ -316,7 +346,8 @@ impl Level {
             if let Function::SinCos(_) = function {
                 columns.of_slot[inputs + i + 1] = out as u32 + 1;
             }
-            functions.push(Placed { source: function, function, guard: *guard, active: true, out });
+            let of_power = of_power[inputs + i];
+            functions.push(Placed { source: function, function, guard: *guard, active: true, of_power, out });
         }
         let mut products = Vec::new();
         for (pairs, results) in pairs.chunks(BATCH).zip(results.chunks(BATCH)) {

@@ -4,11 +4,11 @@
 //! Taylor methods, Experimental Mathematics 14 (2005), Prop. 2.1.
 
 use crate::scalar::Scalar;
-use crate::tape::tape::{Guard, Parity};
+use crate::tape::operations::{Guard, Parity};
 
 /// A function with the columns that it reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Function {
+pub(crate) enum Function {
     Quotient(u32, u32),
     Sqrt(u32),
     Power(u32, f64, Parity),
@@ -35,13 +35,15 @@ impl Function {
 
 /// A function in a plan.
 #[derive(Debug)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     /// The function with its columns, and with those on the present pieces.
     pub(super) source: Function,
     pub(super) function: Function,
     pub(super) guard: Option<Guard>,
     /// Whether the contacts stand on the pieces of the guard.
     pub(super) active: bool,
+    /// Whether the result depends on a root or a power.
+    pub(super) of_power: bool,
     /// Result column.
     pub(super) out: usize,
 }
@@ -77,18 +79,18 @@ impl Grid<'_> {
 
 impl Placed {
     /// Whether the function is singular where its operand is 0.
-    pub(super) fn is_singular_at_zero(&self) -> bool {
+    pub(crate) fn is_singular_at_zero(&self) -> bool {
         matches!(
             self.function,
             Function::Sqrt(_) | Function::Power(..) | Function::Ln(_) | Function::Quotient(..)
         )
     }
     /// Whether the function is a root or a power: finite at 0, without a series there.
-    pub(super) fn is_power(&self) -> bool {
+    pub(crate) fn is_power(&self) -> bool {
         matches!(self.function, Function::Sqrt(_) | Function::Power(..))
     }
     /// What happens where its operand is 0.
-    pub(super) fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self.function {
             Function::Quotient(..) => "a division by 0",
             Function::Sqrt(_) => "the square root of 0",
@@ -98,7 +100,8 @@ impl Placed {
         }
     }
 
-    /// Writes order n of the result. `frozen`: roots and powers keep their value, without further orders.
+    /// Writes order n of the result. `frozen`: what depends on roots and powers keeps its value, without
+    /// further orders.
     pub(super) fn order(&self, n: usize, grid: &mut Grid<'_>, frozen: bool) {
         let out = self.out as u32;
         let nth = n as f64;
@@ -124,7 +127,7 @@ impl Placed {
                     sin
                 }
             }
-        } else if frozen && self.is_power() {
+        } else if frozen && self.of_power {
             0.0
         } else {
             match self.function {

@@ -1,6 +1,6 @@
 //! Products of series, four side by side.
 
-use crate::ode::taylor::coefficients::ORDERS;
+use crate::ode::taylor::expansion::coefficients::ORDERS;
 
 /// Products per batch.
 pub(super) const BATCH: usize = 4;
@@ -9,11 +9,13 @@ type Four = [f64; BATCH];
 
 /// Up to four products that do not depend on one another, with the coefficients of their factors so far.
 #[derive(Debug)]
-pub(super) struct Products {
+pub(crate) struct Products {
     /// Columns of the factors.
     sources: Vec<[u32; 2]>,
     /// Columns of the factors on the present pieces.
     factors: [[u32; 2]; BATCH],
+    /// Whether each product depends on a root or a power.
+    of_power: [bool; BATCH],
     /// First of the result columns.
     out: usize,
     /// Coefficients of the first factors, and those of the second ones in reversed order.
@@ -33,12 +35,20 @@ fn add(sum: &mut Four, a: &Four, b: &Four) {
 }
 
 impl Products {
-    /// Up to four pairs of columns.
-    pub(super) fn new(pairs: &[[u32; 2]], out: usize) -> Self {
+    /// Up to four pairs of columns, each with the answer whether it depends on a root or a power.
+    pub(super) fn new(pairs: &[([u32; 2], bool)], out: usize) -> Self {
         let zeros = [[0.0; BATCH]; ORDERS];
-        let mut products =
-            Products { sources: pairs.to_vec(), factors: [[0; 2]; BATCH], out, a: zeros, b: zeros };
-        products.factors[..pairs.len()].copy_from_slice(pairs);
+        let mut products = Products {
+            sources: pairs.iter().map(|(pair, _)| *pair).collect(),
+            factors: [[0; 2]; BATCH],
+            of_power: [false; BATCH],
+            out,
+            a: zeros,
+            b: zeros,
+        };
+        for (l, &(pair, of_power)) in pairs.iter().enumerate() {
+            (products.factors[l], products.of_power[l]) = (pair, of_power);
+        }
         products
     }
 
@@ -76,6 +86,13 @@ impl Products {
         (self.a[n], self.b[LAST - n]) = (newest_a, newest_b);
         for (out, (sum, other)) in x[self.out..][..BATCH].iter_mut().zip(sum.iter().zip(&other)) {
             *out = sum + other;
+        }
+    }
+
+    /// Sets the results that depend on roots and powers to 0.
+    pub(super) fn freeze(&self, x: &mut [f64]) {
+        for (out, of_power) in x[self.out..].iter_mut().zip(self.of_power) {
+            *out = if of_power { 0.0 } else { *out };
         }
     }
 }

@@ -1,32 +1,31 @@
 //! The Taylor coefficients of a motion, order by order.
 
 use crate::contact::piece::Piece;
-use crate::ode::taylor::functions::Grid;
-use crate::ode::taylor::plan::Plan;
-use crate::ode::taylor::rows::{EIGHT, Eight};
+use crate::ode::taylor::expansion::plan::Plan;
+use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use crate::series::Series;
-use crate::tape::tape::Tape;
+use crate::tape::operations::Tape;
 use pulp::Arch;
 
 /// Maximum number of orders, 0 included.
-pub(super) const ORDERS: usize = Series::CAPACITY;
+pub(crate) const ORDERS: usize = Series::CAPACITY;
 
 /// The coefficients of all numbers of a plan: one row for each order.
-pub(super) struct Coefficients {
-    pub(super) plan: Plan,
+pub(crate) struct Coefficients {
+    pub(crate) plan: Plan,
     x: Vec<Eight>,
     /// Number of coefficients of each drive in `x` that are not 0.
     written: Vec<usize>,
     arch: Arch,
     /// Highest order.
-    pub(super) degree: usize,
+    pub(crate) degree: usize,
     /// Whether roots and powers keep their values, without further orders.
     frozen: bool,
 }
 
 impl Coefficients {
     /// `still`: whether a drive is constant between two drive edges.
-    pub(super) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
         let plan = Plan::new(tape, still);
         let mut x = vec![[0.0; EIGHT]; ORDERS * plan.width];
         x.as_flattened_mut()[plan.one] = 1.0;
@@ -47,27 +46,27 @@ impl Coefficients {
     }
     /// Coordinates of order n.
     #[inline(always)]
-    pub(super) fn q(&self, n: usize) -> &[f64] {
+    pub(crate) fn q(&self, n: usize) -> &[f64] {
         &self.from_block(n, 0)[..self.plan.dof]
     }
     /// Velocities of order n.
     #[inline(always)]
-    pub(super) fn v(&self, n: usize) -> &[f64] {
+    pub(crate) fn v(&self, n: usize) -> &[f64] {
         &self.from_block(n, self.plan.half)[..self.plan.dof]
     }
-    /// The columns of the distances in order n. See [`Edge`](crate::ode::taylor::plan::Edge).
+    /// The columns of the distances in order n. See [`Edge`](crate::ode::taylor::expansion::plan::Edge).
     #[inline(always)]
-    pub(super) fn distances(&self, n: usize) -> &[f64] {
+    pub(crate) fn distances(&self, n: usize) -> &[f64] {
         &self.from_block(n, self.plan.distances)[..self.plan.distance_blocks * EIGHT]
     }
 
-    pub(super) fn set_pieces(&mut self, pieces: &[Piece]) {
+    pub(crate) fn set_pieces(&mut self, pieces: &[Piece]) {
         self.plan.set_pieces(pieces);
     }
 
     /// Computes all coefficients from the state at the start of a step and the series of the drives there.
     /// `degree`: the highest order.
-    pub(super) fn expand(&mut self, y: &[f64], drives: &[Series], degree: usize, frozen: bool) {
+    pub(crate) fn expand(&mut self, y: &[f64], drives: &[Series], degree: usize, frozen: bool) {
         let Plan { width, half, dof, .. } = self.plan;
         (self.degree, self.frozen) = (degree, frozen);
         let (q, v) = y.split_at(dof);
@@ -92,17 +91,16 @@ impl Coefficients {
 
     #[inline(always)]
     fn orders(&mut self) {
-        let Plan { width, half, accelerations, .. } = self.plan;
-        let degree = self.degree;
-        for n in 0..=degree {
-            let levels = if n < degree { usize::MAX } else { self.plan.levels_of_distances };
-            self.levels(n, levels);
-            let (done, open) = self.x.split_at_mut((n + 1) * width);
-            let row = &mut done[n * width..];
-            self.plan.outputs.apply(n, row);
-            if n == degree {
-                break;
+        let Coefficients { plan, x, degree, frozen, .. } = self;
+        let (degree, frozen) = (*degree, *frozen);
+        let Plan { width, half, accelerations, .. } = *plan;
+        for n in 0..degree {
+            for level in &mut plan.levels {
+                level.order(n, x, width, frozen);
             }
+            let (done, open) = x.split_at_mut((n + 1) * width);
+            let row = &mut done[n * width..];
+            plan.outputs.apply(n, row);
             let (next, after) = open.split_at_mut(width);
             let (q, v) = next.split_at_mut(half);
             if n == 0 {
@@ -116,27 +114,15 @@ impl Coefficients {
                 }
             }
         }
-    }
-
-    /// Evaluates the operations of order n on the first `count` levels.
-    #[inline(always)]
-    fn levels(&mut self, n: usize, count: usize) {
-        let width = self.plan.width;
-        for level in self.plan.levels.iter_mut().take(count) {
-            let row = &mut self.x[n * width..][..width];
-            level.rows.apply(n, row);
-            for products in &mut level.products {
-                products.order(n, row.as_flattened_mut());
-            }
-            for function in &level.functions {
-                let x = self.x.as_flattened_mut();
-                function.order(n, &mut Grid { x, width: width * EIGHT }, self.frozen);
-            }
+        // The distances have one order more than the accelerations.
+        for level in plan.levels.iter_mut().take(plan.levels_of_distances) {
+            level.order(degree, x, width, frozen);
         }
+        plan.outputs.apply(degree, &mut x[degree * width..][..width]);
     }
 
     /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
-    pub(super) fn at(&self, s: f64, y: &mut [f64]) {
+    pub(crate) fn at(&self, s: f64, y: &mut [f64]) {
         let half = self.plan.half;
         let (q, v) = y.split_at_mut(self.plan.dof);
         self.arch.dispatch(Values::<false> { c: self, first: 0, s, out: q });
@@ -144,7 +130,7 @@ impl Coefficients {
     }
 
     /// The accelerations of the polynomials at the time `s` after the start of the step.
-    pub(super) fn acceleration(&self, s: f64, a: &mut [f64]) {
+    pub(crate) fn acceleration(&self, s: f64, a: &mut [f64]) {
         a.fill(0.0);
         for n in (1..=self.degree).rev() {
             a.iter_mut().zip(self.v(n)).for_each(|(a, c)| *a = *a * s + n as f64 * c);
@@ -152,7 +138,7 @@ impl Coefficients {
     }
 
     /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
-    pub(super) fn ranges(&self, h: f64, ranges: &mut [f64]) {
+    pub(crate) fn ranges(&self, h: f64, ranges: &mut [f64]) {
         self.arch.dispatch(Values::<true> { c: self, first: self.plan.distances, s: h, out: ranges });
     }
 }

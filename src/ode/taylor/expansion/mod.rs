@@ -1,0 +1,7 @@
+//! Taylor coefficients of a recorded algebra, order by order.
+
+pub(crate) mod coefficients;
+pub(crate) mod functions;
+pub(crate) mod plan;
+pub(crate) mod products;
+pub(crate) mod rows;
