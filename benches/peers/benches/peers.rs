@@ -5,6 +5,7 @@
 #[path = "../../common/mod.rs"]
 mod common;
 mod ring;
+mod series;
 
 use common::{Pair, Rattling, hand_dop853, ratio};
 use criterion::{Criterion, criterion_group};
@@ -330,4 +331,5 @@ fn main() {
     ratios();
     ring::ratios::<3, 14>();
     ring::ratios::<16, 66>();
+    series::ratios();
 }

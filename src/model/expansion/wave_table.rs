@@ -15,6 +15,9 @@ const BLOCKS: usize = Series::CAPACITY / EIGHT;
 
 type Coefficients = [[f64; EIGHT]; BLOCKS];
 
+/// Index of the order, a and b of each harmonic a cos nφ + b sin nφ.
+type Harmonics = Vec<(usize, [f64; 2])>;
+
 /// Samples of one repetition: first and last attempt.
 const SAMPLES: [usize; 2] = [64, 4096];
 
@@ -37,8 +40,8 @@ const ROOM: usize = 512;
 pub(crate) struct WaveTable {
     /// All orders n, increasing, with ±n^k/k! for each k.
     orders: Vec<(f64, Coefficients)>,
-    /// Mean of each wave, and its harmonics: index of the order, a and b.
-    waves: Vec<(f64, Vec<(usize, [f64; 2])>)>,
+    /// Mean and harmonics of each wave.
+    waves: Vec<(f64, Harmonics)>,
     arch: Arch,
 }
 
@@ -93,7 +96,7 @@ impl WaveTable {
             orders.extend(&own);
             let pair = |k: usize| [2.0 * samples[k].re / count as f64, -2.0 * samples[k].im / count as f64];
             let mean = samples[0].re / count as f64;
-            all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Vec<_>>()));
+            all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Harmonics>()));
         }
         orders.sort_unstable();
         orders.dedup();

@@ -41,23 +41,23 @@ impl Coefficients {
 
     /// The numbers of order n from block `first` on.
     #[inline(always)]
-    fn from_block(&self, n: usize, first: usize) -> &[f64] {
+    fn block_on(&self, n: usize, first: usize) -> &[f64] {
         self.x[n * self.plan.width + first..].as_flattened()
     }
     /// Coordinates of order n.
     #[inline(always)]
     pub(crate) fn q(&self, n: usize) -> &[f64] {
-        &self.from_block(n, 0)[..self.plan.dof]
+        &self.block_on(n, 0)[..self.plan.dof]
     }
     /// Velocities of order n.
     #[inline(always)]
     pub(crate) fn v(&self, n: usize) -> &[f64] {
-        &self.from_block(n, self.plan.half)[..self.plan.dof]
+        &self.block_on(n, self.plan.half)[..self.plan.dof]
     }
     /// The columns of the distances in order n. See [`Edge`](crate::ode::taylor::expansion::plan::Edge).
     #[inline(always)]
     pub(crate) fn distances(&self, n: usize) -> &[f64] {
-        &self.from_block(n, self.plan.distances)[..self.plan.distance_blocks * EIGHT]
+        &self.block_on(n, self.plan.distances)[..self.plan.distance_blocks * EIGHT]
     }
 
     pub(crate) fn set_pieces(&mut self, pieces: &[Piece]) {

@@ -235,10 +235,10 @@ fn dependants_of_powers(tape: &Tape) -> Vec<bool> {
     let inputs = tape.inputs();
     let mut depends = vec![false; inputs + tape.ops.len()];
     for (i, (op, _)) in tape.ops.iter().enumerate() {
-        let slots = op.operands().into_iter().flat_map(|form| &tape.forms[form].terms);
+        let mut slots = op.operands().into_iter().flat_map(|form| &tape.forms[form].terms);
         depends[inputs + i] = matches!(op, Op::Sqrt(_) | Op::Power(..))
             || (*op == Op::Cos && depends[inputs + i - 1])
-            || slots.map(|&(slot, _)| depends[slot as usize]).any(|depends| depends);
+            || slots.any(|&(slot, _)| depends[slot as usize]);
     }
     depends
 }
