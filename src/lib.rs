@@ -56,8 +56,8 @@ pub use num_complex;
 /// Guide: an example, what serves which purpose, and pages on theory, models and methods.
 ///
 /// - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
-/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`]) advances a model in time. It locates the
-///   instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
+/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`]) advances a model in time; see
+///   [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
 ///   drives.
 /// - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
 ///   closure.
@@ -118,6 +118,8 @@ pub mod guide {
     pub mod theory {}
     #[doc = include_str!("../docs/own-model.md")]
     pub mod own_model {}
+    #[doc = include_str!("../docs/integrators.md")]
+    pub mod integrators {}
     #[doc = include_str!("../docs/events.md")]
     pub mod events {}
     #[doc = include_str!("../docs/contact-laws.md")]

@@ -106,7 +106,7 @@ algebra!(Jump, |q, _v, a| { a[0] = -q[0].step() });
 algebra!(Constants, |q, v, a| {
     let unused = q[0].abs();
     let two = S::from(-2.0).abs().min(S::from(5.0)).max(S::from(1.0)) * S::from(3.0).step();
-    a[0] = -q[0] * two + (unused - unused) * v[0] * 0.0;
+    a[0] = -q[0] * two + unused * v[0] * 0.0;
 });
 
 #[test]

@@ -68,11 +68,13 @@ fn compare<D: Model, T: Model>(
     }
 }
 
-/// The three workloads, then shooting and exponents, then rings of many gears.
+/// The three workloads (A with its drives by formulas for DOP853, then with the same waves for both), shooting and exponents, then rings of many gears.
 pub fn ratios() {
     let pair = Pair::new();
     let of_pair = |a: &State, b: &State| (a.q[0] - b.q[0]).abs() / 1e-5;
-    compare("A", (&pair, &pair.machine_of_waves()), &Pair::start(), pair.end(), of_pair);
+    let machine = pair.machine_of_waves();
+    compare("A", (&pair, &machine), &Pair::start(), pair.end(), of_pair);
+    compare("A-as-shape", (&machine, &machine), &Pair::start(), pair.end(), of_pair);
     let of_ring = |a: &State, b: &State| {
         let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         (largest(&a.q, &b.q) / 1e-4).max(largest(&a.v, &b.v))
