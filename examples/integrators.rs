@@ -128,7 +128,7 @@ impl<M: Model> Run<'_, M> {
         let truth = self.timed(&Dop853::new().rtol(1e-13).atol(1e-18))?.1;
         let panel = Panel::new(self.name, "log10 of the time [ms]", "error at the end")
             .decades()
-            .labels_at(SeriesLabelPosition::LowerLeft);
+            .labels_at(SeriesLabelPosition::UpperRight);
         let mut solvers: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
         let mut keep = |solver: &'static str, setting: f64, (time, end): (f64, State)| {
             let error =

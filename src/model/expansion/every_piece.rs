@@ -4,8 +4,11 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{FixedPieces, PieceChoice};
 use crate::tape::node::Node;
-use crate::tape::operations::Guard;
+use crate::tape::operations::{Guard, Op};
 use crate::tape::recording::Recording;
+
+/// Maximum number of switching functions of one law: every combination of their pieces is recorded.
+const SWITCHES: usize = 8;
 
 /// All pieces, in the order in which a choice counts them.
 const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];
@@ -33,6 +36,10 @@ pub struct EveryPiece<'t>(pub(super) &'t Recording);
 impl<'t> EveryPiece<'t> {
     /// Records what `on` returns for each combination of the pieces of `count` contacts from `contact` on.
     pub fn choice(&self, contact: usize, count: usize, mut on: impl FnMut(&[Piece]) -> Node<'t>) -> Node<'t> {
+        if count > SWITCHES {
+            let kink = Op::Kink("a contact law with more than 8 switching functions");
+            return Node::recorded(self.0, self.0.function(kink));
+        }
         let mut pieces = vec![Piece::Lower; count];
         let forms = (0..3usize.pow(count as u32)).map(|alternative| {
             let mut rest = alternative;

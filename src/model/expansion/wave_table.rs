@@ -18,8 +18,10 @@ type Coefficients = [[f64; EIGHT]; BLOCKS];
 /// Index of the order, a and b of each harmonic a cos nφ + b sin nφ.
 type Harmonics = Vec<(usize, [f64; 2])>;
 
-/// Samples of one repetition: first and last attempt.
-const SAMPLES: [usize; 2] = [64, 4096];
+/// Largest and smallest number of samples of one repetition, and maximum number of samples of all waves. A
+/// smooth pulse that is narrower than a few samples is not seen.
+const SAMPLES: [usize; 2] = [4096, 512];
+const ALL_SAMPLES: usize = 1 << 22;
 
 /// A harmonic below this number of the largest ones in the upper half of the spectrum is rounding.
 const ROUNDING: f64 = 2.0;
@@ -53,39 +55,38 @@ impl WaveTable {
             return None;
         }
         let repeats = shape.repeats().max(1);
-        let mut count = SAMPLES[0];
-        while count <= SAMPLES[1] {
-            if let Some(table) = WaveTable::sampled(shape, waves, repeats, count) {
-                return table.agrees_with(shape, repeats).then_some(table);
-            }
-            count *= 2;
-        }
-        None
+        let table = WaveTable::sampled(shape, waves, repeats)?;
+        table.agrees_with(shape, repeats).then_some(table)
     }
 
-    /// The table from `count` samples; `None` if they are too few.
-    fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32, count: usize) -> Option<Self> {
-        let mut samples = vec![vec![Complex64::default(); count]; waves];
+    /// The table from samples; `None` if they are too few.
+    fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32) -> Option<Self> {
+        let mut count = SAMPLES[0];
+        while count > SAMPLES[1] && count * waves > ALL_SAMPLES {
+            count /= 2;
+        }
+        let mut samples = vec![vec![0.0; count]; waves];
         let mut u = vec![0.0; waves];
         for i in 0..count {
             shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
-            samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = (*u).into());
+            samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = *u);
         }
         let fft = FftPlanner::new().plan_fft_forward(count);
         let mut orders: Vec<usize> = Vec::new();
         let mut all = Vec::with_capacity(waves);
-        for samples in &mut samples {
-            let first = samples[0].re;
-            if samples.iter().all(|x| x.re == first) {
+        for samples in &samples {
+            let first = samples[0];
+            if samples.iter().all(|x| *x == first) {
                 all.push((first, Vec::new()));
                 continue;
             }
-            let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.re.abs()));
+            let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             if !largest.is_finite() {
                 return None;
             }
-            fft.process(samples);
-            let size = |k: usize| samples[k].norm() / count as f64;
+            let mut spectrum: Vec<Complex64> = samples.iter().map(|x| (*x).into()).collect();
+            fft.process(&mut spectrum);
+            let size = |k: usize| spectrum[k].norm() / count as f64;
             // The upper half of the spectrum is rounding, or shows that the samples are too few.
             let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
             if noise > TAIL * largest {
@@ -94,8 +95,8 @@ impl WaveTable {
             let least = ROUNDING * noise;
             let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
             orders.extend(&own);
-            let pair = |k: usize| [2.0 * samples[k].re / count as f64, -2.0 * samples[k].im / count as f64];
-            let mean = samples[0].re / count as f64;
+            let pair = |k: usize| [2.0 * spectrum[k].re / count as f64, -2.0 * spectrum[k].im / count as f64];
+            let mean = spectrum[0].re / count as f64;
             all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Harmonics>()));
         }
         orders.sort_unstable();

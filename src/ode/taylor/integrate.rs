@@ -56,6 +56,11 @@ impl Prepared {
         if let Some(what) = recorded.0.kink() {
             return Err(IntegrateError::NoSeries { what });
         }
+        let Tape { dof, drives, distances, .. } = &recorded.0;
+        if [*dof, *drives, distances.len()] != [model.dof(), model.drives(), model.contacts()] {
+            let what = "a recording with another number of coordinates, drives or contacts";
+            return Err(IntegrateError::NoSeries { what });
+        }
         let mut series = vec![Series::from(0.0); model.drives()];
         expanded.drive_series(0.0, SHORT, &mut series);
         let (tape, moving) = (change(recorded.0), moving(&series).collect::<Vec<bool>>());
@@ -225,6 +230,9 @@ impl<'r> Run<'r> {
         let reach = full.min(self.pace.longest()).min(self.valid);
         let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
         let h = aim - t;
+        if aim < stop && h <= RESOLUTION * t.abs() {
+            return Err(IntegrateError::StepUnderflow { t, h });
+        }
         self.crossings.clear();
         let c = &self.prepared.c;
         let found = first_exit(c, &mut self.e, &self.locator, &mut self.pace.ranges, h)?;

@@ -13,6 +13,10 @@ pub(super) struct Polynomial {
 /// Shortest interval of the search, as a share of the step `[1]`.
 const SHORTEST: f64 = 1e-13;
 
+/// The same after this number of evaluations, for a polynomial that stays at 0 within rounding.
+const COARSE: f64 = 1e-4;
+const MANY: u32 = 4096;
+
 impl Polynomial {
     /// Value and derivative.
     pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
@@ -57,8 +61,10 @@ impl Polynomial {
             return None;
         }
         let (mut a, mut value_a, mut slope_a) = (0.0, at_start, self.c[1]);
-        let mut width = h;
+        let (mut width, mut looks) = (h, 0);
         loop {
+            looks += 1;
+            let shortest = if looks < MANY { SHORTEST } else { COARSE };
             let b = a + width;
             let (value_b, slope_b) = self.with_slope(b);
             if !value_b.is_finite() {
@@ -66,7 +72,7 @@ impl Polynomial {
             }
             let (sum, bound) = (slope_a + slope_b, bend * width);
             let (falls, rises) = (sum + bound < 0.0, sum - bound > 0.0);
-            let short = width < SHORTEST * h;
+            let short = width < shortest * h;
             let stays = rises || falls || value_a.min(value_b) > 0.125 * bound * width;
             if value_b > 0.0 && (stays || short) {
                 if b >= h * (1.0 - 1e-12) {
