@@ -74,6 +74,15 @@ impl Series {
     pub fn until(&self) -> f64 {
         self.until
     }
+    /// The same polynomial over the time after an instant that is later by `by`.
+    pub(crate) fn later(mut self, by: f64) -> Self {
+        for first in 0..self.len.saturating_sub(1) {
+            for n in (first..self.len - 1).rev() {
+                self.c[n] += by * self.c[n + 1];
+            }
+        }
+        self
+    }
     /// The same series with another value at the instant.
     pub(crate) fn moved_to(mut self, value: f64) -> Self {
         self.c[0] = value;
@@ -266,6 +275,9 @@ impl Scalar for Series {
         })
     }
     fn abs_powf(self, p: f64) -> Self {
+        if self.len > 1 && p % 2.0 == 1.0 {
+            return Series::refused("an odd power of an absolute value that varies");
+        }
         if self.c[0] < 0.0 { (-self).powf(p) } else { self.powf(p) }
     }
     fn exp(self) -> Self {

@@ -250,8 +250,13 @@ impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
     }
     fn series(&self, model: &Machine<G>, t: f64, coefficients: usize, u: &mut [Series]) {
         let [phase, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
-        let angle = phase.moved_to(beside_edges(model, phase.at(0.0), Side::After));
-        model.drive_at(angle, Side::After, speed, acceleration, u);
+        let moved = beside_edges(model, phase.at(0.0), Side::After);
+        model.drive_at(phase.moved_to(moved), Side::After, speed, acceleration, u);
+        let ahead = (moved - phase.at(0.0)) / speed.at(0.0);
+        if ahead != 0.0 {
+            // Beside an edge the waves are those of a slightly later instant.
+            u[..model.size().waves].iter_mut().for_each(|wave| *wave = wave.later(-ahead));
+        }
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
         let phase = self.phase(t);

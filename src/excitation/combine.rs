@@ -34,6 +34,11 @@ impl Sum {
     }
 }
 
+/// Whether an angle grows at a constant speed: the expanded series is then faster than its parts.
+fn turns_evenly(angle: &Series) -> bool {
+    angle.coefficients().len() <= 2
+}
+
 /// Edges of all parts.
 fn edges(parts: &[Wave]) -> Vec<f64> {
     parts.iter().flat_map(Wave::edges_of_a_turn).collect()
@@ -45,8 +50,8 @@ impl Excitation for Sum {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         match &self.expanded {
-            Some(expanded) => expanded.series(angle),
-            None => {
+            Some(expanded) if turns_evenly(angle) => expanded.series(angle),
+            _ => {
                 let zero = Jet::constant(0.0.into());
                 self.terms.iter().fold(zero, |sum, f| sum + f.jet(*angle, Side::After))
             }
@@ -54,8 +59,8 @@ impl Excitation for Sum {
     }
     fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
-            Some(expanded) => expanded.value_series(angle),
-            None => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(*angle, Side::After)),
+            Some(expanded) if turns_evenly(angle) => expanded.value_series(angle),
+            _ => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(*angle, Side::After)),
         }
     }
     fn fourier(&self) -> Option<Fourier> {
@@ -99,8 +104,8 @@ impl Excitation for Product {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         match &self.expanded {
-            Some(expanded) => expanded.series(angle),
-            None => {
+            Some(expanded) if turns_evenly(angle) => expanded.series(angle),
+            _ => {
                 let one = Jet::constant(1.0.into());
                 self.factors.iter().fold(one, |product, f| product * f.jet(*angle, Side::After))
             }
@@ -108,8 +113,8 @@ impl Excitation for Product {
     }
     fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
-            Some(expanded) => expanded.value_series(angle),
-            None => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(*angle, Side::After)),
+            Some(expanded) if turns_evenly(angle) => expanded.value_series(angle),
+            _ => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(*angle, Side::After)),
         }
     }
     fn fourier(&self) -> Option<Fourier> {

@@ -212,6 +212,9 @@ impl Fourier {
     }
     /// The product of two series; `None` if it has too many waves.
     pub(crate) fn times(&self, other: &Fourier) -> Option<Fourier> {
+        if self.pairs.len() + other.pairs.len() > check::ORDERS {
+            return None;
+        }
         let mut product = Fourier::unchecked(0.0, vec![[0.0; 2]; self.pairs.len() + other.pairs.len()]);
         for (n, [a, b]) in self.waves() {
             for (m, [c, d]) in other.waves() {
@@ -239,7 +242,8 @@ impl Fourier {
     }
     /// Orders with their pairs, the mean as order 0 first.
     fn waves(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
-        std::iter::once((0, [self.mean, 0.0])).chain((1..).zip(self.pairs.iter().copied()))
+        let pairs = (1..).zip(self.pairs.iter().copied()).filter(|(_, pair)| *pair != [0.0; 2]);
+        std::iter::once((0, [self.mean, 0.0])).chain(pairs)
     }
     fn add(&mut self, order: usize, [cos, sin]: [f64; 2]) {
         match order {

@@ -124,8 +124,7 @@ impl Wave {
     }
 
     /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
-    /// series over time. `side`: before
-    /// or after a jump at this angle.
+    /// series over time. `side`: before or after a jump at this angle.
     #[inline]
     pub fn jet<A: Angle>(&self, angle: A, side: Side) -> Jet<A::Number> {
         angle.jet_of(self, side)

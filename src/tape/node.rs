@@ -153,7 +153,14 @@ impl Scalar for Node<'_> {
         self.apply(|x| Scalar::powf(x, p), |tape, form| tape.power(form, p, Parity::Plain))
     }
     fn abs_powf(self, p: f64) -> Self {
-        self.apply(|x| x.abs_powf(p), |tape, form| tape.power(form, p, Parity::Even))
+        self.apply(
+            |x| x.abs_powf(p),
+            // On a piece of a contact the sign is known. Elsewhere an odd power would cross its kink unseen.
+            |tape, form| match p % 2.0 == 1.0 && !tape.is_guarded() {
+                true => tape.function(Op::Kink("an odd power of an absolute value that varies")),
+                false => tape.power(form, p, Parity::Even),
+            },
+        )
     }
     fn exp(self) -> Self {
         self.apply(Scalar::exp, |tape, form| tape.function(Op::Exp(form)))

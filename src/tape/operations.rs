@@ -83,6 +83,15 @@ impl Tape {
         2 * self.dof + self.drives
     }
 
+    /// Number of contacts whose pieces are read.
+    pub(crate) fn contacts_read(&self) -> usize {
+        let reads = self.ops.iter().map(|(op, _)| match op {
+            Op::Choice { contact, count, .. } => contact + count,
+            _ => 0,
+        });
+        reads.max().unwrap_or(0)
+    }
+
     /// The forms that the tape returns.
     fn outputs(&self) -> impl Iterator<Item = FormId> + '_ {
         self.accelerations.iter().copied().chain(self.distances.iter().flatten().flatten().copied())

@@ -38,6 +38,11 @@ impl Recording {
         result
     }
 
+    /// Whether the operations belong to one piece of a contact.
+    pub(crate) fn is_guarded(&self) -> bool {
+        self.guard.get().is_some()
+    }
+
     pub(crate) fn keep(&self, form: Form) -> FormId {
         let form = if form.terms.len() > LONGEST {
             let long = self.push(form);

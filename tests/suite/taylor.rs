@@ -101,6 +101,7 @@ fn solutions_in_closed_form() {
 algebra!(Abs, |q, _v, a| { a[0] = -q[0].abs() });
 algebra!(Min, |q, v, a| { a[0] = -q[0].min(v[0]) });
 algebra!(Max, |q, v, a| { a[0] = -q[0].max(v[0]) });
+algebra!(Drag, |_q, v, a| { a[0] = -v[0] * v[0].abs_powf(1.0) });
 algebra!(Jump, |q, _v, a| { a[0] = -q[0].step() });
 // A kink of a constant is none, and a kink that nothing reads neither.
 algebra!(Constants, |q, v, a| {
@@ -120,6 +121,7 @@ fn kinks_are_refused_by_name() {
         (refusal(Min), "the smaller of two numbers that vary"),
         (refusal(Max), "the larger of two numbers that vary"),
         (refusal(Jump), "the step of something that varies"),
+        (refusal(Drag), "an odd power of an absolute value that varies"),
     ] {
         assert_eq!(error, IntegrateError::NoSeries { what });
         assert!(error.to_string().ends_with(&format!("because of {what}: use Dop853")), "{error}");

@@ -188,7 +188,7 @@ impl pulp::WithSimd for Expansion<'_> {
         let Expansion { table, turns, speed, coefficients, needed, u } = self;
         let mut powers = [[0.0; EIGHT]; BLOCKS];
         let mut power = 1.0;
-        for out in powers.as_flattened_mut() {
+        for out in &mut powers.as_flattened_mut()[..coefficients] {
             *out = power;
             power *= speed;
         }

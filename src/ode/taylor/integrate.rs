@@ -2,7 +2,9 @@
 
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::Expand;
+use crate::model::offers::Offers;
 use crate::ode::driver::{LAST_TIME, edge_after};
+use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::Stops;
 use crate::ode::integrate_error::IntegrateError;
@@ -56,8 +58,12 @@ impl Prepared {
         if let Some(what) = recorded.0.kink() {
             return Err(IntegrateError::NoSeries { what });
         }
+        if !Offers::of(model).fixed_pieces() {
+            return Err(IntegrateError::NoSeries { what: "a model without `accel_on_pieces`" });
+        }
         let Tape { dof, drives, distances, .. } = &recorded.0;
-        if [*dof, *drives, distances.len()] != [model.dof(), model.drives(), model.contacts()] {
+        let sizes = [model.dof(), model.drives(), model.contacts()];
+        if [*dof, *drives, distances.len()] != sizes || recorded.0.contacts_read() > sizes[2] {
             let what = "a recording with another number of coordinates, drives or contacts";
             return Err(IntegrateError::NoSeries { what });
         }
@@ -227,7 +233,8 @@ impl<'r> Run<'r> {
         let full = self.length()?;
         let stop = self.edge.min(self.t_end);
         // The last digits of the time are kept at drive edges and at the end of the run.
-        let reach = full.min(self.pace.longest()).min(self.valid);
+        let shortest = 2.0 * RESOLUTION * t.abs();
+        let reach = full.min(self.pace.longest()).min(self.valid.max(shortest));
         let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
         let h = aim - t;
         if aim < stop && h <= RESOLUTION * t.abs() {
@@ -263,7 +270,7 @@ impl<'r> Run<'r> {
             self.e.drive_end();
             self.e.contacts_at_end();
             let (pieces, stops) = (&self.e.pieces, &self.locator.stops);
-            let crossing = |exit: crate::ode::edges::exit::Exit| Crossing {
+            let crossing = |exit: Exit| Crossing {
                 contact: exit.contact,
                 from: pieces[exit.contact],
                 to: exit.to,

@@ -88,7 +88,7 @@ impl Pace {
     }
     /// Whether a step is so much shorter than the last one that the motion has no series here.
     pub(super) fn collapsed(&self, h: f64) -> bool {
-        h.is_nan() || h < COLLAPSE * self.last
+        h.is_nan() || (self.last.is_finite() && h < COLLAPSE * self.last)
     }
     /// Length of the first attempt to leave a root or power of 0, in a time span `room`.
     pub(super) fn start_of_power(&self, room: f64) -> f64 {
@@ -115,7 +115,7 @@ impl Pace {
         };
         let degree = c.degree;
         let mut h = reach(largest(degree), degree).min(reach(largest(degree - 1), degree - 1));
-        if h.is_nan() || largest(degree).is_nan() || largest(degree - 1).is_nan() {
+        if !(largest(degree).is_finite() && largest(degree - 1).is_finite()) {
             return f64::NAN;
         }
         if self.last > 0.0 {

@@ -128,8 +128,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 
     /// Start of the motion and its small differences. Components are the n coordinates, then the n
-    /// velocities;
-    /// difference k is `scale[k]` in component k and 0 elsewhere.
+    /// velocities; difference k is `scale[k]` in component k and 0 elsewhere.
     pub(crate) fn start(&self, state: &State) -> State {
         let (mut q, mut v) = (state.q.clone(), state.v.clone());
         q.resize(self.n * (1 + self.columns), 0.0);
