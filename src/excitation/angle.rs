@@ -1,7 +1,6 @@
 //! Functions of an angle.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::series::Series;
 use std::any::Any;
@@ -43,9 +42,9 @@ pub trait Excitation: Any + Debug + Send + Sync {
     fn value_series(&self, angle: &Series) -> Series {
         self.series(angle).value
     }
-    /// Returns f as a finite Fourier series, if it is one with at most 64 waves. Products of such excitations
-    /// are expanded once. Default: `None`.
-    fn fourier(&self) -> Option<Fourier> {
+    /// Returns mean and pairs (c_n, s_n) of f as a finite Fourier series, if it is one with at most 64 waves.
+    /// Products of such excitations are expanded once. Default: `None`.
+    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
         None
     }
     /// Angles in [0, 2π) at which f or a derivative jumps, in any order. Default: none.
@@ -120,8 +119,8 @@ impl Excitation for Constant {
     fn series(&self, _: &Series) -> Jet<Series> {
         Jet::constant(self.0.into())
     }
-    fn fourier(&self) -> Option<Fourier> {
-        Fourier::new(self.0, &[]).ok()
+    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
+        Some((self.0, Vec::new()))
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

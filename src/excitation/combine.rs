@@ -63,8 +63,8 @@ impl Excitation for Sum {
             _ => self.terms.iter().fold(0.0.into(), |sum, f| sum + f.value(*angle, Side::After)),
         }
     }
-    fn fourier(&self) -> Option<Fourier> {
-        self.expanded.clone()
+    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
+        self.expanded.as_ref()?.fourier()
     }
     fn edges(&self) -> Vec<f64> {
         edges(&self.terms)
@@ -117,8 +117,8 @@ impl Excitation for Product {
             _ => self.factors.iter().fold(1.0.into(), |product, f| product * f.value(*angle, Side::After)),
         }
     }
-    fn fourier(&self) -> Option<Fourier> {
-        self.expanded.clone()
+    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
+        self.expanded.as_ref()?.fourier()
     }
     fn edges(&self) -> Vec<f64> {
         edges(&self.factors)
@@ -161,8 +161,8 @@ impl Excitation for Scaled {
     fn value_series(&self, angle: &Series) -> Series {
         self.inner.value(*angle, Side::After) * self.factor
     }
-    fn fourier(&self) -> Option<Fourier> {
-        Fourier::new(self.factor, &[]).ok()?.times(&self.inner.fourier()?)
+    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
+        Fourier::new(self.factor, &[]).ok()?.times(&self.inner.fourier()?)?.fourier()
     }
     fn edges(&self) -> Vec<f64> {
         self.inner.edges_of_a_turn()

@@ -154,7 +154,8 @@ impl Wave {
 
     /// The wave as a finite Fourier series over the angle of the shaft, if it is one.
     pub(crate) fn fourier(&self) -> Option<Fourier> {
-        self.excitation.fourier()?.repeated(self.order, self.ahead)
+        let (mean, pairs) = self.excitation.fourier()?;
+        Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.ahead)
     }
 
     /// The value of this wave and the jet of another one. The angle is reduced once for both if they have

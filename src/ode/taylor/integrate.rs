@@ -8,6 +8,7 @@ use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::Stops;
 use crate::ode::integrate_error::IntegrateError;
+use crate::ode::integrator::Integrator;
 use crate::ode::methods::rk4::Classical;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Crossing, Observer, Step};
@@ -122,6 +123,18 @@ impl Prepared {
             }
         }
         Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.max_steps })
+    }
+}
+
+impl Integrator for Taylor {
+    fn run<M: Model + ?Sized, O: Observer>(
+        &self,
+        model: &M,
+        start: &State,
+        t_end: f64,
+        observer: &mut O,
+    ) -> Result<Finish, IntegrateError> {
+        Prepared::new(&model)?.run(self, &model, start, t_end, observer)
     }
 }
 

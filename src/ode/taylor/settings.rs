@@ -1,13 +1,8 @@
 //! The Taylor integrator and its settings.
 
-use crate::model::equations::{Model, State};
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::outcome::Finish;
-use crate::ode::step::Observer;
 use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
 use crate::ode::taylor::expansion::coefficients::ORDERS;
-use crate::ode::taylor::integrate::Prepared;
 
 /// Integration by Taylor series on fixed pieces, adaptive, with located edges.
 ///
@@ -106,17 +101,5 @@ impl Taylor {
             });
         }
         Ok((order, atol))
-    }
-}
-
-impl Integrator for Taylor {
-    fn run<M: Model + ?Sized, O: Observer>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-        observer: &mut O,
-    ) -> Result<Finish, IntegrateError> {
-        Prepared::new(&model)?.run(self, &model, start, t_end, observer)
     }
 }

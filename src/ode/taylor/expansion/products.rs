@@ -1,6 +1,9 @@
 //! Products of series, four side by side.
 
-use crate::ode::taylor::expansion::coefficients::ORDERS;
+use crate::series::Series;
+
+/// Maximum number of orders, 0 included.
+const ORDERS: usize = Series::CAPACITY;
 
 /// Products per batch.
 pub(super) const BATCH: usize = 4;
