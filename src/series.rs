@@ -138,7 +138,7 @@ impl Series {
         out
     }
 
-    /// This series if it is a constant, `reason` otherwise.
+    /// f(c_0) for a constant. Any other series is refused for this reason.
     fn constant_or(self, reason: &'static str, f: impl Fn(f64) -> f64) -> Self {
         if self.len > 1 { Series::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| 0.0) }
     }

@@ -1,4 +1,4 @@
-//! The numbers that record the algebra that is computed with them.
+//! Numbers that record the operations of an algebra.
 
 use crate::scalar::Scalar;
 use crate::tape::operations::{FormId, Op, Parity};

@@ -5,8 +5,10 @@ use crate::tape::form::Form;
 /// Index of a form in its tape.
 pub(crate) type FormId = usize;
 
-/// The pieces on which an operation is evaluated: those of `count` contacts from `contact` on, each counted
-/// 0, 1, 2 for lower flank, gap and upper flank. `alternative` = Σ piece_k 3^k.
+/// The pieces on which an operation is evaluated: those of `count` contacts from `contact` on.
+///
+/// A lower flank has the number 0, a gap 1, an upper flank 2. `alternative` is the number that these digits
+/// make in base 3, the first contact as the lowest digit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Guard {
     pub(crate) contact: usize,

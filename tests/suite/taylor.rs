@@ -378,7 +378,8 @@ fn run<I: Integrator, M: Model>(solver: &I, model: &M, start: &State, end: f64) 
     (times, finish.state)
 }
 
-/// Every contact law under a strong excitation: as many crossings as by DOP853, at the same instants.
+/// Every contact law of the crate under a strong excitation: as many crossings as by DOP853, at the same
+/// instants.
 #[test]
 fn every_contact_law_against_dop853() {
     fn check<N: Nonlinearity>(name: &str, law: N, stiffness: Wave) {
@@ -419,6 +420,11 @@ fn every_contact_law_against_dop853() {
     check("Palmgren", PowerLaw::new(1.0, 10.0 / 9.0, 1.0).unwrap(), smooth());
     check("NoPullBacklash", NoPullBacklash::new(1.0, 0.2).unwrap(), smooth());
     check("Damped", Damped::by_stiffness(Backlash::new(1.0).unwrap(), 0.2).unwrap(), smooth());
+    let always = Damped::by_stiffness_always(Backlash::new(1.0).unwrap(), 0.2).unwrap();
+    check("Damped, always", always, smooth());
+    check("Damped by force", Damped::by_force(Backlash::new(1.0).unwrap(), 0.3).unwrap(), smooth());
+    check("Linear", Linear, smooth());
+    check("MixedLaw", MixedLaw::<Linear>::Backlash(Backlash::new(1.0).unwrap()), smooth());
     check("Cubic", Cubic::new(1.0, 0.5).unwrap(), smooth());
     check("SmoothedBacklash", SmoothedBacklash::new(1.0, 0.1).unwrap(), smooth());
 }
@@ -479,7 +485,7 @@ fn derivatives_of_the_flow() {
     check("no pull, rectangle", &spur, &State::new(0.0, &[1.8], &[0.0]), 20.0, 1e-8);
 }
 
-/// The same run has the same bits, also within a longer list of threads.
+/// The same run has the same bits in every thread.
 #[test]
 fn the_same_bits_in_every_thread() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();

@@ -18,8 +18,9 @@ type Coefficients = [[f64; EIGHT]; BLOCKS];
 /// Index of the order, a and b of each harmonic a cos nφ + b sin nφ.
 type Harmonics = Vec<(usize, [f64; 2])>;
 
-/// Largest and smallest number of samples of one repetition, and maximum number of samples of all waves. A
-/// smooth pulse that is narrower than a few samples is not seen.
+/// Largest and smallest number of samples of each wave over one repetition. The largest number is halved
+/// until all waves together have at most `ALL_SAMPLES`. The samples do not see a smooth pulse that is narrower
+/// than their spacing.
 const SAMPLES: [usize; 2] = [4096, 512];
 const ALL_SAMPLES: usize = 1 << 22;
 

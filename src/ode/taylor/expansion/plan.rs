@@ -274,7 +274,7 @@ impl Level {
         }
     }
 
-    /// The distance of a contact from an edge, if it is a row of this level.
+    /// Returns the column of a distance that this level computes as an operand; `None` if it does not.
     fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<Edge> {
         let reversed = form.times(-1.0);
         self.row_forms.iter().enumerate().find_map(|(column, &row)| {
