@@ -144,6 +144,21 @@ impl Series {
     }
 }
 
+/// Coefficients that are computed side by side, and the number of such blocks.
+pub(crate) const EIGHT: usize = 8;
+pub(crate) const BLOCKS: usize = Series::CAPACITY / EIGHT;
+
+/// The weights n^k/k! of the Taylor coefficients k of a wave of order n over its angle, with the signs
+/// + + - - in turn.
+pub(crate) fn wave_weights(n: f64) -> [[f64; EIGHT]; BLOCKS] {
+    let (mut weights, mut weight) = ([[0.0; EIGHT]; BLOCKS], 1.0);
+    for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
+        *out = if k % 4 < 2 { weight } else { -weight };
+        weight *= n / (k + 1) as f64;
+    }
+    weights
+}
+
 impl fmt::Debug for Series {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.refusal {

@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::scalar::Scalar;
-use crate::series::Series;
+use crate::series::{BLOCKS, EIGHT, Series, wave_weights};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -25,10 +25,6 @@ pub struct Fourier {
     expansion: Expansion,
 }
 
-/// Coefficients that are computed side by side, and the number of such blocks.
-const EIGHT: usize = 8;
-const BLOCKS: usize = Series::CAPACITY / EIGHT;
-
 /// The waves that are not 0, with the weights of their Taylor coefficients. It follows from the pairs.
 #[derive(Clone, Default)]
 struct Expansion {
@@ -38,16 +34,8 @@ struct Expansion {
 
 impl Expansion {
     fn of(pairs: &[[f64; 2]]) -> Self {
-        let waves = (1..).zip(pairs).filter(|(_, pair)| **pair != [0.0; 2]).map(|(n, _)| {
-            let mut weight = 1.0;
-            let mut weights = [[0.0; EIGHT]; BLOCKS];
-            for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
-                let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
-                *out = sign * weight;
-                weight *= n as f64 / (k + 1) as f64;
-            }
-            (n, weights)
-        });
+        let waves = (1..).zip(pairs).filter(|(_, pair)| **pair != [0.0; 2]);
+        let waves = waves.map(|(n, _)| (n, wave_weights(n as f64)));
         Expansion { waves: waves.collect() }
     }
 }

@@ -3,15 +3,11 @@
 use crate::excitation::side::Side;
 use crate::model::shape::Shape;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::series::Series;
+use crate::series::{BLOCKS, EIGHT, Series, wave_weights};
 use pulp::Arch;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// Coefficients that are computed side by side, and the number of such blocks.
-const EIGHT: usize = 8;
-const BLOCKS: usize = Series::CAPACITY / EIGHT;
 
 type Coefficients = [[f64; EIGHT]; BLOCKS];
 
@@ -110,12 +106,7 @@ impl WaveTable {
         }
         let weights = |k: &usize| {
             let n = *k as f64 * f64::from(repeats);
-            let (mut weights, mut weight) = ([[0.0; EIGHT]; BLOCKS], 1.0);
-            for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
-                *out = if k % 4 < 2 { weight } else { -weight };
-                weight *= n / (k + 1) as f64;
-            }
-            (n, weights)
+            (n, wave_weights(n))
         };
         Some(WaveTable { orders: orders.iter().map(weights).collect(), waves: all, arch: Arch::new() })
     }
