@@ -12,6 +12,7 @@ pub mod drives;
 mod dual;
 mod error;
 pub mod excitation;
+pub mod linear;
 pub mod model;
 pub mod models;
 mod numeric;
@@ -23,6 +24,7 @@ mod series;
 #[cfg(feature = "serde")]
 mod stored;
 pub mod sweep;
+pub mod trains;
 mod tape;
 
 pub use crate::analysis::rattle::{Rattle, RattleState};

@@ -128,8 +128,11 @@ impl<N: Nonlinearity> Mesh<N> {
     /// Number of times that the mesh repeats in a turn of the shaft: the greatest common divisor of the
     /// orders of its waves and, if its edges move, of its number of teeth. 0 if nothing varies.
     fn repeats(&self) -> u32 {
-        let of_law = if self.law.moves() { self.teeth } else { 0 };
-        divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), of_law)
+        divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), self.repeats_of_law())
+    }
+    /// The number of teeth if the edges of the law move, 0 otherwise.
+    pub(crate) fn repeats_of_law(&self) -> u32 {
+        if self.law.moves() { self.teeth } else { 0 }
     }
 
     /// Mesh stiffness K(φ) [N/m].
@@ -158,16 +161,23 @@ impl<N: Nonlinearity> Mesh<N> {
     }
     /// Writes the edges of the law and their rates alone.
     pub(crate) fn edges<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+        [u[LOWER], u[UPPER], u[LOWER_RATE], u[UPPER_RATE]] = self.law_edges(angle, side);
+    }
+    /// The edges of the law, lower and upper, and their rates over the angle.
+    pub(crate) fn law_edges<A: Angle>(&self, angle: A, side: Side) -> [A::Number; 4] {
         let teeth = f64::from(self.teeth);
         let edges = self.law.edges(angle.times(teeth), side);
-        (u[LOWER], u[UPPER]) = (edges.lower, edges.upper);
-        (u[LOWER_RATE], u[UPPER_RATE]) = (edges.lower_rate * teeth, edges.upper_rate * teeth);
+        [edges.lower, edges.upper, edges.lower_rate * teeth, edges.upper_rate * teeth]
     }
     /// The next angle of the shaft at which a wave or an edge of the gap jumps or has a kink.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {
+        let waves = earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle));
+        earlier(waves, self.next_edge_of_law(angle))
+    }
+    /// The next angle of the shaft at which an edge of the gap jumps or has a kink.
+    pub(crate) fn next_edge_of_law(&self, angle: f64) -> Option<f64> {
         let teeth = f64::from(self.teeth);
-        let of_law = self.law.next_edge(teeth * angle).map(|edge| edge / teeth);
-        earlier(earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle)), of_law)
+        self.law.next_edge(teeth * angle).map(|edge| edge / teeth)
     }
 
     /// Computes contact `i` from the [`waves`](Mesh::waves) of the mesh, the speed φ' [rad/s], the damping C

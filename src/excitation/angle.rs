@@ -103,6 +103,10 @@ pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 pub struct Constant(f64);
 
 impl Constant {
+    /// The constant 0.
+    pub(crate) fn zero() -> Self {
+        Constant(0.0)
+    }
     /// A constant within ±1e50.
     ///
     /// # Errors

@@ -59,6 +59,10 @@ impl Backlash {
         Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
     }
 
+    /// No backlash: b = 0.
+    pub(crate) fn none() -> Self {
+        Backlash { half_width: 0.0 }
+    }
     /// Half width b: half the backlash.
     pub fn half_width(&self) -> f64 {
         self.half_width

@@ -1,0 +1,97 @@
+//! Campbell diagrams.
+
+use crate::linear::modes::{LinearError, Modes};
+use crate::model::machine::Machine;
+use crate::model::shape::Shape;
+
+/// A speed at which a harmonic of an order meets a natural frequency.
+///
+/// ```
+/// # use gear_dynamics::linear::Campbell;
+/// # use gear_dynamics::{NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
+/// let meeting = diagram.resonances()[0];
+/// assert!((18.0 * meeting.speed - meeting.frequency).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resonance {
+    /// Value of the constant `speed`.
+    pub speed: f64,
+    /// Natural frequency [rad per time unit].
+    pub frequency: f64,
+    /// Order of the excitation over the constant `speed`.
+    pub order: f64,
+    /// Index of the natural frequency among those of its speed.
+    pub mode: usize,
+}
+
+/// Natural frequencies over the speed, with the lines of excitation orders.
+///
+/// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`]) at the
+/// angle 0.
+///
+/// ```
+/// use gear_dynamics::linear::Campbell;
+/// use gear_dynamics::{NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
+/// assert_eq!(diagram.frequencies().len(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Campbell {
+    speeds: Vec<f64>,
+    frequencies: Vec<Vec<f64>>,
+    resonances: Vec<Resonance>,
+}
+
+impl Campbell {
+    /// The diagram of a machine whose first constant is its speed, for increasing speeds, and excitation orders as
+    /// multiples of that speed.
+    ///
+    /// # Errors
+    /// Speeds out of range or not increasing; errors of [`Modes::in_contact`].
+    pub fn of<G: Shape>(machine: &Machine<G>, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
+        let name = machine.names().first().map_or_else(String::new, |channel| channel.name.clone());
+        crate::error::check::quantities("orders", orders)?;
+        let mut frequencies: Vec<Vec<f64>> = Vec::new();
+        for (i, &speed) in speeds.iter().enumerate() {
+            if i > 0 && speed <= speeds[i - 1] {
+                let name = format!("speeds[{i}]");
+                return Err(crate::ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into());
+            }
+            let modes = Modes::in_contact(&machine.with(&name, speed)?, 0.0)?;
+            frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());
+        }
+        let mut resonances = Vec::new();
+        for (speed, found) in speeds.windows(2).zip(frequencies.windows(2)) {
+            for mode in 0..found[0].len().min(found[1].len()) {
+                for &order in orders {
+                    let [a, b] = [0, 1].map(|i| found[i][mode] - order * speed[i]);
+                    if a > 0.0 && b <= 0.0 || a < 0.0 && b >= 0.0 {
+                        // The frequency is linear between two speeds.
+                        let share = a / (a - b);
+                        let at = speed[0] + share * (speed[1] - speed[0]);
+                        let frequency = found[0][mode] + share * (found[1][mode] - found[0][mode]);
+                        resonances.push(Resonance { speed: at, frequency, order, mode });
+                    }
+                }
+            }
+        }
+        Ok(Campbell { speeds: speeds.to_vec(), frequencies, resonances })
+    }
+    /// The speeds.
+    pub fn speeds(&self) -> &[f64] {
+        &self.speeds
+    }
+    /// Natural frequencies [rad per time unit] at each speed, increasing.
+    pub fn frequencies(&self) -> &[Vec<f64>] {
+        &self.frequencies
+    }
+    /// Speeds at which an order meets a natural frequency, by linear interpolation between the given speeds.
+    pub fn resonances(&self) -> &[Resonance] {
+        &self.resonances
+    }
+}

@@ -1,0 +1,283 @@
+//! Natural frequencies, damping ratios and modes.
+
+use crate::contact::piece::Piece;
+use crate::error::ParameterError;
+use crate::excitation::side::Side;
+use crate::linear::symmetric::inertias;
+use crate::model::equations::Model;
+use crate::model::slopes::Slopes;
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// The reason why a linear analysis has no result.
+///
+/// ```
+/// use gear_dynamics::linear::{LinearError, Modes};
+/// use gear_dynamics::{NfgPair, NfgParams, contact::Piece};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let error = Modes::on_pieces(&pair, 0.0, &[Piece::Upper; 2]).unwrap_err();
+/// assert_eq!(error.to_string(), "pieces has 2 entries: 1 are needed");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LinearError {
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The derivative of the accelerations is not a number.
+    #[error("the Jacobian of the model at t = {t} is not finite")]
+    NotFinite {
+        /// Time.
+        t: f64,
+    },
+    /// Eigenvalues did not converge.
+    #[error("the eigenvalues of a matrix of {rows} rows did not converge")]
+    NoConvergence {
+        /// Number of rows.
+        rows: usize,
+    },
+    /// No contact state is consistent with the load.
+    #[error("no contact state carries the load: {tried} were tried")]
+    NoContactState {
+        /// Number of states tried.
+        tried: usize,
+    },
+    /// A body that the contacts leave free stands under load.
+    #[error("the load moves the model freely: the residual acceleration is {residual} of the largest")]
+    Free {
+        /// Largest acceleration that is left, over the largest acceleration at rest.
+        residual: f64,
+    },
+}
+
+/// One mode.
+///
+/// ```
+/// use gear_dynamics::linear::Modes;
+/// use gear_dynamics::{NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let modes = Modes::in_contact(&pair, 0.0)?;
+/// assert_eq!(modes.list()[0].shape(), [1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mode {
+    frequency: f64,
+    shape: Vec<f64>,
+}
+
+impl Mode {
+    pub(crate) fn new(frequency: f64, shape: Vec<f64>) -> Self {
+        Mode { frequency, shape }
+    }
+    /// Undamped natural frequency [rad per time unit]; 0 for a rigid motion.
+    pub fn frequency(&self) -> f64 {
+        self.frequency
+    }
+    /// Undamped natural frequency in cycles per time unit; Hz for a model in seconds.
+    pub fn hertz(&self) -> f64 {
+        self.frequency / TAU
+    }
+    /// Mode by coordinate, with the largest entry 1.
+    pub fn shape(&self) -> &[f64] {
+        &self.shape
+    }
+}
+
+/// Modes of a model about a contact state.
+///
+/// Undamped: ∂a/∂q φ = -ω² φ. Damped: eigenvalues λ of [0, I; ∂a/∂q, ∂a/∂q']. a are the accelerations of the
+/// model on the given pieces of its contact laws, at given drives.   Source: Meirovitch, Fundamentals of Vibrations,
+/// chapter 7.
+///
+/// ```
+/// use gear_dynamics::linear::Modes;
+/// use gear_dynamics::trains::{Body, MeshPart, Parts};
+/// use gear_dynamics::Wave;
+/// let mut parts = Parts::new();
+/// parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+/// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+/// let modes = Modes::in_contact(&parts.build("pinion", 100.0)?, 0.0)?;
+/// let exact = (2e8 * (0.03f64.powi(2) / 1e-3 + 0.06f64.powi(2) / 4e-3)).sqrt();
+/// assert_eq!(modes.rigid(), 1);
+/// assert!((modes.list()[1].frequency() / exact - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Modes {
+    list: Vec<Mode>,
+    eigenvalues: Vec<Complex64>,
+    symmetric: bool,
+}
+
+/// Largest frequency of a rigid motion, as a share of the highest one.
+const RIGID: f64 = 1e-6;
+
+impl Modes {
+    /// Modes at time t with all teeth on their upper (drive) flanks.
+    ///
+    /// # Errors
+    /// A model whose Jacobian is not finite; eigenvalues that do not converge.
+    pub fn in_contact<M: Model + ?Sized>(model: &M, t: f64) -> Result<Self, LinearError> {
+        Modes::on_pieces(model, t, &vec![Piece::Upper; model.contacts()])
+    }
+
+    /// Modes at time t, about rest, with contact i on `pieces[i]`.
+    ///
+    /// # Errors
+    /// As [`in_contact`](Modes::in_contact); a list of pieces of the wrong length.
+    pub fn on_pieces<M: Model + ?Sized>(model: &M, t: f64, pieces: &[Piece]) -> Result<Self, LinearError> {
+        let rest = vec![0.0; model.dof()];
+        Modes::about(model, t, Some(pieces), &rest, &rest)
+    }
+
+    /// Modes at time t about a state. `pieces`: that of each contact; `None`: those on which the state stands.
+    ///
+    /// # Errors
+    /// As [`on_pieces`](Modes::on_pieces); coordinates or velocities of the wrong number.
+    pub fn about<M: Model + ?Sized>(
+        model: &M,
+        t: f64,
+        pieces: Option<&[Piece]>,
+        q: &[f64],
+        v: &[f64],
+    ) -> Result<Self, LinearError> {
+        let n = model.dof();
+        crate::error::check::length("coordinates", q.len(), n)?;
+        crate::error::check::length("velocities", v.len(), n)?;
+        crate::error::check::finite("time", t)?;
+        if let Some(pieces) = pieces {
+            crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+        }
+        let mut u = vec![0.0; model.drives()];
+        model.drive(t, Side::After, &mut u);
+        let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
+        slopes.at(pieces, &u, q, v);
+        let jacobian = &slopes.jacobian;
+        if jacobian.q.iter().chain(jacobian.v.iter()).any(|x| !x.is_finite()) {
+            return Err(LinearError::NotFinite { t });
+        }
+        let stiffness = -&jacobian.q;
+        let (mut list, symmetric) = match inertias(&stiffness) {
+            Some(m) => (symmetric(&stiffness, &m)?, true),
+            None => (general(&stiffness)?, false),
+        };
+        list.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        let eigenvalues = damped(&jacobian.q, &jacobian.v)?;
+        Ok(Modes { list, eigenvalues, symmetric })
+    }
+
+    /// Modes in the order of their frequencies; rigid motions first, with the frequency 0.
+    ///
+    /// A pair of complex frequencies of a stiffness that is not symmetric is left out; see
+    /// [`eigenvalues`](Modes::eigenvalues).
+    pub fn list(&self) -> &[Mode] {
+        &self.list
+    }
+    /// Number of rigid motions: modes below a millionth of the highest frequency.
+    pub fn rigid(&self) -> usize {
+        self.list.iter().filter(|mode| mode.frequency == 0.0).count()
+    }
+    /// Undamped natural frequencies [rad per time unit].
+    pub fn frequencies(&self) -> Vec<f64> {
+        self.list.iter().map(Mode::frequency).collect()
+    }
+    /// Undamped natural frequencies in cycles per time unit.
+    pub fn hertz(&self) -> Vec<f64> {
+        self.list.iter().map(Mode::hertz).collect()
+    }
+    /// Whether the stiffness is symmetric, so that all frequencies are real.
+    pub fn is_symmetric(&self) -> bool {
+        self.symmetric
+    }
+    /// Eigenvalues λ of the damped model with positive imaginary part, in the order of |λ|.
+    ///
+    /// The natural frequency is |λ| and the damping ratio -Re λ/|λ|. Overdamped modes are not listed.
+    pub fn eigenvalues(&self) -> &[Complex64] {
+        &self.eigenvalues
+    }
+    /// Damping ratios -Re λ/|λ|, in the order of [`eigenvalues`](Modes::eigenvalues).
+    pub fn damping_ratios(&self) -> Vec<f64> {
+        self.eigenvalues.iter().map(|value| -value.re / value.norm()).collect()
+    }
+}
+
+/// A mode of the frequency ω, with its largest entry 1.
+fn mode(frequency: f64, shape: impl Iterator<Item = f64>) -> Mode {
+    let mut shape: Vec<f64> = shape.collect();
+    let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
+    shape.iter_mut().for_each(|x| *x /= largest);
+    Mode::new(frequency, shape)
+}
+
+/// ω from ω² by eigenvalues whose largest is `most`.
+fn frequency(square: f64, most: f64) -> f64 {
+    let omega = square.max(0.0).sqrt();
+    if omega < RIGID * most.sqrt() { 0.0 } else { omega }
+}
+
+/// Modes of M⁻¹ K with diagonal M, from the symmetric matrix M^(1/2) A M^(-1/2).
+fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
+    let n = a.nrows();
+    let root: Vec<f64> = m.iter().map(|m| m.sqrt()).collect();
+    let entry = |i: usize, j: usize| {
+        0.5 * (a[(i, j)] * (root[i] / root[j]) + a[(j, i)] * (root[j] / root[i]))
+    };
+    let matrix = faer::Mat::from_fn(n, n, entry);
+    let found =
+        matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NoConvergence { rows: n })?;
+    let (values, vectors) = (found.S().column_vector(), found.U());
+    let most = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
+    Ok((0..n)
+        .map(|k| mode(frequency(values[k], most), (0..n).map(|i| vectors[(i, k)] / root[i])))
+        .collect())
+}
+
+/// Modes of any matrix with real positive eigenvalues.
+fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
+    let n = a.nrows();
+    let matrix = faer::Mat::from_fn(n, n, |i, j| a[(i, j)]);
+    let found = matrix.eigen().map_err(|_| LinearError::NoConvergence { rows: n })?;
+    let (values, vectors) = (found.S().column_vector(), found.U());
+    let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
+    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most && values[*k].re >= -RIGID * RIGID * most;
+    Ok((0..n)
+        .filter(real)
+        .map(|k| {
+            // A real eigenvector may carry a complex factor.
+            let largest = (0..n).map(|i| vectors[(i, k)]).fold(Complex64::new(0.0, 0.0), |most, x| {
+                if x.norm() > most.norm() { Complex64::new(x.re, x.im) } else { most }
+            });
+            let shape = (0..n).map(move |i| {
+                let x = vectors[(i, k)];
+                (Complex64::new(x.re, x.im) / largest).re
+            });
+            mode(frequency(values[k].re, most), shape)
+        })
+        .collect())
+}
+
+/// Eigenvalues of the first-order system with positive imaginary part.
+fn damped(q: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Vec<Complex64>, LinearError> {
+    let n = q.nrows();
+    // Time in units of 1/ω, so that both halves have the same size.
+    let omega = q.amax().sqrt().max(f64::MIN_POSITIVE);
+    let matrix = faer::Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => 0.0,
+        (true, false) => f64::from(u8::from(i == j - n)),
+        (false, true) => q[(i - n, j)] / (omega * omega),
+        (false, false) => v[(i - n, j - n)] / omega,
+    });
+    let values = matrix.eigenvalues().map_err(|_| LinearError::NoConvergence { rows: 2 * n })?;
+    let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    let mut values: Vec<Complex64> = values
+        .iter()
+        .filter(|value| value.im > RIGID * most)
+        .map(|value| Complex64::new(value.re, value.im) * omega)
+        .collect();
+    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    Ok(values)
+}

@@ -1,0 +1,197 @@
+//! Checks of the parts: ranges, connections, balance.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::error::check;
+use crate::excitation::side::Side;
+use crate::trains::build::names::Names;
+use crate::trains::build::places::SAME;
+use crate::trains::build::rows::Layout;
+use crate::trains::build::train_error::{TrainError, Warning};
+use crate::trains::parts::collection::{Course, Parts};
+use crate::trains::shape::train_shape::TrainShape;
+
+/// Stiffnesses of meshes of steel gears, a thousand times less to a thousand times more [N/m].
+const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
+/// Modules of gears `[m]`.
+const MODULE: [f64; 2] = [1e-5, 0.2];
+/// Half backlashes `[m]`.
+const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
+
+/// Every number in its range.
+pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError> {
+    if parts.bodies.is_empty() {
+        return Err(crate::ParameterError::Empty { name: "bodies of the train".into(), min: 1 }.into());
+    }
+    for (name, body) in &parts.bodies {
+        check::scale(format!("inertia of \"{name}\""), body.inertia)?;
+        check::not_negative(format!("drag of \"{name}\""), body.drag)?;
+        check::quantities(&format!("centre of \"{name}\""), &body.centre)?;
+        for (what, value) in [("stiffness", 0), ("damping", 1)].into_iter().zip(body.held.unwrap_or_default()) {
+            check::not_negative(format!("{} that holds \"{name}\"", what.0), value)?;
+        }
+        let Some(bearing) = &body.bearing else { continue };
+        check::scale(format!("mass of \"{name}\""), bearing.mass)?;
+        for axis in [0, 1] {
+            check::not_negative(format!("bearing stiffness of \"{name}\""), bearing.stiffness[axis])?;
+            check::not_negative(format!("bearing damping of \"{name}\""), bearing.damping[axis])?;
+        }
+        check::not_negative(format!("clearance of \"{name}\""), bearing.clearance)?;
+        let alike = [bearing.stiffness, bearing.damping].iter().all(|[x, y]| x == y);
+        if bearing.clearance > 0.0 && !alike {
+            let why = "it has a radial clearance";
+            return Err(TrainError::NotIsotropic { body: name.clone(), why });
+        }
+    }
+    for shaft in &parts.shafts {
+        check::not_negative(format!("stiffness of \"{}\"", shaft.name), shaft.stiffness)?;
+        check::not_negative(format!("damping of \"{}\"", shaft.name), shaft.damping)?;
+        check::not_negative(format!("clearance of \"{}\"", shaft.name), shaft.half_clearance.unwrap_or(0.0))?;
+    }
+    for torque in &parts.torques {
+        check::quantity(format!("\"{}\"", torque.name), torque.value)?;
+        if let Course::Motor { breakdown_slip, synchronous } = torque.course {
+            check::scale(format!("breakdown slip of \"{}\"", torque.name), breakdown_slip)?;
+            check::scale(format!("synchronous speed of \"{}\"", torque.name), synchronous)?;
+        }
+    }
+    for (name, _, mesh) in &parts.meshes {
+        for teeth in mesh.teeth {
+            if !(1..=1_000_000).contains(&teeth) {
+                return Err(TrainError::ToothNumber { mesh: name.clone(), teeth });
+            }
+        }
+        for radius in mesh.radii {
+            check::scale(format!("base radius of \"{name}\""), radius)?;
+        }
+        let angle = mesh.pressure_angle;
+        if !(0.0..=1.4).contains(&angle) {
+            let name = format!("pressure angle of \"{name}\"");
+            check::finite(&name, angle)?;
+            return Err(crate::ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into());
+        }
+        check::not_negative(format!("{name} damping"), mesh.damping)?;
+        check::not_negative(format!("{name} half backlash"), mesh.half_backlash)?;
+        check::quantity(format!("phase of \"{name}\""), mesh.phase)?;
+        check::quantity(format!("stated phase of \"{name}\""), mesh.stated_phase.unwrap_or(0.0))?;
+        if let Some(friction) = &mesh.friction {
+            check::not_negative(format!("{name} friction"), friction.coefficient)?;
+        }
+        let [radii, teeth] = [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
+        if (radii / teeth - 1.0).abs() > SAME {
+            return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
+        }
+    }
+    Ok(())
+}
+
+/// Every name exists, values are usual, and the parts are connected.
+pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<(), TrainError> {
+    let warn = |warning: Warning, message: String| {
+        if parts.accepted.contains(&warning) { Ok(()) } else { Err(TrainError::Warning { warning, message }) }
+    };
+    let unusual = |what: String, value: f64, [low, high]: [f64; 2]| {
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        warn(Warning::UnusualValue, format!("{what} is {value:e}: usual are {low:e} to {high:e}"))
+    };
+    // Bodies that are connected have the same number.
+    let mut group: Vec<usize> = (0..parts.bodies.len()).collect();
+    fn root(group: &mut [usize], mut body: usize) -> usize {
+        while group[body] != body {
+            group[body] = group[group[body]];
+            body = group[body];
+        }
+        body
+    }
+    let mut join = |a: usize, b: usize| {
+        let [a, b] = [root(&mut group, a), root(&mut group, b)];
+        group[a.max(b)] = a.min(b);
+    };
+    for (name, ends, mesh) in &parts.meshes {
+        let [a, b] = names.pair(name, ends)?;
+        join(a, b);
+        let edges = mesh.law.edges(0.0, Side::After);
+        let half = if N::HALF_WIDTH { mesh.half_backlash } else { edges.upper };
+        unusual(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), mesh.stiffness.value(0.0, Side::After), MESH_STIFFNESS)?;
+        let module = 2.0 * mesh.radii[0] / (f64::from(mesh.teeth[0]) * libm::cos(mesh.pressure_angle));
+        unusual(format!("the module of \"{name}\" [m]"), module, MODULE)?;
+        if half.is_finite() {
+            unusual(format!("half the backlash of \"{name}\" [m]"), half.abs(), HALF_BACKLASH)?;
+        }
+    }
+    for shaft in &parts.shafts {
+        let [a, b] = names.pair(&shaft.name, &shaft.ends)?;
+        join(a, b);
+    }
+    for torque in &parts.torques {
+        names.place(&torque.name, &torque.body)?;
+    }
+    for body in 0..parts.bodies.len() {
+        if let Some(carrier) = names.carrier(parts, body)? {
+            join(body, carrier);
+        }
+        let (name, part) = &parts.bodies[body];
+        if let Some(bearing) = part.bearing
+            && bearing.stiffness.contains(&0.0)
+        {
+            let message = format!("the bearing of \"{name}\" has no stiffness: the body is not supported");
+            warn(Warning::Unsupported, message)?;
+        }
+    }
+    let first = root(&mut group, 0);
+    let apart = (0..parts.bodies.len()).find(|&body| root(&mut group, body) != first);
+    apart.map_or(Ok(()), |body| {
+        let [one, other] = [&parts.bodies[0].0, &parts.bodies[body].0];
+        warn(Warning::Disconnected, format!("\"{other}\" is not connected with \"{one}\""))
+    })
+}
+
+/// What needs the layout of the train.
+pub(crate) fn train<N: Nonlinearity>(layout: &Layout<'_, N>, names: &Names) -> Result<(), TrainError> {
+    if let Some(carrier) = &layout.parts.rotating {
+        names.place("the rotating frame", carrier)?;
+    }
+    Ok(())
+}
+
+/// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
+const BALANCED: f64 = 1e-6;
+
+/// Whether constant torques accelerate the train.
+pub(crate) fn balance<N: Nonlinearity>(
+    layout: &Layout<'_, N>,
+    shape: &TrainShape<N>,
+    values: &[f64],
+) -> Result<(), TrainError> {
+    let parts = layout.parts;
+    let loose = parts.bodies.iter().all(|body| body.1.drag == 0.0);
+    if !loose || !shape.motors.is_empty() || parts.accepted.contains(&Warning::Unbalanced) {
+        return Ok(());
+    }
+    let _ = values;
+    let (mut power, mut size) = (0.0, 0.0f64);
+    for torque in parts.torques.iter().filter(|torque| torque.course == Course::Constant) {
+        let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
+        let share = layout.kinematics.speeds[body].value().abs() * torque.value;
+        (power, size) = (power + share, size + share.abs());
+    }
+    if power.abs() <= BALANCED * size {
+        return Ok(());
+    }
+    let dof = layout.parts.bodies.iter().map(|body| if body.1.bearing.is_some() { 3 } else { 1 }).sum();
+    let rigid = layout.rigid(dof);
+    let mut inertia = 0.0;
+    for (body, (_, part)) in parts.bodies.iter().enumerate() {
+        let at = layout.angle[body];
+        inertia += rigid[at] * rigid[at] * part.inertia;
+        if let Some(bearing) = &part.bearing {
+            inertia += bearing.mass * (rigid[at + 1] * rigid[at + 1] + rigid[at + 2] * rigid[at + 2]);
+        }
+    }
+    let message = format!(
+        "the torques do not balance: they accelerate the reference body by {:e} rad/s²",
+        power / inertia
+    );
+    Err(TrainError::Warning { warning: Warning::Unbalanced, message })
+}

@@ -1,0 +1,181 @@
+//! Mean speeds of all bodies, exact from tooth numbers.
+
+use crate::trains::build::fraction::Fraction;
+use crate::trains::build::names::Names;
+use crate::trains::build::train_error::TrainError;
+use crate::trains::parts::collection::Parts;
+use crate::trains::parts::mesh_part::Kind;
+
+/// Σ coefficient · speed = 0, by the part `part`.
+struct Relation {
+    part: String,
+    terms: Vec<(usize, Fraction)>,
+}
+
+/// Speeds over that of the reference body, counterclockwise positive.
+pub(crate) struct Kinematics {
+    pub(crate) speeds: Vec<Fraction>,
+}
+
+impl Kinematics {
+    pub(crate) fn of<N>(parts: &Parts<N>, names: &Names, reference: usize) -> Result<Self, TrainError> {
+        let relations = relations(parts, names)?;
+        let n = parts.bodies.len();
+        let mut speeds: Vec<Option<Fraction>> =
+            parts.bodies.iter().map(|(_, body)| body.held.map(|_| Fraction::ZERO)).collect();
+        if speeds[reference].is_some() {
+            return Err(TrainError::ReferenceAtRest { body: parts.bodies[reference].0.clone() });
+        }
+        speeds[reference] = Some(Fraction::ONE);
+        let name = |body: usize| parts.bodies[body].0.clone();
+        // The relations of each body, so that the search is linear in the number of parts.
+        let mut of_body = vec![Vec::new(); n];
+        for (r, relation) in relations.iter().enumerate() {
+            relation.terms.iter().for_each(|(body, _)| of_body[*body].push(r));
+        }
+        let mut queue: Vec<usize> = (0..relations.len()).rev().collect();
+        loop {
+            while let Some(r) = queue.pop() {
+                let Relation { part, terms } = &relations[r];
+                let unknown: Vec<usize> = (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none()).collect();
+                match unknown[..] {
+                    [] => {
+                        let (body, lever) = terms[terms.len() - 1];
+                        let rest = sum(&terms[..terms.len() - 1], &speeds).and_then(|rest| rest.over(lever));
+                        let found = rest.map(|rest| -rest.value());
+                        let expected = speeds[body].map_or(0.0, Fraction::value);
+                        let fits = rest.and_then(|rest| rest.plus(speeds[body]?)).is_some_and(Fraction::is_zero);
+                        if !fits {
+                            let found = found.unwrap_or(f64::INFINITY);
+                            return Err(TrainError::Locked { part: part.clone(), body: name(body), found, expected });
+                        }
+                    }
+                    [one] => {
+                        let (body, lever) = terms[one];
+                        let rest: Vec<_> = terms.iter().filter(|term| term.0 != body).copied().collect();
+                        let rest = sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
+                        let Some(speed) = rest else {
+                            return Err(TrainError::SpeedUndetermined { body: name(body) });
+                        };
+                        speeds[body] = Some(speed);
+                        queue.extend(of_body[body].iter().copied());
+                    }
+                    _ => {}
+                }
+            }
+            if speeds.iter().all(Option::is_some) {
+                break;
+            }
+            // Coupled planetary sets: relations with several unknown speeds.
+            let solved = eliminate(&relations, &speeds);
+            if solved.is_empty() {
+                let body = speeds.iter().position(Option::is_none).unwrap_or(0);
+                return Err(TrainError::SpeedUndetermined { body: name(body) });
+            }
+            for (body, speed) in solved {
+                speeds[body] = Some(speed);
+                queue.extend(of_body[body].iter().copied());
+            }
+        }
+        Ok(Kinematics { speeds: speeds.into_iter().flatten().collect() })
+    }
+
+    /// 1 for a body that turns counterclockwise or not at all, -1 for a clockwise one.
+    pub(crate) fn sense(&self, body: usize) -> f64 {
+        if self.speeds[body].value() < 0.0 { -1.0 } else { 1.0 }
+    }
+    /// Speed of a body relative to a carrier, if there is one.
+    pub(crate) fn relative(&self, body: usize, carrier: Option<usize>) -> Option<Fraction> {
+        match carrier {
+            Some(carrier) => self.speeds[body].minus(self.speeds[carrier]),
+            None => Some(self.speeds[body]),
+        }
+    }
+}
+
+/// Σ coefficient · speed.
+fn sum(terms: &[(usize, Fraction)], speeds: &[Option<Fraction>]) -> Option<Fraction> {
+    terms.iter().try_fold(Fraction::ZERO, |sum, &(body, lever)| sum.plus(lever.times(speeds[body]?)?))
+}
+
+/// Maximum number of unknown speeds that are eliminated together.
+const COUPLED: usize = 64;
+
+/// Speeds that follow from several relations together, by Gauss-Jordan elimination.
+fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize, Fraction)> {
+    let open: Vec<&Relation> =
+        relations.iter().filter(|r| r.terms.iter().any(|(body, _)| speeds[*body].is_none())).collect();
+    let mut unknown: Vec<usize> = (0..speeds.len()).filter(|&body| speeds[body].is_none()).collect();
+    unknown.retain(|body| open.iter().any(|r| r.terms.iter().any(|term| term.0 == *body)));
+    if unknown.len() > COUPLED {
+        return Vec::new();
+    }
+    // Rows: coefficients of the unknown speeds, then the right-hand side.
+    let mut rows: Vec<Vec<Fraction>> = Vec::new();
+    for relation in open {
+        let (hidden, known): (Vec<(usize, Fraction)>, Vec<_>) = relation.terms.iter().copied().partition(|term| speeds[term.0].is_none());
+        let mut row = vec![Fraction::ZERO; unknown.len() + 1];
+        for (body, lever) in hidden {
+            if let Some(column) = unknown.iter().position(|known| *known == body)
+                && let Some(sum) = row[column].plus(lever)
+            {
+                row[column] = sum;
+            }
+        }
+        if let Some(right) = sum(&known, speeds).and_then(|known| Fraction::ZERO.minus(known)) {
+            row[unknown.len()] = right;
+            rows.push(row);
+        }
+    }
+    let mut pivots = Vec::new();
+    for column in 0..unknown.len() {
+        let Some(r) = (pivots.len()..rows.len()).find(|&r| !rows[r][column].is_zero()) else { continue };
+        rows.swap(pivots.len(), r);
+        let pivot = rows[pivots.len()].clone();
+        let at = pivots.len();
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != at) {
+            let Some(factor) = row[column].over(pivot[column]) else { return Vec::new() };
+            for (x, p) in row.iter_mut().zip(&pivot) {
+                match factor.times(*p).and_then(|p| x.minus(p)) {
+                    Some(difference) => *x = difference,
+                    None => return Vec::new(),
+                }
+            }
+        }
+        pivots.push(column);
+    }
+    let mut solved = Vec::new();
+    for (row, &column) in rows.iter().zip(&pivots) {
+        let alone = (0..unknown.len()).all(|other| other == column || row[other].is_zero());
+        if alone && let Some(speed) = row[unknown.len()].over(row[column]) {
+            solved.push((unknown[column], speed));
+        }
+    }
+    solved
+}
+
+/// The relations of all shafts, meshes and planets without a speed of their own.
+fn relations<N>(parts: &Parts<N>, names: &Names) -> Result<Vec<Relation>, TrainError> {
+    let mut relations = Vec::new();
+    for shaft in &parts.shafts {
+        let [a, b] = names.pair(&shaft.name, &shaft.ends)?;
+        let terms = vec![(a, Fraction::ONE), (b, Fraction::whole(-1))];
+        relations.push(Relation { part: shaft.name.clone(), terms });
+    }
+    for (name, ends, mesh) in &parts.meshes {
+        let [a, b] = names.pair(name, ends)?;
+        let carrier = names.carrier_of(parts, name, [a, b])?;
+        let [first, second] = mesh.teeth.map(|teeth| Fraction::whole(teeth.into()));
+        let second = if mesh.kind == Kind::External { Some(second) } else { Fraction::ZERO.minus(second) };
+        let second = second.unwrap_or(Fraction::ONE);
+        let mut terms = vec![(a, first), (b, second)];
+        if let Some(carrier) = carrier {
+            let both = first.plus(second).and_then(|sum| Fraction::ZERO.minus(sum)).unwrap_or(Fraction::ZERO);
+            if !both.is_zero() {
+                terms.push((carrier, both));
+            }
+        }
+        relations.push(Relation { part: name.clone(), terms });
+    }
+    Ok(relations)
+}

@@ -1,0 +1,76 @@
+//! Orders of all waves over one common angle.
+
+use crate::excitation::wave::Wave;
+use crate::trains::build::fraction::Fraction;
+use crate::trains::build::kinematics::Kinematics;
+use crate::trains::build::names::Names;
+use crate::trains::build::train_error::TrainError;
+use crate::trains::parts::collection::{Course, Parts};
+use crate::contact::laws::nonlinearity::Nonlinearity;
+
+/// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.
+pub(crate) struct Orders {
+    /// φ' over the speed of the reference body.
+    base: Option<Fraction>,
+    pub(crate) ratio: f64,
+    turns: Vec<Fraction>,
+}
+
+impl Orders {
+    pub(crate) fn of<N: Nonlinearity>(
+        parts: &Parts<N>,
+        names: &Names,
+        kinematics: &Kinematics,
+    ) -> Result<Self, TrainError> {
+        let mut base: Option<Fraction> = None;
+        let mut add = |rate: Option<Fraction>| {
+            if let Some(rate) = rate.map(Fraction::abs).filter(|rate| !rate.is_zero()) {
+                base = Some(base.map_or(rate, |base| base.common(rate).unwrap_or(Fraction::ZERO)));
+            }
+        };
+        for (name, ends, mesh) in &parts.meshes {
+            let bodies = names.pair(name, ends)?;
+            let carrier = names.carrier_of(parts, name, bodies)?;
+            let tooth = kinematics.relative(bodies[0], carrier);
+            let tooth = tooth.and_then(|speed| speed.times(Fraction::whole(mesh.teeth[0].into())));
+            if varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some() {
+                add(tooth);
+            }
+            for gear in [0, 1] {
+                if mesh.runout[gear].is_some() || mesh.faults[gear].is_some() {
+                    add(kinematics.relative(bodies[gear], carrier));
+                }
+            }
+        }
+        for torque in parts.torques.iter().filter(|torque| matches!(torque.course, Course::OfAngle(_))) {
+            add(Some(kinematics.speeds[names.place(&torque.name, &torque.body)?]));
+        }
+        let turns = kinematics.speeds.iter().map(|speed| speed.abs()).collect();
+        Ok(Orders { base, ratio: base.map_or(1.0, Fraction::value), turns })
+    }
+
+    /// Turns of a body over those of the reference body.
+    pub(crate) fn turn(&self, body: usize) -> Option<Fraction> {
+        Some(self.turns[body])
+    }
+    /// The whole number of repetitions in a turn of φ.
+    pub(crate) fn order(&self, rate: Option<Fraction>) -> Option<u32> {
+        rate?.over(self.base?)?.as_count().filter(|order| *order > 0)
+    }
+    /// A wave that repeats at `rate` as a wave of φ.
+    pub(crate) fn wave(&self, part: &str, wave: &Wave, rate: Option<Fraction>) -> Result<Wave, TrainError> {
+        if !varies(wave) {
+            return Ok(wave.clone());
+        }
+        match self.order(rate) {
+            Some(order) => Ok(wave.clone().per_turn(order)?),
+            None if rate.is_some_and(Fraction::is_zero) => Err(TrainError::AtRest { part: part.into() }),
+            None => Err(TrainError::NoCommonAngle { part: part.into() }),
+        }
+    }
+}
+
+/// Whether a wave is no constant.
+fn varies(wave: &Wave) -> bool {
+    Wave::divisor_of_orders([wave]) != 0
+}

@@ -1,0 +1,111 @@
+//! Centres of the bodies, and whether planets fit their places.
+
+use crate::error::check;
+use crate::trains::build::kinematics::Kinematics;
+use crate::trains::build::names::Names;
+use crate::trains::build::train_error::TrainError;
+use crate::trains::parts::collection::Parts;
+use crate::trains::parts::mesh_part::{Kind, MeshPart};
+use std::f64::consts::TAU;
+
+/// A planet: carrier, angle, radius of its centre, and the phase that its place gives to its meshes.
+#[derive(Clone, Debug)]
+pub(crate) struct Planet {
+    pub(crate) carrier: usize,
+    pub(crate) angle: f64,
+    pub(crate) radius: f64,
+    /// Mesh cycles in [0, 1) by which the meshes of the planet are ahead of those of a planet at angle 0.
+    pub(crate) ahead: f64,
+}
+
+/// The planets among the bodies, by their places.
+pub(crate) type Planets = Vec<Option<Planet>>;
+
+/// Relative difference up to which radii count as equal.
+pub(crate) const SAME: f64 = 1e-6;
+
+/// Phases within this distance of a multiple of 1/5040 are this multiple. Planets in phase then have equal
+/// waves.
+const SNAP: f64 = 1e-9;
+
+/// A phase in [0, 1).
+pub(crate) fn snapped(cycles: f64) -> f64 {
+    let parts = (cycles * 5040.0).round() / 5040.0;
+    let cycles = if (cycles - parts).abs() < SNAP { parts } else { cycles };
+    cycles.rem_euclid(1.0) % 1.0
+}
+
+pub(crate) fn planets<N>(parts: &Parts<N>, names: &Names, speeds: &Kinematics) -> Result<Planets, TrainError> {
+    let mut planets: Planets = vec![None; parts.bodies.len()];
+    // What each planet has found so far: its radius, and its first central mesh (central gear, teeth, phase).
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; parts.bodies.len()];
+    for (i, (name, body)) in parts.bodies.iter().enumerate() {
+        let Some(place) = &body.place else { continue };
+        let Some(carrier) = names.carrier(parts, i)? else { continue };
+        check::quantity(format!("angle of \"{name}\""), place.angle)?;
+        if let Some(radius) = place.radius {
+            check::scale(format!("radius of \"{name}\""), radius)?;
+        }
+        let radius = place.radius.unwrap_or(f64::NAN);
+        planets[i] = Some(Planet { carrier, angle: place.angle, radius, ahead: 0.0 });
+    }
+    for (name, ends, mesh) in &parts.meshes {
+        let [a, b] = names.pair(name, ends)?;
+        let (planet, central, teeth) = match (&planets[a], &planets[b]) {
+            (Some(_), None) => (a, b, mesh.teeth[1]),
+            (None, Some(_)) => (b, a, mesh.teeth[0]),
+            _ => continue,
+        };
+        let required = centre_distance(mesh);
+        let Some(place) = &mut planets[planet] else { continue };
+        if place.radius.is_nan() {
+            place.radius = required;
+        }
+        let title = || parts.bodies[planet].0.clone();
+        if (place.radius / required - 1.0).abs() > SAME {
+            let found = place.radius;
+            return Err(TrainError::CentreDistance { mesh: name.clone(), planet: title(), required, found });
+        }
+        // The teeth of a central gear that turns counterclockwise reach a planet at a larger angle later.
+        let turns = speeds.relative(central, Some(place.carrier)).is_none_or(|speed| speed.value() >= 0.0);
+        let way = if turns { -1.0 } else { 1.0 };
+        let ahead = way * f64::from(teeth) * place.angle / TAU;
+        match found[planet] {
+            None => {
+                place.ahead = snapped(ahead);
+                found[planet] = Some((ahead, way * f64::from(teeth)));
+            }
+            Some((first, per_turn)) => {
+                // Both meshes must be shifted alike: (z_1 ± z_2) angle/2π is whole.
+                let (gap, per_turn) = (ahead - first, way * f64::from(teeth) - per_turn);
+                if (gap - gap.round()).abs() > SAME * per_turn.abs().max(1.0) {
+                    let nearest = gap.round() / per_turn * TAU;
+                    return Err(TrainError::DoesNotAssemble { planet: title(), angle: place.angle, nearest });
+                }
+            }
+        }
+    }
+    match planets.iter().position(|planet| planet.as_ref().is_some_and(|planet| planet.radius.is_nan())) {
+        Some(planet) => Err(TrainError::PlanetWithoutMesh { planet: parts.bodies[planet].0.clone() }),
+        None => Ok(planets),
+    }
+}
+
+/// Centre distance (r_1 ± r_2)/cos α `[m]` of a mesh.
+fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
+    let [r1, r2] = mesh.radii;
+    let across = if mesh.kind == Kind::External { r1 + r2 } else { (r1 - r2).abs() };
+    across / libm::cos(mesh.pressure_angle)
+}
+
+/// The centre of a body `[m]`.
+pub(crate) fn centre<N>(parts: &Parts<N>, planets: &Planets, body: usize) -> [f64; 2] {
+    match &planets[body] {
+        None => parts.bodies[body].1.centre,
+        Some(planet) => {
+            let [x, y] = parts.bodies[planet.carrier].1.centre;
+            let (sin, cos) = libm::sincos(planet.angle);
+            [x + planet.radius * cos, y + planet.radius * sin]
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Errors and warnings of a train.
+
+use crate::error::ParameterError;
+use thiserror::Error;
+
+/// What is unusual about a train, but may be meant. [`Parts::accept`](crate::trains::Parts::accept) accepts it.
+///
+/// ```
+/// use gear_dynamics::trains::{Body, MeshPart, Parts, TrainError, Warning};
+/// use gear_dynamics::Wave;
+/// let mut parts = Parts::new();
+/// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+/// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+/// parts.torque("motor", "pinion", 30.0); // no load
+/// let error = parts.build("pinion", 100.0).unwrap_err();
+/// assert!(matches!(error, TrainError::Warning { warning: Warning::Unbalanced, .. }));
+/// assert!(parts.accept(Warning::Unbalanced).build("pinion", 100.0).is_ok());
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The torques accelerate the train.
+    Unbalanced,
+    /// A body has a bearing without stiffness.
+    Unsupported,
+    /// Parts of the train are not connected.
+    Disconnected,
+    /// A value is a thousand times off what steel gears have. Dimensionless trains accept this.
+    UnusualValue,
+}
+
+/// The reason why a train cannot be built.
+///
+/// ```
+/// use gear_dynamics::trains::{Body, MeshPart, Parts};
+/// use gear_dynamics::Wave;
+/// let mut parts = Parts::new();
+/// for name in ["a", "b", "c"] {
+///     parts.body(name, Body::new(2e-3));
+/// }
+/// for (name, first, second) in [("ab", "a", "b"), ("bc", "b", "c"), ("ca", "c", "a")] {
+///     parts.mesh(name, first, second, MeshPart::external([20, 20], [0.03, 0.03], Wave::constant(2e8)?));
+/// }
+/// let error = parts.build("a", 100.0).unwrap_err().to_string();
+/// assert!(error.starts_with("the train cannot turn: \"ca\""), "{error}");
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Two parts have the same name.
+    #[error("there is more than one \"{name}\": names must be different")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A part refers to a body that does not exist.
+    #[error("\"{part}\" refers to the body \"{body}\", which does not exist; there are: {known}")]
+    NoSuchBody {
+        /// The part.
+        part: String,
+        /// The name given.
+        body: String,
+        /// The names of all bodies.
+        known: String,
+    },
+    /// A mesh or a shaft joins a body with itself.
+    #[error("\"{part}\" joins \"{body}\" with itself")]
+    JoinsItself {
+        /// The part.
+        part: String,
+        /// The body.
+        body: String,
+    },
+    /// A mesh or shaft contradicts the speeds that follow from the others.
+    #[error(
+        "the train cannot turn: \"{part}\" requires \"{body}\" to turn at {found} times the reference speed, \
+         other parts at {expected} times"
+    )]
+    Locked {
+        /// The part that closes the loop.
+        part: String,
+        /// A body of it.
+        body: String,
+        /// Speed by this part, over the reference speed.
+        found: f64,
+        /// Speed by the other parts, over the reference speed.
+        expected: f64,
+    },
+    /// The speed of a body does not follow from that of the reference body.
+    #[error(
+        "the speed of \"{body}\" does not follow from that of the reference body: connect it, or hold a body \
+         of its planetary set (Body::held)"
+    )]
+    SpeedUndetermined {
+        /// The body.
+        body: String,
+    },
+    /// The reference body is held or at rest.
+    #[error("the reference body \"{body}\" is at rest: give the speed of a body that turns")]
+    ReferenceAtRest {
+        /// The body.
+        body: String,
+    },
+    /// A tooth number of 0 or above 1 000 000.
+    #[error("the gears of \"{mesh}\" have {teeth} teeth: 1 to 1000000 are allowed")]
+    ToothNumber {
+        /// The mesh.
+        mesh: String,
+        /// The number given.
+        teeth: u32,
+    },
+    /// Base radii do not have the ratio of the tooth numbers.
+    #[error(
+        "the base radii of \"{mesh}\" have the ratio {radii}, its tooth numbers {teeth}: compute the radii from \
+         the teeth"
+    )]
+    RadiiContradictTeeth {
+        /// The mesh.
+        mesh: String,
+        /// r_1/r_2.
+        radii: f64,
+        /// z_1/z_2.
+        teeth: f64,
+    },
+    /// Two bodies of a mesh have the same centre, and its line of action matters.
+    #[error("the gears of \"{mesh}\" have the same centre: Body::at sets it")]
+    SameCentre {
+        /// The mesh.
+        mesh: String,
+    },
+    /// A mesh joins planets of different carriers.
+    #[error("\"{mesh}\" joins planets of different carriers")]
+    TwoCarriers {
+        /// The mesh.
+        mesh: String,
+    },
+    /// A carrier is itself carried.
+    #[error("\"{carrier}\" carries \"{planet}\", but is carried itself")]
+    NestedCarrier {
+        /// The carrier.
+        carrier: String,
+        /// The planet.
+        planet: String,
+    },
+    /// The radius of a planet does not fit its meshes.
+    #[error("\"{mesh}\" requires the centre of \"{planet}\" at the radius {required} m, not {found} m")]
+    CentreDistance {
+        /// The mesh.
+        mesh: String,
+        /// The planet.
+        planet: String,
+        /// Radius (r_1 ± r_2)/cos α that the mesh requires `[m]`.
+        required: f64,
+        /// The radius stated, or required by another mesh `[m]`.
+        found: f64,
+    },
+    /// A planet meshes with no central gear.
+    #[error("the planet \"{planet}\" meshes with no central gear: give its radius (Body::at_radius)")]
+    PlanetWithoutMesh {
+        /// The planet.
+        planet: String,
+    },
+    /// A planet cannot be put in at its angle.
+    #[error(
+        "the planet \"{planet}\" does not assemble at {angle} rad: the nearest angle at which its teeth fit is \
+         {nearest} rad"
+    )]
+    DoesNotAssemble {
+        /// The planet.
+        planet: String,
+        /// Angle given `[rad]`.
+        angle: f64,
+        /// Nearest angle that fits `[rad]`.
+        nearest: f64,
+    },
+    /// A phase stated for a mesh contradicts tooth numbers.
+    #[error("the phase of \"{mesh}\" is stated as {stated} mesh cycles: its teeth and place give {computed}")]
+    PhaseContradicts {
+        /// The mesh.
+        mesh: String,
+        /// The phase stated, in mesh cycles.
+        stated: f64,
+        /// The phase computed, in mesh cycles in [0, 1).
+        computed: f64,
+    },
+    /// A wave that varies belongs to a mesh that does not turn.
+    #[error("\"{part}\" has a wave that varies, but does not turn")]
+    AtRest {
+        /// The mesh or torque.
+        part: String,
+    },
+    /// The tooth numbers have no common angle whose orders are at most 4 294 967 295.
+    #[error("\"{part}\" has no common angle with the other waves: its tooth numbers are too large")]
+    NoCommonAngle {
+        /// The mesh or torque.
+        part: String,
+    },
+    /// A shaft with a clearance in a train without meshes.
+    #[error("the shaft \"{shaft}\" has a clearance, but the train has no mesh")]
+    CouplingAlone {
+        /// The shaft.
+        shaft: String,
+    },
+    /// The relative coordinates contradict a part that depends on absolute motion.
+    #[error("relative coordinates do not exist with {part}, which depends on the absolute motion")]
+    NotRelative {
+        /// The part.
+        part: String,
+    },
+    /// Bearings of different stiffness along x and y where all directions must be equal.
+    #[error("the bearing of \"{body}\" must have the same stiffness and damping along x and y: {why}")]
+    NotIsotropic {
+        /// The body.
+        body: String,
+        /// The reason.
+        why: &'static str,
+    },
+    /// Something unusual that has not been accepted.
+    #[error("{message} (Parts::accept({warning:?}) accepts it)")]
+    Warning {
+        /// What it is.
+        warning: Warning,
+        /// The sentence with names and values.
+        message: String,
+    },
+}

@@ -1,0 +1,11 @@
+//! Gear trains from bodies, shafts, bearings, meshes and torques.
+
+pub(crate) mod build;
+pub(crate) mod parts;
+pub(crate) mod shape;
+
+pub use crate::trains::build::train_error::{TrainError, Warning};
+pub use crate::trains::parts::body::{Bearing, Body};
+pub use crate::trains::parts::collection::{Coordinates, Parts};
+pub use crate::trains::parts::mesh_part::MeshPart;
+pub use crate::trains::shape::train_shape::{Train, TrainShape};

@@ -1,0 +1,110 @@
+//! Bodies of a train and their bearings.
+
+/// A bearing: mass, stiffness, damping and radial clearance in two directions.
+///
+/// ```
+/// use gear_dynamics::trains::Bearing;
+/// let bearing = Bearing::new(2.0, 1e8).damping(300.0).clearance(2e-5);
+/// assert_eq!(bearing.stiffness, [1e8, 1e8]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bearing {
+    /// Mass of the body `[kg]`.
+    pub mass: f64,
+    /// Stiffness along x and y [N/m], not negative.
+    pub stiffness: [f64; 2],
+    /// Damping along x and y [N s/m], not negative.
+    pub damping: [f64; 2],
+    /// Half of the radial clearance `[m]`: the distance from the centre at which the bearing carries. With a
+    /// clearance, both stiffnesses must be equal.
+    pub clearance: f64,
+}
+
+impl Bearing {
+    /// A bearing of equal stiffness in all directions, without damping and clearance, for a body of mass
+    /// `mass`.
+    pub fn new(mass: f64, stiffness: f64) -> Self {
+        Bearing { mass, stiffness: [stiffness; 2], damping: [0.0; 2], clearance: 0.0 }
+    }
+    /// The same bearing with a damping [N s/m] in all directions.
+    pub fn damping(self, damping: f64) -> Self {
+        Bearing { damping: [damping; 2], ..self }
+    }
+    /// The same bearing with a radial clearance: it carries when the centre is farther than `clearance` `[m]`
+    /// from its place.
+    pub fn clearance(self, clearance: f64) -> Self {
+        Bearing { clearance, ..self }
+    }
+}
+
+/// The place of a planet on its carrier.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) carrier: String,
+    /// Angle on the carrier `[rad]`, counterclockwise from x.
+    pub(crate) angle: f64,
+    /// Radius of the centre `[m]`; `None`: from the first mesh of the planet with a central gear.
+    pub(crate) radius: Option<f64>,
+}
+
+/// A body of a train: a gear, a motor, a load or a carrier.
+///
+/// Its coordinate is the angle along its own mean rotation. With a [`Bearing`] it also has x and y.
+///
+/// ```
+/// use gear_dynamics::trains::{Bearing, Body};
+/// let sun = Body::new(3.9e-4).on(Bearing::new(0.4, 1e8));
+/// assert_eq!(sun.inertia(), 3.9e-4);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    pub(crate) inertia: f64,
+    pub(crate) bearing: Option<Bearing>,
+    pub(crate) centre: [f64; 2],
+    pub(crate) place: Option<Place>,
+    /// Torsional stiffness and damping to the ground.
+    pub(crate) held: Option<[f64; 2]>,
+    pub(crate) drag: f64,
+}
+
+impl Body {
+    /// A body that turns, with the moment of inertia J [kg m²].
+    pub fn new(inertia: f64) -> Self {
+        Body { inertia, bearing: None, centre: [0.0; 2], place: None, held: None, drag: 0.0 }
+    }
+    /// The same body on a bearing. The bearing of a planet connects it to its carrier.
+    pub fn on(self, bearing: Bearing) -> Self {
+        Body { bearing: Some(bearing), ..self }
+    }
+    /// The same body with its centre at x and y `[m]`. Only directions between centres matter.
+    pub fn at(self, centre: [f64; 2]) -> Self {
+        Body { centre, ..self }
+    }
+    /// A planet on a carrier at the given angle `[rad]`. The radius of its centre follows from its meshes.
+    ///
+    /// Without a bearing the planet is fixed to the carrier and turns about its pin.
+    pub fn carried_by(self, carrier: impl Into<String>, angle: f64) -> Self {
+        Body { place: Some(Place { carrier: carrier.into(), angle, radius: None }), ..self }
+    }
+    /// The same planet with the radius `[m]` of its centre on the carrier.
+    pub fn at_radius(mut self, radius: f64) -> Self {
+        if let Some(place) = &mut self.place {
+            place.radius = Some(radius);
+        }
+        self
+    }
+    /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not
+    /// take part in the mean rotation.
+    pub fn held(self, stiffness: f64, damping: f64) -> Self {
+        Body { held: Some([stiffness, damping]), ..self }
+    }
+    /// The same body with a drag torque -c q' [N m] on the deviation from its mean speed: the slope of a motor
+    /// or load characteristic. c in [N m s/rad].
+    pub fn drag(self, drag: f64) -> Self {
+        Body { drag, ..self }
+    }
+    /// Moment of inertia J [kg m²].
+    pub fn inertia(&self) -> f64 {
+        self.inertia
+    }
+}

@@ -1,0 +1,230 @@
+//! The parts of a train, as they are stated.
+
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::excitation::wave::Wave;
+use crate::trains::build::assemble;
+use crate::trains::build::train_error::{TrainError, Warning};
+use crate::trains::parts::body::Body;
+use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::shape::train_shape::Train;
+
+/// A shaft between two bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ShaftPart {
+    pub(crate) name: String,
+    pub(crate) ends: [String; 2],
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) half_clearance: Option<f64>,
+}
+
+/// How a torque depends on the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Course {
+    Constant,
+    /// A factor over the turn of the body.
+    OfAngle(Wave),
+    /// Breakdown slip and synchronous speed.
+    Motor { breakdown_slip: f64, synchronous: f64 },
+}
+
+/// A torque on a body along its rotation.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TorquePart {
+    pub(crate) name: String,
+    pub(crate) body: String,
+    pub(crate) value: f64,
+    pub(crate) course: Course,
+}
+
+/// The frame of the coordinates of a train. Default: inertial.
+///
+/// ```
+/// use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
+/// use gear_dynamics::{Model, Wave};
+/// let mut parts = Parts::new();
+/// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+/// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+/// parts.coordinates(Coordinates::Relative);
+/// assert_eq!(parts.build("pinion", 100.0)?.dof(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coordinates {
+    /// One coordinate for every angle: deviations from the kinematic rotation at constant speed. They drift
+    /// if the torques do not balance.
+    #[default]
+    Inertial,
+    /// Angles relative to the rigid rotation of the first body: one coordinate fewer for every rigid rotation.
+    /// Deflections are the same. Torques out of balance accelerate the train, and the coordinates do not drift.
+    Relative,
+}
+
+/// The parts of a gear train: bodies, shafts, meshes and torques, each with a name.
+///
+/// [`build`](Parts::build) checks them all and makes the model. The order of the statements is free.
+///
+/// ```
+/// use gear_dynamics::trains::{Body, MeshPart, Parts};
+/// use gear_dynamics::{Dop853, Integrator, Model, State, Wave};
+/// let mut parts = Parts::new();
+/// parts.body("motor", Body::new(5e-2)).body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+/// parts.shaft("input shaft", "motor", "pinion", 5e3, 0.5);
+/// parts.mesh(
+///     "mesh",
+///     "pinion",
+///     "wheel",
+///     MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?).half_backlash(5e-5).damping(900.0),
+/// );
+/// parts.torque("drive torque", "motor", 30.0).torque("load torque", "wheel", -60.0);
+/// let train = parts.build("motor", 100.0)?;
+/// let end = Dop853::new().end(&train, &State::at_rest(train.dof()), 1e-2)?;
+/// let heavier = train.with("load torque", -59.0)?; // shares lanes with `train`
+/// assert!(end.q[0].is_finite() && heavier.shares_lanes_with(&train));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parts<N = Backlash> {
+    pub(crate) bodies: Vec<(String, Body)>,
+    pub(crate) shafts: Vec<ShaftPart>,
+    pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
+    pub(crate) torques: Vec<TorquePart>,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) rotating: Option<String>,
+    pub(crate) accepted: Vec<Warning>,
+}
+
+impl<N> Default for Parts<N> {
+    fn default() -> Self {
+        Parts {
+            bodies: Vec::new(),
+            shafts: Vec::new(),
+            meshes: Vec::new(),
+            torques: Vec::new(),
+            coordinates: Coordinates::Inertial,
+            rotating: None,
+            accepted: Vec::new(),
+        }
+    }
+}
+
+impl Parts {
+    /// No parts yet, for meshes with a [`Backlash`]. For another contact law: `Parts::<Law>::default()`.
+    pub fn new() -> Self {
+        Parts::default()
+    }
+    /// Adds a shaft or coupling with a clearance: it carries no torque while the angle between its ends is within
+    /// ±`half_clearance` `[rad]`.
+    pub fn shaft_with_clearance(
+        &mut self,
+        name: &str,
+        from: &str,
+        to: &str,
+        [stiffness, damping]: [f64; 2],
+        half_clearance: f64,
+    ) -> &mut Self {
+        self.shaft(name, from, to, stiffness, damping);
+        if let Some(shaft) = self.shafts.last_mut() {
+            shaft.half_clearance = Some(half_clearance);
+        }
+        self
+    }
+}
+
+impl<N> Parts<N> {
+    /// Adds a body.
+    pub fn body(&mut self, name: &str, body: Body) -> &mut Self {
+        self.bodies.push((name.into(), body));
+        self
+    }
+    /// Adds a shaft between two bodies that turn alike: stiffness [N m/rad], damping [N m s/rad].
+    pub fn shaft(&mut self, name: &str, from: &str, to: &str, stiffness: f64, damping: f64) -> &mut Self {
+        let ends = [from.into(), to.into()];
+        self.shafts.push(ShaftPart { name: name.into(), ends, stiffness, damping, half_clearance: None });
+        self
+    }
+    /// Adds a mesh. `first` drives: contact on the upper flank, W > 0, pushes `second` along its rotation.
+    pub fn mesh(&mut self, name: &str, first: &str, second: &str, mesh: MeshPart<N>) -> &mut Self {
+        self.meshes.push((name.into(), [first.into(), second.into()], mesh));
+        self
+    }
+    /// Adds a constant torque [N m] along the rotation of a body; a load is negative. `name` becomes a constant.
+    pub fn torque(&mut self, name: &str, body: &str, value: f64) -> &mut Self {
+        self.add_torque(name, body, value, Course::Constant)
+    }
+    /// Adds a torque [N m] times a factor over the turn of the body, for example of a piston engine.
+    pub fn torque_of_angle(&mut self, name: &str, body: &str, value: f64, factor: Wave) -> &mut Self {
+        self.add_torque(name, body, value, Course::OfAngle(factor))
+    }
+    /// Adds the torque of an induction motor by Kloss's equation 2 T s s_k/(s² + s_k²), with the breakdown torque T
+    /// [N m], the breakdown slip s_k and the slip s = 1 - Ω/Ω_s for the synchronous speed Ω_s [rad/s].
+    pub fn motor(
+        &mut self,
+        name: &str,
+        body: &str,
+        breakdown_torque: f64,
+        breakdown_slip: f64,
+        synchronous: f64,
+    ) -> &mut Self {
+        self.add_torque(name, body, breakdown_torque, Course::Motor { breakdown_slip, synchronous })
+    }
+    fn add_torque(&mut self, name: &str, body: &str, value: f64, course: Course) -> &mut Self {
+        self.torques.push(TorquePart { name: name.into(), body: body.into(), value, course });
+        self
+    }
+    /// Sets the coordinates. Default: inertial.
+    pub fn coordinates(&mut self, coordinates: Coordinates) -> &mut Self {
+        self.coordinates = coordinates;
+        self
+    }
+    /// States all displacements x and y in the frame that rotates with a carrier, with its gyroscopic and centripetal
+    /// terms. Default: these terms are neglected, as in Lin and Parker 1999 at carrier speed 0.
+    pub fn rotating_with(&mut self, carrier: &str) -> &mut Self {
+        self.rotating = Some(carrier.into());
+        self
+    }
+    /// Accepts a warning, which is an error of [`build`](Parts::build) otherwise.
+    pub fn accept(&mut self, warning: Warning) -> &mut Self {
+        self.accepted.push(warning);
+        self
+    }
+    /// Adds all parts of another train, with `name` and a space before each of their names.
+    pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
+        let renamed = |own: String| format!("{name} {own}");
+        self.bodies.extend(other.bodies.into_iter().map(|(own, mut body)| {
+            if let Some(place) = &mut body.place {
+                place.carrier = renamed(std::mem::take(&mut place.carrier));
+            }
+            (renamed(own), body)
+        }));
+        self.shafts.extend(other.shafts.into_iter().map(|shaft| ShaftPart {
+            name: renamed(shaft.name),
+            ends: shaft.ends.map(renamed),
+            ..shaft
+        }));
+        let mesh = |(own, ends, mesh): (String, [String; 2], MeshPart<N>)| (renamed(own), ends.map(renamed), mesh);
+        self.meshes.extend(other.meshes.into_iter().map(mesh));
+        self.torques.extend(other.torques.into_iter().map(|torque| TorquePart {
+            name: renamed(torque.name),
+            body: renamed(torque.body),
+            ..torque
+        }));
+        self.accepted.extend(other.accepted);
+        self.rotating = self.rotating.take().or(other.rotating.map(renamed));
+        self
+    }
+}
+
+impl<N: Nonlinearity + Clone> Parts<N> {
+    /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of all
+    /// others follow from tooth numbers.
+    ///
+    /// # Errors
+    /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh of a
+    /// body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases that contradict
+    /// tooth numbers; planets that do not assemble; [`Warning`]s that have not been accepted.
+    pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
+        assemble::build(self, body, speed)
+    }
+}

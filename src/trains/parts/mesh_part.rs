@@ -1,0 +1,186 @@
+//! Meshes of a train.
+
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::ContactDamping;
+use crate::excitation::angle::Constant;
+use crate::excitation::rectangle::RectangularWave;
+use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
+
+/// Which gear has internal teeth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Kind {
+    #[default]
+    External,
+    /// The second gear is internal.
+    SecondInternal,
+    /// The first gear is internal.
+    FirstInternal,
+}
+
+/// Tooth friction of a mesh: coefficient and sign over the mesh cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FrictionPart {
+    pub(crate) coefficient: f64,
+    pub(crate) sign: Wave,
+}
+
+/// A mesh of two gears, of which the first one drives.
+///
+/// d = r_1 q_1 - r_2 q_2 + n (x_1 - x_2) - e for gears at rest in space, with the angles q along the rotation of
+/// each gear. n is the line of action of the flanks that touch when the first gear drives. Stiffness k, error
+/// e and friction sign are waves of the mesh angle: 2π is one tooth.
+///
+/// ```
+/// use gear_dynamics::{excitation::Fourier, trains::MeshPart, Wave};
+/// let stiffness = Wave::new(Fourier::new(3e8, &[[5e7, 0.0]])?);
+/// let mesh = MeshPart::external([20, 40], [0.03, 0.06], stiffness).half_backlash(5e-5).damping(800.0);
+/// assert_eq!(mesh.teeth(), [20, 40]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshPart<N = Backlash> {
+    pub(crate) kind: Kind,
+    pub(crate) teeth: [u32; 2],
+    pub(crate) radii: [f64; 2],
+    pub(crate) pressure_angle: f64,
+    pub(crate) stiffness: Wave,
+    pub(crate) error: Wave,
+    /// Waves over the turns of the first and the second gear: added to the error, multiplying the stiffness.
+    pub(crate) runout: [Option<Wave>; 2],
+    pub(crate) faults: [Option<Wave>; 2],
+    pub(crate) law: N,
+    pub(crate) contact_damping: ContactDamping,
+    pub(crate) damping: f64,
+    pub(crate) half_backlash: f64,
+    /// Phase in mesh cycles.
+    pub(crate) phase: f64,
+    pub(crate) stated_phase: Option<f64>,
+    pub(crate) friction: Option<FrictionPart>,
+}
+
+impl MeshPart {
+    /// A mesh of two external gears with the given numbers of teeth, base radii `[m]` and mesh stiffness
+    /// [N/m] over the mesh angle. Defaults: no error, damping and backlash; pressure angle 20°.
+    pub fn external(teeth: [u32; 2], base_radii: [f64; 2], stiffness: Wave) -> Self {
+        MeshPart {
+            kind: Kind::External,
+            teeth,
+            radii: base_radii,
+            pressure_angle: 20f64.to_radians(),
+            stiffness,
+            error: Wave::new(Constant::zero()),
+            runout: [None, None],
+            faults: [None, None],
+            law: Backlash::none(),
+            contact_damping: ContactDamping::Always,
+            damping: 0.0,
+            half_backlash: 0.0,
+            phase: 0.0,
+            stated_phase: None,
+            friction: None,
+        }
+    }
+    /// A mesh whose gear with more teeth is internal (the second one, if the numbers are equal).
+    pub fn internal(teeth: [u32; 2], base_radii: [f64; 2], stiffness: Wave) -> Self {
+        let kind = if teeth[0] > teeth[1] { Kind::FirstInternal } else { Kind::SecondInternal };
+        MeshPart { kind, ..MeshPart::external(teeth, base_radii, stiffness) }
+    }
+    /// The same mesh with half a backlash b `[m]` along the line of action. It becomes the constant
+    /// `<mesh> half backlash`.
+    pub fn half_backlash(self, half_backlash: f64) -> Self {
+        MeshPart { half_backlash, ..self }
+    }
+}
+
+impl<N: Nonlinearity> MeshPart<N> {
+    /// The same mesh with another contact law. All meshes of a train have laws of one type; see
+    /// [`MixedLaw`](crate::contact::MixedLaw).
+    pub fn law<L: Nonlinearity>(self, law: L) -> MeshPart<L> {
+        let upper = law.edges(0.0, Side::After).upper;
+        let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
+        let MeshPart { kind, teeth, radii, pressure_angle, stiffness, error, runout, faults, .. } = self;
+        let MeshPart { contact_damping, damping, phase, stated_phase, friction, .. } = self;
+        MeshPart {
+            kind,
+            teeth,
+            radii,
+            pressure_angle,
+            stiffness,
+            error,
+            runout,
+            faults,
+            law,
+            contact_damping,
+            damping,
+            half_backlash,
+            phase,
+            stated_phase,
+            friction,
+        }
+    }
+    /// The same mesh with a static transmission error e `[m]` over the mesh angle.
+    pub fn error(self, error: Wave) -> Self {
+        MeshPart { error, ..self }
+    }
+    /// The same mesh with an error `[m]` over the turn of one of its gears (0 or 1), added to the static
+    /// transmission error: eccentricity, runout, pitch errors.
+    ///
+    /// # Panics
+    /// If `gear` is above 1.
+    pub fn error_of_turn(mut self, gear: usize, error: Wave) -> Self {
+        self.runout[gear] = Some(error);
+        self
+    }
+    /// The same mesh with a factor over the turn of one of its gears (0 or 1) that multiplies the stiffness:
+    /// a cracked or spalled tooth.
+    ///
+    /// # Panics
+    /// If `gear` is above 1.
+    pub fn stiffness_of_turn(mut self, gear: usize, factor: Wave) -> Self {
+        self.faults[gear] = Some(factor);
+        self
+    }
+    /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,
+    /// for planets and for friction.
+    pub fn pressure_angle(self, pressure_angle: f64) -> Self {
+        MeshPart { pressure_angle, ..self }
+    }
+    /// The same mesh with a damping c [N s/m]; it becomes the constant `<mesh> damping`.
+    pub fn damping(self, damping: f64) -> Self {
+        MeshPart { damping, ..self }
+    }
+    /// The same mesh with damping that acts always or only in contact. Default: always.
+    pub fn contact_damping(self, contact_damping: ContactDamping) -> Self {
+        MeshPart { contact_damping, ..self }
+    }
+    /// The same mesh ahead by a part of its mesh cycle. The mesh of a planet is shifted by the position of
+    /// the planet in addition.
+    pub fn phase(self, cycles: f64) -> Self {
+        MeshPart { phase: cycles, ..self }
+    }
+    /// States the phase of a planet's mesh, in mesh cycles ahead of its wave, to be compared with the one
+    /// that follows from tooth counts and positions.
+    pub fn stated_phase(self, cycles: f64) -> Self {
+        MeshPart { stated_phase: Some(cycles), ..self }
+    }
+    /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. Default sign s:
+    /// [`RectangularWave::sign`], -1 for approach and 1 for recess in turn. μ becomes the constant `<mesh>
+    /// friction`.
+    pub fn friction(self, coefficient: f64) -> Self {
+        self.friction_with_sign(coefficient, Wave::new(RectangularWave::sign()))
+    }
+    /// The same mesh with tooth friction whose sign over the mesh angle is given.
+    pub fn friction_with_sign(self, coefficient: f64, sign: Wave) -> Self {
+        MeshPart { friction: Some(FrictionPart { coefficient, sign }), ..self }
+    }
+    /// Numbers of teeth.
+    pub fn teeth(&self) -> [u32; 2] {
+        self.teeth
+    }
+    /// The bare stiffness wave [N/m].
+    pub fn stiffness(&self) -> &Wave {
+        &self.stiffness
+    }
+}

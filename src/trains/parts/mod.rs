@@ -1,0 +1,5 @@
+//! The parts of a train.
+
+pub(crate) mod body;
+pub(crate) mod collection;
+pub(crate) mod mesh_part;

@@ -1,0 +1,111 @@
+//! Elements of a train as its algebra reads them: places of coordinates, levers and pulls.
+//!
+//! A lever multiplies a coordinate in a deflection. A pull is the acceleration that a unit of force causes.
+
+use crate::contact::laws::backlash::Backlash;
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::Mesh;
+use std::ops::Range;
+
+/// One number of a sparse row: a lever or a pull of the coordinate `at`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) at: usize,
+    pub(crate) by: f64,
+}
+
+/// A linear spring and damper between two coordinates, k (q_i - q_j) + c (v_i - v_j), or from one coordinate
+/// to the ground, for which both ends are equal and the second lever is 0.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Spring {
+    pub(crate) ends: [usize; 2],
+    pub(crate) levers: [f64; 2],
+    pub(crate) pulls: [f64; 2],
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+}
+
+/// A linear spring and damper on a row of any length.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RowSpring {
+    pub(crate) levers: Range<usize>,
+    pub(crate) pulls: Range<usize>,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+}
+
+/// Terms of a rotating frame with speed Ω = `ratio` φ': a_i -= Ω (`damping` q_j + `gyroscopic` v_j) +
+/// Ω² `centripetal` q_j.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rotating {
+    pub(crate) i: usize,
+    pub(crate) j: usize,
+    pub(crate) damping: f64,
+    pub(crate) gyroscopic: f64,
+    pub(crate) centripetal: f64,
+}
+
+/// A contact: a mesh, or a clearance of a shaft or a bearing.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tooth<N> {
+    /// The first two numbers of its row, and all further ones.
+    pub(crate) at: [usize; 2],
+    pub(crate) levers: [f64; 2],
+    pub(crate) pulls: [f64; 2],
+    pub(crate) more_levers: Range<usize>,
+    pub(crate) more_pulls: Range<usize>,
+    /// Places of its stiffness and its error among the waves.
+    pub(crate) stiffness: usize,
+    pub(crate) error: usize,
+    pub(crate) mesh: Mesh<N>,
+}
+
+/// Tooth friction: the force μ s(φ) W along a second row.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Friction {
+    pub(crate) tooth: usize,
+    /// Place of the sign s(φ) among the waves.
+    pub(crate) sign: usize,
+    pub(crate) pulls: Range<usize>,
+}
+
+/// A bearing with radial clearance: a contact with the deflection √(x² + y²).
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Journal {
+    /// The rows of x and y.
+    pub(crate) levers: [Range<usize>; 2],
+    pub(crate) pulls: [Range<usize>; 2],
+    pub(crate) stiffness: f64,
+    /// Added to r². It is below rounding where the bearing carries, and keeps the direction finite at r = 0.
+    pub(crate) least: f64,
+    pub(crate) law: Backlash,
+}
+
+/// The torque of an induction motor over its speed Ω: 2 T_k s s_k/(s² + s_k²), s = 1 - Ω/Ω_s.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Motor {
+    pub(crate) at: usize,
+    pub(crate) pulls: Range<usize>,
+    /// Speed of the body over φ' in the kinematic rotation.
+    pub(crate) ratio: f64,
+    /// Place of the breakdown torque among the constants.
+    pub(crate) torque: usize,
+    pub(crate) breakdown_slip: f64,
+    pub(crate) synchronous: f64,
+}
+
+impl<N: Nonlinearity> Tooth<N> {
+    /// All levers of the row.
+    pub(crate) fn row<'e>(&'e self, entries: &'e [Entry]) -> impl Iterator<Item = Entry> + 'e {
+        both(self.at, self.levers).chain(entries[self.more_levers.clone()].iter().copied())
+    }
+    /// All pulls of the row.
+    pub(crate) fn column<'e>(&'e self, entries: &'e [Entry]) -> impl Iterator<Item = Entry> + 'e {
+        both(self.at, self.pulls).chain(entries[self.more_pulls.clone()].iter().copied())
+    }
+}
+
+/// Two numbers of a row without zeros.
+pub(crate) fn both(at: [usize; 2], by: [f64; 2]) -> impl Iterator<Item = Entry> {
+    at.into_iter().zip(by).map(|(at, by)| Entry { at, by }).filter(|entry| entry.by != 0.0)
+}

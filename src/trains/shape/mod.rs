@@ -1,0 +1,4 @@
+//! The algebra of a train.
+
+pub(crate) mod elements;
+pub(crate) mod train_shape;
