@@ -1,11 +1,15 @@
 //! Gear trains from bodies, shafts, bearings, meshes and torques.
 
 pub(crate) mod build;
+pub(crate) mod kinds;
 pub(crate) mod parts;
+pub(crate) mod ready;
 pub(crate) mod shape;
 
 pub use crate::trains::build::train_error::{TrainError, Warning};
+pub use crate::trains::kinds::ModeKind;
 pub use crate::trains::parts::body::{Bearing, Body};
 pub use crate::trains::parts::collection::{Coordinates, Parts};
 pub use crate::trains::parts::mesh_part::MeshPart;
+pub use crate::trains::ready::planetary::{Central, Planetary};
 pub use crate::trains::shape::train_shape::{Train, TrainShape};

@@ -14,11 +14,13 @@ use crate::trains::build::fraction::Fraction;
 use crate::trains::build::kinematics::Kinematics;
 use crate::trains::build::names::Names;
 use crate::trains::build::orders::Orders;
-use crate::trains::build::places::{planets, snapped};
+use crate::trains::build::places::{Planet, planets, snapped};
 use crate::trains::build::rows::{Layout, Row};
 use crate::trains::build::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Course, Parts};
-use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, Rotating, RowSpring, Spring, Tooth};
+use crate::trains::shape::elements::{
+    Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth,
+};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -34,16 +36,18 @@ pub(crate) fn build<N: Nonlinearity + Clone>(
     checks::parts(parts, &names)?;
     let kinematics = Kinematics::of(parts, &names, reference)?;
     let planets = planets(parts, &names, &kinematics)?;
-    let mut angle = Vec::new();
-    let mut coordinates = Vec::new();
+    let (mut angle, mut centre, mut coordinates) = (Vec::new(), Vec::new(), Vec::new());
     for (name, body) in &parts.bodies {
-        angle.push(coordinates.len());
-        coordinates.push(Channel::new(format!("{name} angle"), "rad"));
+        angle.push((!body.locked).then_some(coordinates.len()));
+        if !body.locked {
+            coordinates.push(Channel::new(format!("{name} angle"), "rad"));
+        }
+        centre.push(body.bearing.map(|_| coordinates.len()));
         if body.bearing.is_some() {
             coordinates.extend(["x", "y"].map(|axis| Channel::new(format!("{name} {axis}"), "m")));
         }
     }
-    let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle };
+    let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
     checks::train(&layout, &names)?;
     let orders = Orders::of(parts, &names, &kinematics)?;
     let mut assembly = Assembly::new(&layout, &names, &orders, coordinates);
@@ -53,7 +57,7 @@ pub(crate) fn build<N: Nonlinearity + Clone>(
     assembly.bearings()?;
     assembly.rotating()?;
     let (shape, values) = assembly.finish(speed)?;
-    checks::balance(&layout, &shape, &values)?;
+    checks::balance(&layout, &shape)?;
     let names = shape.names.clone();
     let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
     Ok(Machine::with_constants(shape, &constants)?)
@@ -78,15 +82,17 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
     fn new(layout: &'p Layout<'p, N>, names: &'p Names, orders: &'p Orders, coordinates: Vec<Channel>) -> Self {
         let mut per_inertia = Vec::new();
         for (_, body) in &layout.parts.bodies {
-            per_inertia.push(1.0 / body.inertia);
+            if !body.locked {
+                per_inertia.push(1.0 / body.inertia);
+            }
             if let Some(bearing) = &body.bearing {
                 per_inertia.extend([1.0 / bearing.mass; 2]);
             }
         }
         let dropped = (layout.parts.coordinates == Coordinates::Relative).then(|| {
             let rigid = layout.rigid(coordinates.len());
-            let first = layout.angle.iter().copied().find(|&at| rigid[at] != 0.0).unwrap_or(0);
-            (first, rigid.iter().map(|r| r / rigid[first]).collect())
+            let last = layout.angle.iter().rev().flatten().copied().find(|&at| rigid[at] != 0.0).unwrap_or(0);
+            (last, rigid.iter().map(|r| r / rigid[last]).collect())
         });
         let shape = TrainShape {
             coordinates,
@@ -102,6 +108,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             entries: Vec::new(),
             single: Vec::new(),
             errors: Vec::new(),
+            sets: Vec::new(),
+            spring_names: Default::default(),
             plain: false,
             torques: Vec::new(),
             torque_waves: Vec::new(),
@@ -161,16 +169,18 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
     }
 
     /// A spring and damper along a row.
-    fn spring(&mut self, row: &Row, stiffness: f64, damping: f64) {
+    fn spring(&mut self, name: String, row: &Row, stiffness: f64, damping: f64) {
         if stiffness == 0.0 && damping == 0.0 {
             return;
         }
         let (levers, pulls) = (self.levers(row), self.pulls(row));
         if let Some((ends, [levers, pulls])) = pair(&levers, &pulls) {
             self.shape.springs.push(Spring { ends, levers, pulls, stiffness, damping });
+            self.shape.spring_names[0].push(name);
         } else {
             let (levers, pulls) = (self.kept(&levers), self.kept(&pulls));
             self.shape.row_springs.push(RowSpring { levers, pulls, stiffness, damping });
+            self.shape.spring_names[1].push(name);
         }
     }
 
@@ -179,18 +189,17 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         let parts = self.layout.parts;
         for shaft in parts.shafts.iter().filter(|shaft| shaft.half_clearance.is_none()) {
             let row = self.shaft_row(&shaft.name, &shaft.ends)?;
-            self.spring(&row, shaft.stiffness, shaft.damping);
+            self.spring(shaft.name.clone(), &row, shaft.stiffness, shaft.damping);
         }
-        for (body, (_, part)) in parts.bodies.iter().enumerate() {
-            let row = Row(vec![Entry { at: self.layout.angle[body], by: 1.0 }]);
-            let [stiffness, damping] = part.held.unwrap_or_default();
-            self.spring(&row, stiffness, damping + part.drag);
+        for (body, (name, part)) in parts.bodies.iter().enumerate() {
+            let row = self.layout.own(body, 1.0);
+            let [stiffness, damping] = part.support;
+            self.spring(format!("{name} support"), &row, stiffness, damping + part.drag);
         }
         Ok(())
     }
     fn shaft_row(&self, name: &str, ends: &[String; 2]) -> Result<Row, TrainError> {
-        let [a, b] = self.names.pair(name, ends)?.map(|body| self.layout.angle[body]);
-        Ok(Row(vec![Entry { at: a, by: 1.0 }, Entry { at: b, by: -1.0 }]))
+        Ok(self.layout.shaft(self.names.pair(name, ends)?))
     }
 
     /// Torques: waves and motors first, then those that are constant.
@@ -202,7 +211,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         for (place, torque) in waves.chain(motors).enumerate() {
             let body = self.names.place(&torque.name, &torque.body)?;
             // A torque drives: its pull is that of a force against its row.
-            let row = Row(vec![Entry { at: self.layout.angle[body], by: -1.0 }]);
+            let row = self.layout.own(body, -1.0);
             let pulls = self.pulls(&row);
             let pulls = self.kept(&pulls);
             match &torque.course {
@@ -212,7 +221,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
                     self.shape.torque_waves.push((wave, place, pulls));
                 }
                 Course::Motor { breakdown_slip, synchronous } => self.shape.motors.push(Motor {
-                    at: self.layout.angle[body],
+                    at: self.layout.angle[body].unwrap_or(0),
                     pulls,
                     ratio: self.layout.kinematics.speeds[body].value().abs() / self.orders.ratio,
                     torque: place,
@@ -226,12 +235,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         }
         for torque in parts.torques.iter().filter(constant) {
             let body = self.names.place(&torque.name, &torque.body)?;
-            let at = self.layout.angle[body];
-            self.shape.torques.push(match &self.dropped {
-                None => vec![Entry { at, by: 1.0 }],
-                Some(_) => self
-                    .pulls(&Row(vec![Entry { at, by: 1.0 }])),
-            });
+            let row = self.layout.own(body, 1.0);
+            self.shape.torques.push(if self.dropped.is_some() { self.pulls(&row) } else { row.0 });
             self.torque_values.push((Channel::new(&torque.name, "N m"), torque.value));
         }
         Ok(())
@@ -332,7 +337,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             let rows = self.layout.bearing(body);
             if bearing.clearance == 0.0 {
                 for (axis, row) in rows.iter().enumerate() {
-                    self.spring(row, bearing.stiffness[axis], bearing.damping[axis]);
+                    let name = format!("{name} bearing {}", ["x", "y"][axis]);
+                    self.spring(name, row, bearing.stiffness[axis], bearing.damping[axis]);
                 }
                 continue;
             }
@@ -357,14 +363,13 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         // x and y are counterclockwise from each other; the frame turns with the sense of the carrier.
         self.shape.frame_ratio = self.layout.kinematics.speeds[carrier].value() / self.orders.ratio;
         for (body, (name, part)) in parts.bodies.iter().enumerate() {
-            let Some(bearing) = part.bearing else { continue };
+            let (Some(bearing), Some(x)) = (part.bearing, self.layout.centre[body]) else { continue };
             let planet = self.layout.planets[body].is_some();
             let [c, other] = bearing.damping;
             if !planet && (c != other || bearing.stiffness[0] != bearing.stiffness[1]) {
                 let why = "its directions turn in a rotating frame";
                 return Err(TrainError::NotIsotropic { body: name.clone(), why });
             }
-            let x = self.layout.angle[body] + 1;
             // The damper of a planet's bearing turns with the carrier.
             let damping = if planet { 0.0 } else { c / bearing.mass };
             for (i, j, way) in [(x, x + 1, -1.0), (x + 1, x, 1.0)] {
@@ -378,14 +383,21 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         Ok(())
     }
 
+    /// Whether a body that turns has a torsional support.
+    fn turning_support(&self) -> bool {
+        self.layout.parts.bodies.iter().any(|(_, body)| !body.held && body.support != [0.0; 2])
+    }
+
     /// The shape with all names, and the values of its constants.
     fn finish(self, speed: f64) -> Result<(TrainShape<N>, Vec<f64>), TrainError> {
+        let turning_support = self.turning_support();
         let mut shape = self.shape;
         if let Some((dropped, _)) = &self.dropped {
             let part = [
                 (self.layout.parts.rotating.is_some(), "a rotating frame"),
                 (!shape.motors.is_empty(), "a motor"),
                 (self.layout.parts.bodies.iter().any(|body| body.1.drag != 0.0), "drag"),
+                (turning_support, "the support of a body that turns"),
             ];
             if let Some((_, part)) = part.iter().find(|(there, _)| *there) {
                 return Err(TrainError::NotRelative { part: (*part).into() });
@@ -393,6 +405,25 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             shape.coordinates.remove(*dropped);
             // Torques are prepared as accelerations.
             shape.per_inertia = vec![1.0; shape.coordinates.len()];
+        }
+        if self.dropped.is_none() {
+            let planets = self.layout.planets.iter().flatten();
+            let mut carriers: Vec<usize> = planets.map(|planet| planet.carrier).collect();
+            carriers.sort_unstable();
+            carriers.dedup();
+            let place = |(body, planet): (usize, &Planet)| PlanetPlace {
+                at: self.layout.angle[body],
+                centre: self.layout.centre[body],
+                angle: planet.angle,
+            };
+            let of = |carrier: usize| {
+                let all = self.layout.planets.iter().enumerate();
+                all.filter_map(|(body, planet)| Some((body, planet.as_ref()?)))
+                    .filter(|(_, planet)| planet.carrier == carrier)
+                    .map(place)
+                    .collect()
+            };
+            shape.sets = carriers.into_iter().map(of).collect();
         }
         // Couplings stand among the teeth, journals after them: in the order of the constants.
         let speed = (Channel::new("speed", "rad/s"), check::scale("speed", speed)?);

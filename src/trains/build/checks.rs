@@ -26,8 +26,8 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         check::scale(format!("inertia of \"{name}\""), body.inertia)?;
         check::not_negative(format!("drag of \"{name}\""), body.drag)?;
         check::quantities(&format!("centre of \"{name}\""), &body.centre)?;
-        for (what, value) in [("stiffness", 0), ("damping", 1)].into_iter().zip(body.held.unwrap_or_default()) {
-            check::not_negative(format!("{} that holds \"{name}\"", what.0), value)?;
+        for (what, value) in [("stiffness", 0), ("damping", 1)].into_iter().zip(body.support) {
+            check::not_negative(format!("{} of the support of \"{name}\"", what.0), value)?;
         }
         let Some(bearing) = &body.bearing else { continue };
         check::scale(format!("mass of \"{name}\""), bearing.mass)?;
@@ -125,7 +125,10 @@ pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<
         join(a, b);
     }
     for torque in &parts.torques {
-        names.place(&torque.name, &torque.body)?;
+        let body = names.place(&torque.name, &torque.body)?;
+        if parts.bodies[body].1.locked {
+            return Err(TrainError::AtRest { part: torque.name.clone() });
+        }
     }
     for body in 0..parts.bodies.len() {
         if let Some(carrier) = names.carrier(parts, body)? {
@@ -162,14 +165,13 @@ const BALANCED: f64 = 1e-6;
 pub(crate) fn balance<N: Nonlinearity>(
     layout: &Layout<'_, N>,
     shape: &TrainShape<N>,
-    values: &[f64],
 ) -> Result<(), TrainError> {
     let parts = layout.parts;
-    let loose = parts.bodies.iter().all(|body| body.1.drag == 0.0);
+    let turning = parts.bodies.iter().filter(|body| !body.1.held);
+    let loose = turning.into_iter().all(|body| body.1.drag == 0.0 && body.1.support == [0.0; 2]);
     if !loose || !shape.motors.is_empty() || parts.accepted.contains(&Warning::Unbalanced) {
         return Ok(());
     }
-    let _ = values;
     let (mut power, mut size) = (0.0, 0.0f64);
     for torque in parts.torques.iter().filter(|torque| torque.course == Course::Constant) {
         let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
@@ -179,14 +181,12 @@ pub(crate) fn balance<N: Nonlinearity>(
     if power.abs() <= BALANCED * size {
         return Ok(());
     }
-    let dof = layout.parts.bodies.iter().map(|body| if body.1.bearing.is_some() { 3 } else { 1 }).sum();
-    let rigid = layout.rigid(dof);
+    let rigid = layout.rigid(shape.coordinates.len() + 1);
     let mut inertia = 0.0;
     for (body, (_, part)) in parts.bodies.iter().enumerate() {
-        let at = layout.angle[body];
-        inertia += rigid[at] * rigid[at] * part.inertia;
-        if let Some(bearing) = &part.bearing {
-            inertia += bearing.mass * (rigid[at + 1] * rigid[at + 1] + rigid[at + 2] * rigid[at + 2]);
+        inertia += layout.angle[body].map_or(0.0, |at| rigid[at] * rigid[at] * part.inertia);
+        if let (Some(bearing), Some(x)) = (&part.bearing, layout.centre[body]) {
+            inertia += bearing.mass * (rigid[x] * rigid[x] + rigid[x + 1] * rigid[x + 1]);
         }
     }
     let message = format!(

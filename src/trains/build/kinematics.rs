@@ -22,7 +22,7 @@ impl Kinematics {
         let relations = relations(parts, names)?;
         let n = parts.bodies.len();
         let mut speeds: Vec<Option<Fraction>> =
-            parts.bodies.iter().map(|(_, body)| body.held.map(|_| Fraction::ZERO)).collect();
+            parts.bodies.iter().map(|(_, body)| body.held.then_some(Fraction::ZERO)).collect();
         if speeds[reference].is_some() {
             return Err(TrainError::ReferenceAtRest { body: parts.bodies[reference].0.clone() });
         }

@@ -13,8 +13,9 @@ pub(crate) struct Layout<'p, N> {
     pub(crate) parts: &'p Parts<N>,
     pub(crate) kinematics: &'p Kinematics,
     pub(crate) planets: &'p Planets,
-    /// Place of the angle of each body; x and y follow if the body has a bearing.
-    pub(crate) angle: Vec<usize>,
+    /// Place of the angle of each body that is not locked, and of x of each body with a bearing; y follows.
+    pub(crate) angle: Vec<Option<usize>>,
+    pub(crate) centre: Vec<Option<usize>>,
 }
 
 /// A sparse row with one entry for each coordinate.
@@ -33,13 +34,15 @@ impl Row {
 impl<N: Nonlinearity> Layout<'_, N> {
     /// Adds `lever` times the counterclockwise angle of a body.
     fn turn(&self, row: &mut Row, body: usize, lever: f64) {
-        row.add(self.angle[body], lever * self.kinematics.sense(body));
+        if let Some(angle) = self.angle[body] {
+            row.add(angle, lever * self.kinematics.sense(body));
+        }
     }
     /// Adds the displacement of the centre of a body along (x, y).
     fn shift(&self, row: &mut Row, body: usize, [x, y]: [f64; 2]) {
-        if self.parts.bodies[body].1.bearing.is_some() {
-            row.add(self.angle[body] + 1, x);
-            row.add(self.angle[body] + 2, y);
+        if let Some(centre) = self.centre[body] {
+            row.add(centre, x);
+            row.add(centre + 1, y);
         } else if self.planets[body].is_some() {
             self.shift_of_pin(row, body, [x, y]);
         }
@@ -94,6 +97,15 @@ impl<N: Nonlinearity> Layout<'_, N> {
         row
     }
 
+    /// The row of the angle of a body, times `lever`.
+    pub(crate) fn own(&self, body: usize, lever: f64) -> Row {
+        Row(self.angle[body].map(|at| Entry { at, by: lever }).into_iter().collect())
+    }
+    /// The row of a shaft: the difference of two angles along their rotations.
+    pub(crate) fn shaft(&self, [a, b]: [usize; 2]) -> Row {
+        Row(self.own(a, 1.0).0.into_iter().chain(self.own(b, -1.0).0).collect())
+    }
+
     /// The rows of the bearing of a body along x and y: against its pin for a planet, against the ground for
     /// others.
     pub(crate) fn bearing(&self, body: usize) -> [Row; 2] {
@@ -108,16 +120,18 @@ impl<N: Nonlinearity> Layout<'_, N> {
     /// The rigid motion: rates of all coordinates over the speed of the reference body.
     pub(crate) fn rigid(&self, dof: usize) -> Vec<f64> {
         let mut rigid = vec![0.0; dof];
-        for (body, &at) in self.angle.iter().enumerate() {
-            rigid[at] = self.kinematics.speeds[body].value().abs();
+        for (body, at) in self.angle.iter().enumerate() {
+            if let Some(at) = at {
+                rigid[*at] = self.kinematics.speeds[body].value().abs();
+            }
         }
         for (body, planet) in self.planets.iter().enumerate() {
             if let Some(planet) = planet
-                && self.parts.bodies[body].1.bearing.is_some()
+                && let Some(centre) = self.centre[body]
             {
                 let (sin, cos) = libm::sincos(planet.angle);
                 let speed = self.kinematics.speeds[planet.carrier].value() * planet.radius;
-                (rigid[self.angle[body] + 1], rigid[self.angle[body] + 2]) = (-speed * sin, speed * cos);
+                (rigid[centre], rigid[centre + 1]) = (-speed * sin, speed * cos);
             }
         }
         rigid

@@ -188,8 +188,8 @@ pub enum TrainError {
         /// The phase computed, in mesh cycles in [0, 1).
         computed: f64,
     },
-    /// A wave that varies belongs to a mesh that does not turn.
-    #[error("\"{part}\" has a wave that varies, but does not turn")]
+    /// A wave that varies belongs to a mesh that does not turn, or a torque acts on a locked body.
+    #[error("\"{part}\" does not turn: a wave that varies and a torque need rotation")]
     AtRest {
         /// The mesh or torque.
         part: String,

@@ -62,15 +62,19 @@ pub struct Body {
     pub(crate) bearing: Option<Bearing>,
     pub(crate) centre: [f64; 2],
     pub(crate) place: Option<Place>,
+    /// Whether it takes no part in the mean rotation.
+    pub(crate) held: bool,
+    /// Whether it has no angle among the coordinates.
+    pub(crate) locked: bool,
     /// Torsional stiffness and damping to the ground.
-    pub(crate) held: Option<[f64; 2]>,
+    pub(crate) support: [f64; 2],
     pub(crate) drag: f64,
 }
 
 impl Body {
     /// A body that turns, with the moment of inertia J [kg m²].
     pub fn new(inertia: f64) -> Self {
-        Body { inertia, bearing: None, centre: [0.0; 2], place: None, held: None, drag: 0.0 }
+        Body { inertia, bearing: None, centre: [0.0; 2], place: None, held: false, locked: false, support: [0.0; 2], drag: 0.0 }
     }
     /// The same body on a bearing. The bearing of a planet connects it to its carrier.
     pub fn on(self, bearing: Bearing) -> Self {
@@ -96,7 +100,15 @@ impl Body {
     /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not
     /// take part in the mean rotation.
     pub fn held(self, stiffness: f64, damping: f64) -> Self {
-        Body { held: Some([stiffness, damping]), ..self }
+        Body { held: true, ..self.restrained(stiffness, damping) }
+    }
+    /// The same body locked: it does not turn at all and has no angle among the coordinates.
+    pub fn locked(self) -> Self {
+        Body { held: true, locked: true, ..self }
+    }
+    /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its mean rotation.
+    pub fn restrained(self, stiffness: f64, damping: f64) -> Self {
+        Body { support: [stiffness, damping], ..self }
     }
     /// The same body with a drag torque -c q' [N m] on the deviation from its mean speed: the slope of a motor
     /// or load characteristic. c in [N m s/rad].

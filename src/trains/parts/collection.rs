@@ -56,8 +56,9 @@ pub enum Coordinates {
     /// if the torques do not balance.
     #[default]
     Inertial,
-    /// Angles relative to the rigid rotation of the first body: one coordinate fewer for every rigid rotation.
-    /// Deflections are the same. Torques out of balance accelerate the train, and the coordinates do not drift.
+    /// Deviations from the rigid motion that the last turning body has, whose coordinate is left out: q_j - r_j
+    /// q_last with the speed ratio r_j. Deflections are the same. Torques out of balance accelerate the train, and
+    /// the coordinates do not drift.
     Relative,
 }
 

@@ -3,7 +3,6 @@
 //! A lever multiplies a coordinate in a deflection. A pull is the acceleration that a unit of force causes.
 
 use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::Mesh;
 use std::ops::Range;
 
@@ -94,18 +93,10 @@ pub(crate) struct Motor {
     pub(crate) synchronous: f64,
 }
 
-impl<N: Nonlinearity> Tooth<N> {
-    /// All levers of the row.
-    pub(crate) fn row<'e>(&'e self, entries: &'e [Entry]) -> impl Iterator<Item = Entry> + 'e {
-        both(self.at, self.levers).chain(entries[self.more_levers.clone()].iter().copied())
-    }
-    /// All pulls of the row.
-    pub(crate) fn column<'e>(&'e self, entries: &'e [Entry]) -> impl Iterator<Item = Entry> + 'e {
-        both(self.at, self.pulls).chain(entries[self.more_pulls.clone()].iter().copied())
-    }
-}
-
-/// Two numbers of a row without zeros.
-pub(crate) fn both(at: [usize; 2], by: [f64; 2]) -> impl Iterator<Item = Entry> {
-    at.into_iter().zip(by).map(|(at, by)| Entry { at, by }).filter(|entry| entry.by != 0.0)
+/// A planet: places of its angle and of x, which y follows; its angle on the carrier.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PlanetPlace {
+    pub(crate) at: Option<usize>,
+    pub(crate) centre: Option<usize>,
+    pub(crate) angle: f64,
 }

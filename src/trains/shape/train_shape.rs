@@ -13,7 +13,7 @@ use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
-use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, Rotating, RowSpring, Spring, Tooth};
+use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
 ///
@@ -77,6 +77,10 @@ pub struct TrainShape<N = Backlash> {
     /// Each wave once: stiffnesses and signs take one drive, errors two.
     pub(crate) single: Vec<Wave>,
     pub(crate) errors: Vec<Wave>,
+    /// Planets by carrier, in inertial coordinates; none in relative ones.
+    pub(crate) sets: Vec<Vec<PlanetPlace>>,
+    /// Names of the springs, then of the row springs.
+    pub(crate) spring_names: [Vec<String>; 2],
     /// Whether all rows have two numbers and there is nothing but springs and meshes.
     pub(crate) plain: bool,
     /// Torques that are constants: for each named one, the coordinates and how much of it acts there.

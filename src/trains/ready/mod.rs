@@ -1,0 +1,3 @@
+//! Gear trains that are ready to use.
+
+pub(crate) mod planetary;

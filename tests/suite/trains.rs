@@ -1,0 +1,258 @@
+//! Gear trains from parts: published frequencies and orbits, the ring of parts, refusals.
+
+use crate::api::*;
+use crate::data::read;
+use gear_dynamics::linear::Modes;
+use gear_dynamics::trains::*;
+use gear_dynamics::{Ring, Wave};
+use serde_json::Value;
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(number).collect()
+}
+
+/// The planetary set of Lin and Parker 1999 with N planets, whose paper gives I/r² and torsional stiffnesses at the
+/// base circles. The tooth numbers are any that assemble.
+fn planetary(mass: &Value, inertia: &Value, alpha: f64, mesh: f64, bearings: [f64; 4], turn: [f64; 3], n: u32) -> Train {
+    let radii = [0.03, 0.03, 0.09, 0.06 / alpha.to_radians().cos()];
+    let inertias = [("s", 0), ("p", 1), ("r", 2), ("c", 3)].map(|(key, i)| number(&inertia[key]) * radii[i] * radii[i]);
+    let bearing = |key: &str, k: f64| Bearing::new(number(&mass[key]), k);
+    let [ks, kp, kr, kc] = bearings;
+    let k = || Wave::constant(mesh).unwrap();
+    let set = Planetary::torsional([30, 30, 90], n, radii[0], inertias, [k(), k()])
+        .unwrap()
+        .pressure_angle(alpha.to_radians())
+        .on_bearings([bearing("s", ks), bearing("p", kp), bearing("r", kr), bearing("c", kc)])
+        .supports([turn[0] * radii[0].powi(2), turn[1] * radii[2].powi(2), turn[2] * radii[3].powi(2)]);
+    set.parts().build("sun", 100.0).unwrap()
+}
+
+fn lin_parker(n: u32) -> Train {
+    let data = read("gear_trains.json");
+    let p = &data["lin_parker_params"]["params"];
+    let of = |key: &str| number(&p[key]);
+    let bearings = [of("ks"), of("kp"), of("kr"), of("kc")];
+    assert_eq!(p["ksp"], p["krp"]);
+    planetary(&p["m"], &p["I"], of("alpha"), of("ksp"), bearings, [of("ksu"), of("kru"), of("kcu")], n)
+}
+
+fn cooley_parker(n: u32) -> Train {
+    let data = read("gear_trains.json");
+    let p = &data["cooley_parker_2012"]["params"];
+    let of = |key: &str| number(&p[key]);
+    let bearings = [of("k_s"), of("k_p"), of("k_r"), of("k_c")];
+    let turn = [of("k_su"), of("k_ru"), of("k_cu")];
+    planetary(&p["m_kg"], &p["I_over_r2_kg"], of("alpha_deg"), of("k_sp=k_rp"), bearings, turn, n)
+}
+
+#[test]
+fn lin_and_parker_three_planets() {
+    let train = lin_parker(3);
+    let modes = Modes::in_contact(&train, 0.0).unwrap();
+    let (kinds, hertz) = (train.kinds(&modes), modes.hertz());
+    let data = &read("gear_trains.json")["lin_parker_params"]["computed_Hz"]["3"];
+    let of = |kind: ModeKind| -> Vec<f64> {
+        hertz.iter().zip(&kinds).filter(|(_, own)| **own == kind).map(|(f, _)| *f).collect()
+    };
+    let rotational = of(ModeKind::Rotational);
+    let translational = of(ModeKind::Translational);
+    assert!(rotational[0] < 1e-3, "{rotational:?}");
+    let mut worst = 0.0f64;
+    for (ours, theirs) in rotational[1..].iter().zip(&numbers(&data["rot"])[1..]) {
+        worst = worst.max((ours / theirs - 1.0).abs());
+    }
+    assert_eq!((rotational.len(), translational.len(), modes.rigid()), (6, 12, 1));
+    for (pair, theirs) in translational.chunks(2).zip(numbers(&data["trans"])) {
+        worst = worst.max((pair[0] / theirs - 1.0).abs()).max((pair[1] / theirs - 1.0).abs());
+    }
+    println!("largest deviation {worst:.1e}");
+    assert!(worst < 1e-9);
+}
+
+#[test]
+fn cooley_and_parker_three_planets() {
+    let train = cooley_parker(3);
+    let modes = Modes::in_contact(&train, 0.0).unwrap();
+    let data = &read("gear_trains.json")["cooley_parker_2012"];
+    let scale = (1e7f64 / 1.86).sqrt();
+    let ours: Vec<f64> = modes.frequencies().iter().map(|w| w / scale).collect();
+    let theirs = numbers(&data["computed_nondimensional"]["3"]);
+    let worst = ours.iter().zip(&theirs).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    println!("largest deviation {worst:.1e}");
+    assert!(ours.len() == theirs.len() && worst < 1e-9);
+    let kinds = train.kinds(&modes);
+    for (value, kind) in ours.iter().zip(kinds) {
+        let list = if kind == ModeKind::Rotational { "rot" } else { "trans_x2" };
+        let published = numbers(&data["published_nondimensional"]["3"][list]);
+        let unit = if *value < 1.0 { 1e-4 } else { 1e-3 };
+        assert!(published.iter().any(|p| (p - value).abs() < 0.6 * unit), "{value} {kind:?}");
+    }
+}
+
+/// With four planets one planet mode of each of three shapes, with five a pair of each: N - 3 planet modes a shape.
+#[test]
+fn counts_of_modes_by_kind() {
+    for train in [lin_parker, cooley_parker] {
+        for n in [3usize, 4, 5, 6] {
+            let train = train(n as u32);
+            let modes = Modes::in_contact(&train, 0.0).unwrap();
+            let kinds = train.kinds(&modes);
+            let count = |kind: ModeKind| kinds.iter().filter(|own| **own == kind).count();
+            let counts = [ModeKind::Rotational, ModeKind::Translational, ModeKind::Planet].map(count);
+            assert_eq!(counts, [6, 12, 3 * (n - 3)], "{n} planets");
+            for mode in modes.list().iter().skip(modes.rigid()) {
+                let energies = train.strain_energy(mode, 0.0);
+                assert!((energies.iter().map(|energy| energy.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn kahraman_fixed_ring() {
+    let p = &read("gear_trains.json")["kahraman_1994_fixed_ring"];
+    let k = |key: &str| Wave::constant(number(&p["params"][key])).unwrap();
+    let inertias = numbers(&p["params"]["inertia_diag"]);
+    let set = Planetary::torsional([30, 30, 90], 3, 0.5, [inertias[4], inertias[1], 1.0, inertias[0]], [
+        k("k_sp"),
+        k("k_rp"),
+    ]);
+    let mut parts = set.unwrap().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let train = parts.accept(Warning::UnusualValue).build("sun", 1.0).unwrap();
+    let modes = Modes::in_contact(&train, 0.0).unwrap();
+    for (ours, theirs) in modes.hertz().iter().zip(numbers(&p["published_Hz"])) {
+        println!("{ours} {theirs}");
+        assert!((ours - theirs).abs() < 1e-8);
+    }
+}
+
+fn state(y: &[f64]) -> State {
+    let (q, v) = y.split_at(y.len() / 2);
+    State::new(0.0, q, v)
+}
+
+/// The orbit of a train from a state near the one given, and its distance from it.
+fn orbit(train: &Train, y: &[f64]) -> (ShootingOrbit, f64) {
+    let near: Vec<f64> = y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
+    let cycle = Shooting::new().run(train, &[state(&near)]).unwrap();
+    let first = &cycle.states()[0];
+    let off = first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    (cycle, off)
+}
+
+/// Two bodies of inertia 2 and radius 1: one relative coordinate with the mass 1.
+#[test]
+fn spur_pairs_of_the_classics_from_parts() {
+    let mut count = 0;
+    for case in read("classic_orbits.json")["sdof_spur_pair"].as_object().unwrap().values() {
+        let equation = &case["equation"];
+        let of = |key: &str| number(&equation[key]);
+        let k = numbers(&equation["a"]).first().map_or(vec![], |a| vec![[*a, 0.0]]);
+        for solution in case["solutions_at_W"].as_object().unwrap().values().flat_map(|v| v.as_array().unwrap()) {
+            // x'' = y'' - e'' with e = F_ah cos φ: the force F_ah W² cos φ of the equation.
+            let mut parts = Parts::new();
+            parts.body("driver", Body::new(2.0)).body("driven", Body::new(2.0));
+            let mesh = MeshPart::external([1, 1], [1.0, 1.0], Wave::new(Fourier::new(1.0, &k).unwrap()))
+                .error(Wave::new(Fourier::new(0.0, &[[of("Fah"), 0.0]]).unwrap()))
+                .damping(2.0 * of("zeta"))
+                .half_backlash(1.0);
+            parts.mesh("mesh", "driver", "driven", mesh);
+            parts.torque("drive", "driver", of("Fm")).torque("load", "driven", -of("Fm"));
+            parts.coordinates(Coordinates::Relative).accept(Warning::UnusualValue);
+            let train = parts.build("driver", number(&solution["W"])).unwrap();
+            let y = [number(&solution["x0"]) + of("Fah"), number(&solution["v0"])];
+            let (cycle, off) = orbit(&train, &y);
+            assert!(off < 1e-9, "{off:e}");
+            assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
+            count += 1;
+        }
+    }
+    assert_eq!(count, 14);
+}
+
+#[test]
+fn idlers_of_the_classics_from_parts() {
+    let case = &read("classic_orbits.json")["multi_dof"]["idler_inphase"];
+    for point in case["points"].as_array().unwrap() {
+        let mut parts = Parts::new();
+        for (name, inertia) in [("first", 1.0), ("idler", 1.5), ("last", 0.8)] {
+            parts.body(name, Body::new(inertia));
+        }
+        for (name, ends, a) in [("one", ["first", "idler"], 0.2), ("two", ["idler", "last"], 0.15)] {
+            let stiffness = Wave::new(Fourier::new(1.0, &[[a, 0.0]]).unwrap());
+            let mesh = MeshPart::external([1, 1], [1.0, 1.0], stiffness).damping(0.06).half_backlash(1.0);
+            parts.mesh(name, ends[0], ends[1], mesh);
+        }
+        // Mean mesh forces 0.1 and 0.12.
+        parts.torque("t1", "first", 0.1).torque("t2", "idler", 0.02).torque("t3", "last", -0.12);
+        parts.coordinates(Coordinates::Relative).accept(Warning::UnusualValue);
+        let train = parts.build("first", number(&point["W"])).unwrap();
+        // Coordinates relative to the last gear: p_1 = y_1 - y_2, p_2 = y_2.
+        let p = numbers(&point["state"]);
+        let (_, off) = orbit(&train, &[p[0] + p[1], p[1], p[2] + p[3], p[3]]);
+        println!("{}: {off:.1e}", point["W"]);
+        assert!(off < 1e-8);
+    }
+}
+
+/// The ring of Yao 2020 from parts. The last mesh of an odd ring is internal, so that it does not reverse the rotation.
+fn ring_of_parts(params: &RingParams) -> Train {
+    let mut parts = Parts::new();
+    let n = params.gears.len();
+    parts.body("motor", Body::new(params.motor.inertia));
+    for (i, gear) in params.gears.iter().enumerate() {
+        parts.body(&format!("gear {i}"), Body::new(gear.inertia));
+        parts.body(&format!("load {i}"), Body::new(gear.load.inertia));
+    }
+    parts.shaft("motor shaft", "motor", "gear 0", params.motor.shaft.stiffness, params.motor.shaft.damping);
+    parts.torque("motor torque", "motor", params.motor.torque);
+    for (i, gear) in params.gears.iter().enumerate() {
+        let [own, load] = [format!("gear {i}"), format!("load {i}")];
+        parts.shaft(&format!("shaft {i}"), &own, &load, gear.load.shaft.stiffness, gear.load.shaft.damping);
+        parts.torque(&format!("torque {i}"), &load, -gear.load.torque);
+        let next = (i + 1) % n;
+        let radii = [gear.base_radius, params.gears[next].base_radius];
+        let of = &params.meshes[i];
+        let new = if n % 2 == 1 && i + 1 == n { MeshPart::internal } else { MeshPart::external };
+        let mesh = new([20, 20], radii, of.stiffness().clone())
+            .error(of.error().clone())
+            .damping(params.mesh_damping[i])
+            .half_backlash(of.law().half_width());
+        parts.mesh(&format!("mesh {i}"), &own, &format!("gear {next}"), mesh);
+    }
+    parts.accept(Warning::Unbalanced).accept(Warning::UnusualValue);
+    parts.build("gear 0", params.omega / 20.0).unwrap()
+}
+
+#[test]
+fn a_ring_of_parts_is_the_ring() {
+    for n in [3, 4, 16] {
+        let params = RingSet::set_a(n, 1000.0).params().unwrap();
+        let (ring, train) = (Ring::as_printed(&params).unwrap(), ring_of_parts(&params));
+        assert_eq!((ring.dof(), ring.contacts()), (train.dof(), train.contacts()));
+        assert!((ring.period() / train.period() - 1.0).abs() < 1e-14);
+        let mut worst = 0.0f64;
+        for look in 0..50 {
+            let part = |i: usize| ((look * 37 + i * 101) as f64 * 0.618).fract() - 0.5;
+            let q: Vec<f64> = (0..ring.dof()).map(|i| 1e-3 * part(i)).collect();
+            let v: Vec<f64> = (0..ring.dof()).map(|i| part(i + 500)).collect();
+            let acceleration = |model: &dyn Model| {
+                let (mut u, mut a) = (vec![0.0; model.drives()], q.clone());
+                model.drive(1e-4 * look as f64, Side::After, &mut u);
+                model.accel(&u, &q, &v, &mut a);
+                a
+            };
+            let (ours, theirs) = (acceleration(&train), acceleration(&ring));
+            let size = theirs.iter().fold(0.0f64, |m, a| m.max(a.abs()));
+            for (a, b) in ours.iter().zip(&theirs) {
+                worst = worst.max((a - b).abs() / size);
+            }
+        }
+        println!("n = {n}: {worst:.1e}");
+        assert!(worst < 2e-15);
+    }
+}
