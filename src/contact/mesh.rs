@@ -143,6 +143,10 @@ impl<N: Nonlinearity> Mesh<N> {
     pub fn error(&self) -> &Wave {
         &self.error
     }
+    /// The range of deflections in which the damping acts.
+    pub fn contact_damping(&self) -> ContactDamping {
+        self.contact_damping
+    }
     /// The contact law.
     pub fn law(&self) -> &N {
         &self.law

@@ -89,7 +89,7 @@ impl<N: Nonlinearity> Train<N> {
         let of = |levers: &mut dyn Iterator<Item = Entry>| -> f64 {
             levers.filter_map(|entry| q.get(entry.at).map(|q| q * entry.by)).sum()
         };
-        let pair = |at: [usize; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at, by });
+        let pair = |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
         let mut energies = Vec::new();
         for (spring, name) in shape.springs.iter().zip(&shape.spring_names[0]) {
             let x = of(&mut pair(spring.ends, spring.levers));
@@ -99,10 +99,10 @@ impl<N: Nonlinearity> Train<N> {
             let x = of(&mut shape.entries[spring.levers.clone()].iter().copied());
             energies.push((name.clone(), spring.stiffness * x * x));
         }
-        for (i, tooth) in shape.teeth.iter().enumerate() {
-            let more = shape.entries[tooth.more_levers.clone()].iter().copied();
+        for (i, (tooth, rest)) in shape.teeth.iter().zip(&shape.rests).enumerate() {
+            let more = shape.entries[rest.more_levers.clone()].iter().copied();
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more));
-            let stiffness = shape.single[tooth.stiffness].value(angle, Side::After);
+            let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
             energies.push((shape.tooth_name(i), stiffness * x * x));
         }
         for (i, journal) in shape.journals.iter().enumerate() {

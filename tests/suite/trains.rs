@@ -199,33 +199,9 @@ fn idlers_of_the_classics_from_parts() {
     }
 }
 
-/// The ring of Yao 2020 from parts. The last mesh of an odd ring is internal, so that it does not reverse the rotation.
 fn ring_of_parts(params: &RingParams) -> Train {
-    let mut parts = Parts::new();
-    let n = params.gears.len();
-    parts.body("motor", Body::new(params.motor.inertia));
-    for (i, gear) in params.gears.iter().enumerate() {
-        parts.body(&format!("gear {i}"), Body::new(gear.inertia));
-        parts.body(&format!("load {i}"), Body::new(gear.load.inertia));
-    }
-    parts.shaft("motor shaft", "motor", "gear 0", params.motor.shaft.stiffness, params.motor.shaft.damping);
-    parts.torque("motor torque", "motor", params.motor.torque);
-    for (i, gear) in params.gears.iter().enumerate() {
-        let [own, load] = [format!("gear {i}"), format!("load {i}")];
-        parts.shaft(&format!("shaft {i}"), &own, &load, gear.load.shaft.stiffness, gear.load.shaft.damping);
-        parts.torque(&format!("torque {i}"), &load, -gear.load.torque);
-        let next = (i + 1) % n;
-        let radii = [gear.base_radius, params.gears[next].base_radius];
-        let of = &params.meshes[i];
-        let new = if n % 2 == 1 && i + 1 == n { MeshPart::internal } else { MeshPart::external };
-        let mesh = new([20, 20], radii, of.stiffness().clone())
-            .error(of.error().clone())
-            .damping(params.mesh_damping[i])
-            .half_backlash(of.law().half_width());
-        parts.mesh(&format!("mesh {i}"), &own, &format!("gear {next}"), mesh);
-    }
-    parts.accept(Warning::Unbalanced).accept(Warning::UnusualValue);
-    parts.build("gear 0", params.omega / 20.0).unwrap()
+    let mut parts = ring_parts(params, 20).unwrap();
+    parts.accept(Warning::Unbalanced).build("gear 1", params.omega / 20.0).unwrap()
 }
 
 #[test]
@@ -255,4 +231,193 @@ fn a_ring_of_parts_is_the_ring() {
         println!("n = {n}: {worst:.1e}");
         assert!(worst < 2e-15);
     }
+}
+
+fn k() -> Wave {
+    Wave::constant(2e8).unwrap()
+}
+
+/// A pair of gears of 20 and 40 teeth.
+fn pair() -> Parts {
+    let mut parts = Parts::new();
+    parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+    parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
+    parts
+}
+
+/// The error of the pair after a change.
+fn refused(change: impl FnOnce(&mut Parts)) -> TrainError {
+    let mut parts = pair();
+    change(&mut parts);
+    parts.build("pinion", 100.0).unwrap_err()
+}
+
+fn warned(change: impl FnOnce(&mut Parts), expected: Warning) {
+    let mut parts = pair();
+    change(&mut parts);
+    let error = parts.build("pinion", 100.0).unwrap_err();
+    assert!(matches!(error, TrainError::Warning { warning, .. } if warning == expected), "{error}");
+    parts.accept(expected);
+    assert!(parts.build("pinion", 100.0).is_ok(), "{expected:?} accepted");
+}
+
+#[test]
+fn wrong_names_are_refused() {
+    let error = refused(|parts| drop(parts.body("wheel", Body::new(1.0)).clone()));
+    assert_eq!(error, TrainError::DuplicateName { name: "wheel".into() });
+    let error = refused(|parts| drop(parts.torque("mesh", "wheel", 1.0).clone()));
+    assert_eq!(error, TrainError::DuplicateName { name: "mesh".into() });
+    let mesh = || MeshPart::external([20, 40], [0.03, 0.06], k());
+    let error = refused(|parts| drop(parts.mesh("second", "pinion", "weel", mesh()).clone()));
+    assert_eq!(
+        error.to_string(),
+        "\"second\" refers to the body \"weel\", which does not exist; there are: pinion, wheel"
+    );
+    let error = refused(|parts| drop(parts.mesh("second", "wheel", "wheel", mesh()).clone()));
+    assert_eq!(error, TrainError::JoinsItself { part: "second".into(), body: "wheel".into() });
+    let error = refused(|parts| drop(parts.shaft("shaft", "wheel", "wheel", 1.0, 0.0).clone()));
+    assert!(matches!(error, TrainError::JoinsItself { .. }));
+    assert!(matches!(refused(|parts| drop(parts.torque("t", "axle", 1.0).clone())), TrainError::NoSuchBody { .. }));
+    assert!(matches!(pair().build("axle", 1.0), Err(TrainError::NoSuchBody { .. })));
+    assert!(matches!(refused(|parts| drop(parts.rotating_with("axle").clone())), TrainError::NoSuchBody { .. }));
+    let planet = Body::new(1.0).carried_by("axle", 0.0);
+    assert!(matches!(refused(|parts| drop(parts.body("planet", planet).clone())), TrainError::NoSuchBody { .. }));
+}
+
+#[test]
+fn values_out_of_range_are_refused() {
+    let parameter = |error: TrainError| assert!(matches!(error, TrainError::Parameter(_)), "{error}");
+    for value in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
+        parameter(refused(|parts| drop(parts.body("third", Body::new(value)).clone())));
+        let bearing = Bearing::new(value, 1e8);
+        parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).on(bearing)).clone())));
+        parameter(refused(|parts| {
+            let mesh = MeshPart::external([20, 40], [value, 0.06], k());
+            parts.mesh("second", "pinion", "wheel", mesh);
+        }));
+        parameter(pair().build("pinion", value).unwrap_err());
+    }
+    for value in [f64::NAN, f64::INFINITY, -1.0] {
+        let body = || Body::new(1.0);
+        for body in [
+            body().drag(value),
+            body().held(value, 0.0),
+            body().restrained(0.0, value),
+            body().on(Bearing::new(1.0, value)),
+            body().on(Bearing::new(1.0, 1.0).damping(value)),
+            body().on(Bearing::new(1.0, 1.0).clearance(value)),
+        ] {
+            parameter(refused(|parts| drop(parts.body("third", body).clone())));
+        }
+        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", value, 0.0).clone())));
+        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", 0.0, value).clone())));
+        parameter(refused(|parts| {
+            parts.shaft_with_clearance("s", "pinion", "wheel", [1.0, 0.0], value);
+        }));
+        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, value, 1.0).clone())));
+        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, 1.0, value).clone())));
+        let mesh = || MeshPart::external([20, 40], [0.03, 0.06], k());
+        for mesh in [
+            mesh().damping(value),
+            mesh().half_backlash(value),
+            mesh().pressure_angle(value),
+            mesh().friction(value),
+        ] {
+            parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone())));
+        }
+    }
+    let value = f64::NAN;
+    parameter(refused(|parts| drop(parts.torque("t", "pinion", value).clone())));
+    parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).at([value, 0.0])).clone())));
+    let mesh = MeshPart::external([20, 40], [0.03, 0.06], k());
+    parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh.clone().phase(value)).clone())));
+    parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh.stated_phase(value)).clone())));
+    parameter(Parts::new().build("pinion", 1.0).unwrap_err());
+    let mesh = MeshPart::external([0, 40], [0.03, 0.06], k());
+    let error = refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone()));
+    assert_eq!(error, TrainError::ToothNumber { mesh: "second".into(), teeth: 0 });
+    let error = Planetary::torsional([30, 30, 90], 0, 0.03, [1.0; 4], [k(), k()]).unwrap_err();
+    assert!(matches!(error, gear_dynamics::ParameterError::TooFew { .. }));
+}
+
+#[test]
+fn trains_that_cannot_turn_or_be_assembled_are_refused() {
+    let mesh = |teeth: [u32; 2]| MeshPart::external(teeth, teeth.map(|z| 1.5e-3 * f64::from(z)), k());
+    let error = refused(|parts| {
+        parts.body("idler", Body::new(1e-3));
+        parts.mesh("one", "wheel", "idler", mesh([40, 30])).mesh("two", "idler", "pinion", mesh([30, 20]));
+    });
+    assert!(matches!(error, TrainError::Locked { .. }), "{error}");
+    // A shaft between gears that turn at different speeds.
+    let error = refused(|parts| drop(parts.shaft("shaft", "pinion", "wheel", 1.0, 0.0).clone()));
+    assert!(matches!(error, TrainError::Locked { .. }), "{error}");
+    let error = refused(|parts| {
+        let mesh = MeshPart::external([20, 40], [0.03, 0.05], k());
+        parts.mesh("second", "pinion", "wheel", mesh);
+    });
+    assert!(matches!(error, TrainError::RadiiContradictTeeth { .. }), "{error}");
+    let error = refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
+    assert_eq!(error, TrainError::SpeedUndetermined { body: "third".into() });
+    let mut held = Parts::new();
+    held.body("pinion", Body::new(1.0).held(1e5, 0.0));
+    assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
+
+    let set = |teeth: [u32; 3], n: u32| Planetary::torsional(teeth, n, 0.03, [1e-3, 1e-3, 1e-2, 1e-2], [k(), k()]).unwrap();
+    let locked = |set: Planetary| set.supports([0.0, 1e6, 0.0]).parts();
+    let error = locked(set([30, 20, 71], 4)).build("sun", 1.0).unwrap_err();
+    assert!(matches!(error, TrainError::CentreDistance { .. }), "{error}");
+    let error = locked(set([30, 20, 70], 3)).build("sun", 1.0).unwrap_err();
+    let TrainError::DoesNotAssemble { planet, nearest, .. } = error else { panic!("{error}") };
+    // 100 places on the carrier: planet 2 fits at 33/100 of a turn.
+    assert_eq!(planet, "planet 2");
+    let angles = [0.0, nearest, 2.0 * nearest];
+    assert!((nearest / std::f64::consts::TAU - 0.33).abs() < 1e-12);
+    assert!(locked(set([30, 20, 70], 3).at_angles(&angles)).build("sun", 1.0).is_ok());
+    let loose = set([30, 30, 90], 3).all_turning().parts().build("sun", 1.0).unwrap_err();
+    assert!(matches!(loose, TrainError::SpeedUndetermined { .. }), "{loose}");
+    let mut parts = locked(set([30, 30, 90], 3));
+    parts.body("planet 4", Body::new(1e-3).carried_by("planet 1", 0.1));
+    assert!(matches!(parts.build("sun", 1.0), Err(TrainError::NestedCarrier { .. })));
+    let mut parts = locked(set([30, 30, 90], 3));
+    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1));
+    let error = parts.build("sun", 1.0).unwrap_err();
+    assert!(matches!(error, TrainError::SpeedUndetermined { .. } | TrainError::PlanetWithoutMesh { .. }), "{error}");
+}
+
+#[test]
+fn phases_of_planets_follow_from_teeth() {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
+    let stated = |phase: f64| {
+        let mut parts = Parts::new();
+        parts.body("sun", Body::new(1e-3)).body("carrier", Body::new(1e-2));
+        parts.body("ring", Body::new(1e-2).locked());
+        // 19 teeth at 120 degrees: 19/3 mesh cycles behind, that is 2/3 ahead.
+        parts.body("planet", Body::new(1e-3).carried_by("carrier", std::f64::consts::TAU / 3.0));
+        let radii = [19, 17].map(|z| 1.5e-3 * f64::from(z));
+        parts.mesh("inner", "sun", "planet", MeshPart::external([19, 17], radii, wave()).stated_phase(phase));
+        let radii = [17, 53].map(|z| 1.5e-3 * f64::from(z));
+        parts.mesh("outer", "planet", "ring", MeshPart::internal([17, 53], radii, wave()));
+        parts.build("sun", 10.0)
+    };
+    assert!(stated(2.0 / 3.0).is_ok());
+    let error = stated(0.25).unwrap_err();
+    let TrainError::PhaseContradicts { computed, .. } = error else { panic!("{error}") };
+    assert!((computed - 2.0 / 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn unusual_trains_are_warned_of() {
+    warned(|parts| drop(parts.torque("drive", "pinion", 10.0).clone()), Warning::Unbalanced);
+    let unusual = Warning::UnusualValue;
+    let second = |mesh: MeshPart| move |parts: &mut Parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone());
+    warned(second(MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(1e5).unwrap())), unusual);
+    warned(second(MeshPart::external([20, 40], [37.6, 75.2], k())), unusual); // a module of 4 m
+    warned(second(MeshPart::external([20, 40], [0.03, 0.06], k()).half_backlash(50.0)), unusual);
+    let loose = Body::new(1e-3).on(Bearing::new(1.0, 0.0)).at([0.2, 0.0]);
+    let third = |parts: &mut Parts| {
+        parts.body("third", loose.clone());
+        parts.mesh("second", "wheel", "third", MeshPart::external([40, 20], [0.06, 0.03], k()));
+    };
+    warned(third, Warning::Unsupported);
+    warned(|parts| drop(parts.body("third", Body::new(1.0).locked()).clone()), Warning::Disconnected);
 }

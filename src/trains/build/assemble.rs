@@ -2,7 +2,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::mesh::{ContactDamping, Mesh};
 use crate::error::check;
 use crate::excitation::angle::Constant;
 use crate::excitation::combine::{Product, Sum};
@@ -19,7 +19,7 @@ use crate::trains::build::rows::{Layout, Row};
 use crate::trains::build::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Course, Parts};
 use crate::trains::shape::elements::{
-    Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth,
+    Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth, ToothRest,
 };
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use std::f64::consts::TAU;
@@ -42,10 +42,14 @@ pub(crate) fn build<N: Nonlinearity + Clone>(
         if !body.locked {
             coordinates.push(Channel::new(format!("{name} angle"), "rad"));
         }
-        centre.push(body.bearing.map(|_| coordinates.len()));
-        if body.bearing.is_some() {
-            coordinates.extend(["x", "y"].map(|axis| Channel::new(format!("{name} {axis}"), "m")));
-        }
+        let mut place = |axis: &str, there: bool| {
+            there.then(|| {
+                coordinates.push(Channel::new(format!("{name} {axis}"), "m"));
+                coordinates.len() - 1
+            })
+        };
+        let bearing = body.bearing.as_ref();
+        centre.push([place("x", bearing.is_some_and(|b| !b.along_y)), place("y", bearing.is_some())]);
     }
     let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
     checks::train(&layout, &names)?;
@@ -86,7 +90,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
                 per_inertia.push(1.0 / body.inertia);
             }
             if let Some(bearing) = &body.bearing {
-                per_inertia.extend([1.0 / bearing.mass; 2]);
+                per_inertia.extend(std::iter::repeat_n(1.0 / bearing.mass, if bearing.along_y { 1 } else { 2 }));
             }
         }
         let dropped = (layout.parts.coordinates == Coordinates::Relative).then(|| {
@@ -102,6 +106,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             rotating: Vec::new(),
             frame_ratio: 0.0,
             teeth: Vec::new(),
+            rests: Vec::new(),
             frictions: Vec::new(),
             journals: Vec::new(),
             motors: Vec::new(),
@@ -175,7 +180,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         }
         let (levers, pulls) = (self.levers(row), self.pulls(row));
         if let Some((ends, [levers, pulls])) = pair(&levers, &pulls) {
-            self.shape.springs.push(Spring { ends, levers, pulls, stiffness, damping });
+            let ends = ends.map(|end| end as u32);
+            self.shape.springs.push(Spring { ends, pulls, stiffness, damping, levers });
             self.shape.spring_names[0].push(name);
         } else {
             let (levers, pulls) = (self.kept(&levers), self.kept(&pulls));
@@ -327,7 +333,10 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         let (more_levers, more_pulls) = (self.kept(&more_levers), self.kept(&more_pulls));
         let stiffness = once(&mut self.shape.single, stiffness);
         let error = once(&mut self.shape.errors, error);
-        self.shape.teeth.push(Tooth { at, levers, pulls, more_levers, more_pulls, stiffness, error, mesh });
+        let (at, law) = (at.map(|at| at as u32), mesh.law().clone());
+        let [stiffness, error] = [stiffness, error].map(|place| place as u32);
+        self.shape.teeth.push(Tooth { at, stiffness, error, levers, pulls, law });
+        self.shape.rests.push(ToothRest { more_levers, more_pulls, mesh });
     }
 
     fn bearings(&mut self) -> Result<(), TrainError> {
@@ -363,7 +372,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         // x and y are counterclockwise from each other; the frame turns with the sense of the carrier.
         self.shape.frame_ratio = self.layout.kinematics.speeds[carrier].value() / self.orders.ratio;
         for (body, (name, part)) in parts.bodies.iter().enumerate() {
-            let (Some(bearing), Some(x)) = (part.bearing, self.layout.centre[body]) else { continue };
+            let (Some(bearing), [x, Some(y)]) = (part.bearing, self.layout.centre[body]) else { continue };
             let planet = self.layout.planets[body].is_some();
             let [c, other] = bearing.damping;
             if !planet && (c != other || bearing.stiffness[0] != bearing.stiffness[1]) {
@@ -372,11 +381,15 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             }
             // The damper of a planet's bearing turns with the carrier.
             let damping = if planet { 0.0 } else { c / bearing.mass };
-            for (i, j, way) in [(x, x + 1, -1.0), (x + 1, x, 1.0)] {
+            let Some(x) = x else {
+                let why = "its directions turn in a rotating frame";
+                return Err(TrainError::NotIsotropic { body: name.clone(), why });
+            };
+            for (i, j, way) in [(x, y, -1.0), (y, x, 1.0)] {
                 let (damping, gyroscopic) = (way * damping, way * 2.0);
                 self.shape.rotating.push(Rotating { i, j, damping, gyroscopic, centripetal: 0.0 });
             }
-            for i in [x, x + 1] {
+            for i in [x, y] {
                 self.shape.rotating.push(Rotating { i, j: i, damping: 0.0, gyroscopic: 0.0, centripetal: -1.0 });
             }
         }
@@ -413,7 +426,10 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             carriers.dedup();
             let place = |(body, planet): (usize, &Planet)| PlanetPlace {
                 at: self.layout.angle[body],
-                centre: self.layout.centre[body],
+                centre: match self.layout.centre[body] {
+                    [Some(x), Some(_)] => Some(x),
+                    _ => None,
+                },
                 angle: planet.angle,
             };
             let of = |carrier: usize| {
@@ -436,7 +452,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         shape.names = names;
         let two = |spring: &Spring| spring.levers == [1.0, -1.0];
         shape.plain = shape.springs.iter().all(two)
-            && shape.teeth.iter().all(|tooth| tooth.more_levers.is_empty() && tooth.more_pulls.is_empty())
+            && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
+            && shape.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
             && shape.row_springs.is_empty()
             && shape.rotating.is_empty()
             && shape.frictions.is_empty()

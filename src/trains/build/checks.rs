@@ -185,9 +185,8 @@ pub(crate) fn balance<N: Nonlinearity>(
     let mut inertia = 0.0;
     for (body, (_, part)) in parts.bodies.iter().enumerate() {
         inertia += layout.angle[body].map_or(0.0, |at| rigid[at] * rigid[at] * part.inertia);
-        if let (Some(bearing), Some(x)) = (&part.bearing, layout.centre[body]) {
-            inertia += bearing.mass * (rigid[x] * rigid[x] + rigid[x + 1] * rigid[x + 1]);
-        }
+        let mass = part.bearing.map_or(0.0, |bearing| bearing.mass);
+        inertia += layout.centre[body].iter().flatten().map(|&at| mass * rigid[at] * rigid[at]).sum::<f64>();
     }
     let message = format!(
         "the torques do not balance: they accelerate the reference body by {:e} rad/s²",

@@ -13,9 +13,9 @@ pub(crate) struct Layout<'p, N> {
     pub(crate) parts: &'p Parts<N>,
     pub(crate) kinematics: &'p Kinematics,
     pub(crate) planets: &'p Planets,
-    /// Place of the angle of each body that is not locked, and of x of each body with a bearing; y follows.
+    /// Place of the angle of each body that is not locked, and of x and y of each body with a bearing.
     pub(crate) angle: Vec<Option<usize>>,
-    pub(crate) centre: Vec<Option<usize>>,
+    pub(crate) centre: Vec<[Option<usize>; 2]>,
 }
 
 /// A sparse row with one entry for each coordinate.
@@ -40,9 +40,12 @@ impl<N: Nonlinearity> Layout<'_, N> {
     }
     /// Adds the displacement of the centre of a body along (x, y).
     fn shift(&self, row: &mut Row, body: usize, [x, y]: [f64; 2]) {
-        if let Some(centre) = self.centre[body] {
-            row.add(centre, x);
-            row.add(centre + 1, y);
+        if self.parts.bodies[body].1.bearing.is_some() {
+            for (at, by) in self.centre[body].into_iter().zip([x, y]) {
+                if let Some(at) = at {
+                    row.add(at, by);
+                }
+            }
         } else if self.planets[body].is_some() {
             self.shift_of_pin(row, body, [x, y]);
         }
@@ -125,13 +128,14 @@ impl<N: Nonlinearity> Layout<'_, N> {
                 rigid[*at] = self.kinematics.speeds[body].value().abs();
             }
         }
-        for (body, planet) in self.planets.iter().enumerate() {
-            if let Some(planet) = planet
-                && let Some(centre) = self.centre[body]
-            {
-                let (sin, cos) = libm::sincos(planet.angle);
-                let speed = self.kinematics.speeds[planet.carrier].value() * planet.radius;
-                (rigid[centre], rigid[centre + 1]) = (-speed * sin, speed * cos);
+        for (centre, planet) in self.centre.iter().zip(self.planets) {
+            let Some(planet) = planet else { continue };
+            let (sin, cos) = libm::sincos(planet.angle);
+            let speed = self.kinematics.speeds[planet.carrier].value() * planet.radius;
+            for (at, by) in centre.iter().zip([-speed * sin, speed * cos]) {
+                if let Some(at) = at {
+                    rigid[*at] = by;
+                }
             }
         }
         rigid

@@ -18,17 +18,24 @@ pub struct Bearing {
     /// Half of the radial clearance `[m]`: the distance from the centre at which the bearing carries. With a
     /// clearance, both stiffnesses must be equal.
     pub clearance: f64,
+    /// Whether the body moves along y alone, for example along a line of action.
+    pub along_y: bool,
 }
 
 impl Bearing {
     /// A bearing of equal stiffness in all directions, without damping and clearance, for a body of mass
     /// `mass`.
     pub fn new(mass: f64, stiffness: f64) -> Self {
-        Bearing { mass, stiffness: [stiffness; 2], damping: [0.0; 2], clearance: 0.0 }
+        Bearing { mass, stiffness: [stiffness; 2], damping: [0.0; 2], clearance: 0.0, along_y: false }
     }
     /// The same bearing with a damping [N s/m] in all directions.
     pub fn damping(self, damping: f64) -> Self {
         Bearing { damping: [damping; 2], ..self }
+    }
+    /// The same bearing for a body that moves along y alone. With centres on the x axis and the pressure angle 0, y is
+    /// the line of action.
+    pub fn along_y(self) -> Self {
+        Bearing { along_y: true, ..self }
     }
     /// The same bearing with a radial clearance: it carries when the centre is farther than `clearance` `[m]`
     /// from its place.

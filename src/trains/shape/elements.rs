@@ -17,11 +17,11 @@ pub(crate) struct Entry {
 /// to the ground, for which both ends are equal and the second lever is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spring {
-    pub(crate) ends: [usize; 2],
-    pub(crate) levers: [f64; 2],
+    pub(crate) ends: [u32; 2],
     pub(crate) pulls: [f64; 2],
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,
+    pub(crate) levers: [f64; 2],
 }
 
 /// A linear spring and damper on a row of any length.
@@ -44,18 +44,26 @@ pub(crate) struct Rotating {
     pub(crate) centripetal: f64,
 }
 
-/// A contact: a mesh, or a clearance of a shaft or a bearing.
+/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in little
+/// memory; the rest in [`ToothRest`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tooth<N> {
-    /// The first two numbers of its row, and all further ones.
-    pub(crate) at: [usize; 2],
+    /// The first two numbers of its row.
+    pub(crate) at: [u32; 2],
+    /// Places of its stiffness and its error among the waves.
+    pub(crate) stiffness: u32,
+    pub(crate) error: u32,
     pub(crate) levers: [f64; 2],
     pub(crate) pulls: [f64; 2],
+    pub(crate) law: N,
+}
+
+/// The rest of a contact.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ToothRest<N> {
+    /// Further numbers of the row.
     pub(crate) more_levers: Range<usize>,
     pub(crate) more_pulls: Range<usize>,
-    /// Places of its stiffness and its error among the waves.
-    pub(crate) stiffness: usize,
-    pub(crate) error: usize,
     pub(crate) mesh: Mesh<N>,
 }
 

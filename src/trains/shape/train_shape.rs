@@ -2,7 +2,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::mesh::{Mesh, MeshDrives};
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
@@ -12,8 +12,8 @@ use crate::excitation::wave::{Angle, Wave};
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
-use crate::scalar::Scalar;
-use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth};
+use crate::scalar::{Scalar, keep_rolled};
+use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth, ToothRest};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
 ///
@@ -70,6 +70,7 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) frame_ratio: f64,
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
+    pub(crate) rests: Vec<ToothRest<N>>,
     pub(crate) frictions: Vec<Friction>,
     pub(crate) journals: Vec<Journal>,
     pub(crate) motors: Vec<Motor>,
@@ -114,7 +115,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     }
     /// The mesh of each contact that is not a radial clearance.
     pub fn meshes(&self) -> impl Iterator<Item = &Mesh<N>> {
-        self.teeth.iter().map(|tooth| &tooth.mesh)
+        self.rests.iter().map(|rest| &rest.mesh)
     }
     /// Speed of the angle φ of the waves over the speed of the reference body.
     pub fn ratio(&self) -> f64 {
@@ -140,13 +141,15 @@ impl<N: Nonlinearity> TrainShape<N> {
         At { single, errors, edges, speed: u.speed(), net, torques, damping, half, friction }
     }
 
-    /// Deflection and rate of a tooth. `WIDE`: whether its row may have more than two numbers.
+    /// Deflection and rate of tooth i. `WIDE`: whether its row may have more than two numbers.
     #[inline(always)]
-    fn deflection<const WIDE: bool, S: Scalar>(&self, tooth: &Tooth<N>, at: &At<S>, q: &[S], v: &[S]) -> [S; 2] {
-        let ([j, k], [r, s], [e, rate]) = (tooth.at, tooth.levers, at.errors[tooth.error]);
+    fn deflection<const WIDE: bool, S: Scalar>(&self, i: usize, at: &At<S>, q: &[S], v: &[S]) -> [S; 2] {
+        let tooth = &self.teeth[i];
+        let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
+        let [e, rate] = at.errors[tooth.error as usize];
         let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
         if WIDE {
-            for entry in &self.entries[tooth.more_levers.clone()] {
+            for entry in &self.entries[self.rests[i].more_levers.clone()] {
                 d = d + q[entry.at] * entry.by;
                 dv = dv + v[entry.at] * entry.by;
             }
@@ -154,13 +157,12 @@ impl<N: Nonlinearity> TrainShape<N> {
         [d, dv]
     }
 
-    /// Force of tooth i.
+    /// Force of tooth i. `WIDE`: whether its damping may act in contact alone.
     #[inline(always)]
-    fn force<S: Scalar, L: PieceChoice<S>>(
+    fn force<const WIDE: bool, S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
-        tooth: &Tooth<N>,
         at: &At<S>,
         [d, rate]: [S; 2],
     ) -> S {
@@ -169,19 +171,23 @@ impl<N: Nonlinearity> TrainShape<N> {
         } else {
             [at.edges[i][0], at.edges[i][1]]
         };
-        let (stiffness, damping) = (at.single[tooth.stiffness], at.damping[i]);
-        let drives = crate::contact::mesh::MeshDrives { stiffness, damping, lower, upper };
-        tooth.mesh.force(law, i, d, rate, rate, drives)
+        let tooth = &self.teeth[i];
+        let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
+        if WIDE {
+            let drives = MeshDrives { stiffness, damping, lower, upper };
+            return self.rests[i].mesh.force(law, i, d, rate, rate, drives);
+        }
+        stiffness * law.force(i, &tooth.law, d, rate, lower, upper) + damping * rate
     }
 
     /// Contact i as the solvers see it.
     #[inline(always)]
     fn touch<S: Scalar, L: PieceChoice<S>>(&self, law: &L, i: usize, at: &At<S>, q: &[S], v: &[S]) -> Contact<S> {
-        let Some(tooth) = self.teeth.get(i) else {
+        if i >= self.teeth.len() {
             return self.journal_contact(law, i, at, q, v);
-        };
-        let [deflection, rate] = self.deflection::<true, S>(tooth, at, q, v);
-        let force = self.force(law, i, tooth, at, [deflection, rate]);
+        }
+        let [deflection, rate] = self.deflection::<true, S>(i, at, q, v);
+        let force = self.force::<true, S, L>(law, i, at, [deflection, rate]);
         if N::HALF_WIDTH {
             let half = at.half[i];
             return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
@@ -222,13 +228,13 @@ impl<N: Nonlinearity> TrainShape<N> {
     ) {
         let n = self.per_inertia.len();
         let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
-        let net = &at.net[..n];
+        let (net, per_inertia) = (&at.net[..n], &self.per_inertia[..n]);
         for j in 0..n {
-            let j = crate::scalar::keep_rolled(j);
-            a[j] = net[j] * self.per_inertia[j];
+            let j = keep_rolled(j);
+            a[j] = net[j] * per_inertia[j];
         }
         for spring in &self.springs {
-            let [j, k] = spring.ends.map(crate::scalar::keep_rolled);
+            let [j, k] = spring.ends.map(|end| keep_rolled(end as usize));
             let (x, y) = if WIDE {
                 let [r, s] = spring.levers;
                 (q[j] * r + q[k] * s, v[j] * r + v[k] * s)
@@ -240,13 +246,14 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[k] = a[k] - force * spring.pulls[1];
         }
         for i in 0..self.teeth.len() {
-            let tooth = &self.teeth[crate::scalar::keep_rolled(i)];
-            let w = self.force(law, i, tooth, &at, self.deflection::<WIDE, S>(tooth, &at, q, v));
-            let [j, k] = tooth.at;
+            let i = keep_rolled(i);
+            let w = self.force::<WIDE, S, L>(law, i, &at, self.deflection::<WIDE, S>(i, &at, q, v));
+            let tooth = &self.teeth[i];
+            let [j, k] = tooth.at.map(|at| at as usize);
             a[j] = a[j] - w * tooth.pulls[0];
             a[k] = a[k] - w * tooth.pulls[1];
             if WIDE {
-                self.pull(tooth.more_pulls.clone(), w, a);
+                self.pull(self.rests[i].more_pulls.clone(), w, a);
             }
         }
         if WIDE {
@@ -284,9 +291,8 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[term.i] = a[term.i] - omega * x;
         }
         for (friction, mu) in self.frictions.iter().zip(at.friction) {
-            let tooth = &self.teeth[friction.tooth];
-            let d = self.deflection::<true, S>(tooth, at, q, v);
-            let w = self.force(law, friction.tooth, tooth, at, d);
+            let d = self.deflection::<true, S>(friction.tooth, at, q, v);
+            let w = self.force::<true, S, L>(law, friction.tooth, at, d);
             self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
         }
         for (i, journal) in self.journals.iter().enumerate() {
@@ -387,18 +393,18 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
             let error = wave.jet(angle, side);
             *u = [error.value, error.rate];
         }
-        for (u, tooth) in edges.as_chunks_mut::<4>().0.iter_mut().zip(&self.teeth) {
+        for (u, tooth) in edges.as_chunks_mut::<4>().0.iter_mut().zip(&self.rests) {
             *u = tooth.mesh.law_edges(angle, side);
         }
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
         let waves = self.single.iter().chain(&self.errors).map(|wave| wave.next_edge(angle));
-        let laws = self.teeth.iter().map(|tooth| tooth.mesh.next_edge_of_law(angle));
+        let laws = self.rests.iter().map(|rest| rest.mesh.next_edge_of_law(angle));
         earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
         let waves = Wave::divisor_of_orders(self.single.iter().chain(&self.errors));
-        let laws = self.teeth.iter().map(|tooth| tooth.mesh.repeats_of_law());
+        let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
         laws.fold(waves, crate::excitation::wave::divisor).max(1)
     }
 
@@ -413,7 +419,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);
         for ((out, tooth), contact) in out.iter_mut().zip(&self.teeth).zip(contacts) {
-            *out = contact.deflection + at.errors[tooth.error][0];
+            *out = contact.deflection + at.errors[tooth.error as usize][0];
         }
     }
 }

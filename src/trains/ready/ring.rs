@@ -1,0 +1,60 @@
+//! The closed-loop ring of gears from parts.
+
+use crate::contact::laws::backlash::Backlash;
+use crate::models::ring::ring_params::RingParams;
+use crate::trains::build::train_error::TrainError;
+use crate::trains::parts::body::Body;
+use crate::trains::parts::collection::Parts;
+use crate::trains::parts::mesh_part::MeshPart;
+
+/// The parts of a [`Ring`](crate::Ring) by [`Ring::as_printed`](crate::Ring::as_printed): the same coordinates,
+/// contacts and accelerations. `teeth`: number of teeth of gear 1; those of the others follow from the base radii.
+///
+/// The last mesh of an odd ring is internal, so that it does not reverse the rotation. Build it with the speed ω/teeth of
+/// `gear 1`. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
+///
+/// # Errors
+/// [`TrainError::RadiiContradictTeeth`] if the base radii do not give whole tooth numbers.
+///
+/// ```
+/// use gear_dynamics::models::ring::RingSet;
+/// use gear_dynamics::{Model, trains::ring_parts};
+/// let params = RingSet::set_a(4, 1000.0).params()?;
+/// let train = ring_parts(&params, 20)?.build("gear 1", params.omega / 20.0)?;
+/// assert_eq!((train.dof(), train.contacts()), (9, 4));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, TrainError> {
+    let mut parts = Parts::new();
+    let n = params.gears.len();
+    let shaft = params.motor.shaft;
+    parts.body("motor", Body::new(params.motor.inertia));
+    parts.shaft("motor shaft", "motor", "gear 1", shaft.stiffness, shaft.damping);
+    parts.torque("motor torque", "motor", params.motor.torque);
+    let radius = |i: usize| params.gears[i].base_radius;
+    let whole = |i: usize| f64::from(teeth) * radius(i) / radius(0);
+    for (i, gear) in params.gears.iter().enumerate() {
+        let [own, load] = ["gear", "load"].map(|name| format!("{name} {}", i + 1));
+        parts.body(&own, Body::new(gear.inertia)).body(&load, Body::new(gear.load.inertia));
+        let shaft = gear.load.shaft;
+        parts.shaft(&format!("output shaft {}", i + 1), &own, &load, shaft.stiffness, shaft.damping);
+        parts.torque(&format!("load torque {}", i + 1), &load, -gear.load.torque);
+    }
+    for (i, mesh) in params.meshes.iter().enumerate() {
+        let next = (i + 1) % n;
+        let name = format!("mesh {}", i + 1);
+        let numbers = [i, next].map(|i| whole(i).round() as u32);
+        if (whole(i) - whole(i).round()).abs() > 1e-6 * whole(i) {
+            let teeth = f64::from(numbers[0]) / f64::from(numbers[1]);
+            return Err(TrainError::RadiiContradictTeeth { mesh: name, radii: radius(i) / radius(next), teeth });
+        }
+        let new = if n % 2 == 1 && next == 0 { MeshPart::internal } else { MeshPart::external };
+        let part = new(numbers, [radius(i), radius(next)], mesh.stiffness().clone())
+            .error(mesh.error().clone())
+            .damping(params.mesh_damping.get(i).copied().unwrap_or(f64::NAN))
+            .contact_damping(mesh.contact_damping())
+            .half_backlash(mesh.law().half_width());
+        parts.mesh(&name, &format!("gear {}", i + 1), &format!("gear {}", next + 1), part);
+    }
+    Ok(parts)
+}
