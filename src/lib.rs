@@ -12,6 +12,7 @@ pub mod drives;
 mod dual;
 mod error;
 pub mod excitation;
+pub mod export;
 pub mod model;
 pub mod models;
 mod numeric;
@@ -25,7 +26,7 @@ mod stored;
 pub mod sweep;
 mod tape;
 
-pub use crate::analysis::rattle::{Rattle, RattleState};
+pub use crate::analysis::contacts::rattle::{Rattle, RattleState};
 pub use crate::analysis::settle::Settle;
 pub use crate::analysis::statistics::Statistics;
 pub use crate::contact::laws::backlash::Backlash;
