@@ -6,4 +6,4 @@ mod npy;
 pub(crate) mod table;
 
 pub use crate::export::csv::Csv;
-pub use crate::export::table::Table;
+pub use crate::export::table::ResultTable;

@@ -1,19 +1,19 @@
 //! The array format of NumPy.
 
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use npyz::WriterBuilder;
 use std::io::{Result, Write};
 
-impl Table {
+impl ResultTable {
     /// Writes the numbers as an NPY array of 64-bit floats, one line for each row: the shape is (rows,
-    /// columns). NumPy reads it with `numpy.load`. The format has no names; [`columns`](Table::columns) has
+    /// columns). NumPy reads it with `numpy.load`. The format has no names; [`columns`](ResultTable::columns) has
     /// them.
     ///
     /// Requires the feature `npy`.
     ///
     /// ```
-    /// use gear_dynamics::{export::Table, model::Channel};
-    /// let mut table = Table::new(vec![Channel::new("t", "s"), Channel::new("force", "N")])?;
+    /// use gear_dynamics::{export::ResultTable, model::Channel};
+    /// let mut table = ResultTable::new(vec![Channel::new("t", "s"), Channel::new("force", "N")])?;
     /// table.push(&[0.5, 1e300])?;
     /// let mut npy = Vec::new();
     /// table.write_npy(&mut npy)?;

@@ -14,8 +14,8 @@ use std::io::{Result as Written, Write};
 /// and [`Impacts::table`](crate::analysis::Impacts::table) make tables of results.
 ///
 /// ```
-/// use gear_dynamics::{export::Table, model::Channel};
-/// let mut table = Table::new(vec![Channel::new("t", "s"), Channel::new("force", "N")])?;
+/// use gear_dynamics::{export::ResultTable, model::Channel};
+/// let mut table = ResultTable::new(vec![Channel::new("t", "s"), Channel::new("force", "N")])?;
 /// table.push(&[0.5, 1e300])?;
 /// let mut csv = Vec::new();
 /// table.write_csv(&mut csv)?;
@@ -23,13 +23,13 @@ use std::io::{Result as Written, Write};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct ResultTable {
     columns: Vec<Channel>,
     /// The rows, one after the other.
     numbers: Vec<f64>,
 }
 
-impl Table {
+impl ResultTable {
     /// A table without rows.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ impl Table {
         if let Some(twice) = columns.iter().find(|column| !names.insert(column.name.as_str())) {
             return Err(ParameterError::Twice { name: twice.name.clone() });
         }
-        Ok(Table { columns, numbers: Vec::new() })
+        Ok(ResultTable { columns, numbers: Vec::new() })
     }
 
     /// A table of rows of known length. The columns, names and units, have different names.
@@ -51,7 +51,7 @@ impl Table {
         rows: impl Iterator<Item = [f64; N]>,
     ) -> Self {
         let columns = columns.map(|(name, unit)| Channel::new(name, unit)).to_vec();
-        Table { columns, numbers: rows.flatten().collect() }
+        ResultTable { columns, numbers: rows.flatten().collect() }
     }
 
     /// Adds a row.

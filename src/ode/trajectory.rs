@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use crate::model::equations::{Channel, Model, State};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
@@ -125,7 +125,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// As [`channel`](Trajectory::channel); [`ParameterError::Twice`] for two columns of one name.
-    pub fn table<M: Model + ?Sized>(&self, model: &M, names: &[&str]) -> Result<Table, ParameterError> {
+    pub fn table<M: Model + ?Sized>(&self, model: &M, names: &[&str]) -> Result<ResultTable, ParameterError> {
         check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
         let chosen = match names {
@@ -134,7 +134,7 @@ impl Trajectory {
         };
         let mut columns = vec![Channel::new("t", "")];
         columns.extend(chosen.iter().map(|index| probe.channels()[*index].clone()));
-        let mut table = Table::new(columns)?;
+        let mut table = ResultTable::new(columns)?;
         let mut row = vec![0.0; chosen.len() + 1];
         for i in 0..self.len() {
             let values = self.read(&mut probe, i);

@@ -6,7 +6,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use crate::model::equations::Model;
 use crate::numeric::bracket::Bracket;
 use crate::numeric::gauss::FIVE;
@@ -139,7 +139,7 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
 
     /// A table of all impacts: contact, flank (-1 lower, 1 upper) and the fields of [`Impact`]. What an impact
     /// does not have is NaN.
-    pub fn table(&self) -> Table {
+    pub fn table(&self) -> ResultTable {
         let columns = [
             ("contact", "1"),
             ("flank", "1"),
@@ -157,7 +157,7 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
                     .map(|x| x.unwrap_or(f64::NAN));
             [impact.contact as f64, flank, impact.t, impact.speed, flight, left, separation, impulse]
         });
-        Table::of_rows(columns, rows)
+        ResultTable::of_rows(columns, rows)
     }
 
     /// Begins an impact of contact `i` at `t`.

@@ -2,7 +2,7 @@
 
 use crate::analysis::spectra::spectrum::orders;
 use crate::error::{ParameterError, check};
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use std::f64::consts::TAU;
 
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.
@@ -80,9 +80,9 @@ impl Density {
         orders(&self.frequencies, base)
     }
     /// A table of frequency `[Hz]`, density per hertz and averaged amplitude.
-    pub fn table(&self) -> Table {
+    pub fn table(&self) -> ResultTable {
         let rows = self.frequencies.iter().zip(&self.values).zip(self.amplitudes());
         let columns = [("frequency", "Hz"), ("density", ""), ("amplitude", "")];
-        Table::of_rows(columns, rows.map(|((f, s), a)| [*f, *s, a]))
+        ResultTable::of_rows(columns, rows.map(|((f, s), a)| [*f, *s, a]))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::analysis::spectra::window::Window;
 use crate::error::{ParameterError, check};
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
@@ -91,10 +91,10 @@ impl Spectrum {
         orders(&self.frequencies, base)
     }
     /// A table of frequency `[Hz]`, amplitude and phase `[rad]`.
-    pub fn table(&self) -> Table {
+    pub fn table(&self) -> ResultTable {
         let rows = self.frequencies.iter().zip(&self.amplitudes).zip(&self.phases);
         let columns = [("frequency", "Hz"), ("amplitude", ""), ("phase", "rad")];
-        Table::of_rows(columns, rows.map(|((f, a), phase)| [*f, *a, *phase]))
+        ResultTable::of_rows(columns, rows.map(|((f, a), phase)| [*f, *a, *phase]))
     }
 }
 

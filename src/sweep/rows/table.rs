@@ -1,7 +1,7 @@
 //! The rows of a sweep as a table of numbers.
 
 use crate::error::ParameterError;
-use crate::export::table::Table;
+use crate::export::table::ResultTable;
 use crate::model::equations::Channel;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
@@ -34,7 +34,7 @@ impl Rows {
     ///
     /// # Errors
     /// [`ParameterError::Twice`] for a parameter that has the name of another column.
-    pub fn table(&self) -> Result<Table, ParameterError> {
+    pub fn table(&self) -> Result<ResultTable, ParameterError> {
         let parameters = self.points().names();
         let mut columns = vec![Channel::new("point", "1")];
         columns.extend(parameters.iter().map(|name| Channel::new(name, "")));
@@ -51,7 +51,7 @@ impl Rows {
             columns.extend(["lyapunov", "lyapunov error"].map(ratio));
         }
         let width = columns.len();
-        let mut table = Table::new(columns)?;
+        let mut table = ResultTable::new(columns)?;
         let mut line = Vec::with_capacity(width);
         for index in self.range() {
             line.clear();
