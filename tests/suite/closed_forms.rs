@@ -206,7 +206,7 @@ fn characteristic_values_of_mathieu() {
             // "a0(5)": order 0, q = 5.
             let order: u32 = name[1..2].parse().unwrap();
             let q: f64 = name[3..name.len() - 1].parse().unwrap();
-            let sign = if order % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if order.is_multiple_of(2) { 1.0 } else { -1.0 };
             let a = value.as_f64().unwrap();
             for method in METHODS {
                 let trace = |a: f64| turn(&Stiffness::cosine(a, -2.0 * q, 2.0, 0.0), method).trace();
@@ -235,7 +235,7 @@ fn tongues_of_a_rectangular_stiffness() {
     let (mut worst, mut worst_simple, mut boundaries): (f64, f64, usize) = (0.0, 0.0, 0);
     for value in values("meissner_boundaries") {
         let (n, zeta) = (value["tongue"].as_u64().unwrap(), number(&value, "zeta"));
-        let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
         let list: Vec<f64> =
             value["W_boundaries"].as_array().unwrap().iter().map(|w| w.as_f64().unwrap()).collect();
         for &w in &list {
