@@ -306,3 +306,71 @@ fn refused_input() {
     let large = ImpactSummary { count: 1, time: 1e-300, rms_impulse: Some(1e300), ..summary };
     assert!(matches!(large.rattle_index(1e-50, 1e-50), Err(ParameterError::Overflow { .. })));
 }
+
+/// A mass of 2 and a flank of stiffness 50 whose edge is at `edge` t, or from t = 1 on at -1 + `jump`.
+struct MovingFlank {
+    edge: f64,
+    jump: f64,
+}
+
+impl Model for MovingFlank {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn drives(&self) -> usize {
+        2
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let jumped = t > 1.0 || (t == 1.0 && side == Side::After);
+        u[0] = self.edge * t - 1.0 + if jumped { self.jump } else { 0.0 };
+        u[1] = self.edge;
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        (self.jump != 0.0 && t < 1.0).then_some(1.0)
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let mut contact = [Contact::default()];
+        self.contact(u, q, v, &mut contact);
+        a[0] = -contact[0].force / 2.0;
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let force = -50.0 * (u[0] - q[0]).max(0.0);
+        out[0] = Contact {
+            deflection: q[0],
+            rate: v[0],
+            lower: u[0],
+            lower_rate: u[1],
+            force,
+            ..Contact::default()
+        };
+    }
+}
+
+/// The speed is that relative to the edge. An edge that jumps onto a mass at rest touches it without speed.
+#[test]
+fn edges_that_move_and_jump() {
+    let solver = Dop853::new().rtol(1e-12).atol(1e-14);
+    // The edge comes from -1 at 0.75 towards a mass at 1 that comes at 0.25: they meet at t = 2.
+    let model = MovingFlank { edge: 0.75, jump: 0.0 };
+    let mut impacts = Impacts::new(&model);
+    solver.run(&model, &State::new(0.0, &[1.0], &[-0.25]), 4.0, &mut impacts).unwrap();
+    let [hit] = *impacts.all() else { panic!("{:?}", impacts.all()) };
+    near(hit.t, 2.0, 1e-11);
+    near(hit.speed, 1.0, 1e-11);
+    near(hit.separation.unwrap(), 1.0, 1e-11);
+    near(hit.impulse.unwrap(), 4.0, 1e-10);
+    near(hit.duration().unwrap(), PI / 5.0, 1e-11);
+    // At t = 1 the edge jumps 0.5 beyond a mass at rest: a quarter of a period in contact, at the end the speed
+    // 0.5·5.
+    let model = MovingFlank { edge: 0.0, jump: 1.5 };
+    let mut impacts = Impacts::new(&model);
+    solver.run(&model, &State::at_rest(1), 3.0, &mut impacts).unwrap();
+    let [hit] = *impacts.all() else { panic!("{:?}", impacts.all()) };
+    assert_eq!((hit.t, hit.speed, hit.flight), (1.0, 0.0, None));
+    near(hit.duration().unwrap(), PI / 10.0, 1e-10);
+    near(hit.separation.unwrap(), 2.5, 1e-10);
+    near(hit.impulse.unwrap(), 5.0, 1e-10);
+}
