@@ -156,7 +156,7 @@ fn refused_input() {
     let few = |name: &str, value, min| Err(ParameterError::TooFew { name: name.into(), value, min });
     assert_eq!(Welch::new(1).density(&x, 1.0), few("samples in a segment", 1, 2));
     assert_eq!(Welch::new(5).density(&x, 1.0), few("samples", 4, 5));
-    assert!(matches!(Welch::new(usize::MAX).density(&x, 1.0), Err(ParameterError::TooMany { .. })));
+    assert_eq!(Welch::new(usize::MAX).density(&x, 1.0), few("samples", 4, usize::MAX));
     for overlap in [-0.1, 1.0, f64::NAN] {
         assert!(Welch::new(2).overlap(overlap).density(&x, 1.0).is_err(), "{overlap}");
     }

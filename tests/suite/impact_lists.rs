@@ -2,6 +2,7 @@
 
 use crate::api::*;
 use crate::common::FreeDeadZone;
+use crate::common::oscillators::Idler;
 use std::f64::consts::PI;
 
 /// m x'' = -m g - W above a flank at x = 0, W = -(k y + c y') with the depth y = -x past it. A rigid stop takes
@@ -373,4 +374,31 @@ fn edges_that_move_and_jump() {
     near(hit.duration().unwrap(), PI / 10.0, 1e-10);
     near(hit.separation.unwrap(), 2.5, 1e-10);
     near(hit.impulse.unwrap(), 5.0, 1e-10);
+}
+
+/// Two contacts that rattle: each has as many impacts in the list as `Rattle` counts, with located edges in
+/// order of time, and without located edges nearly the same instants.
+#[test]
+fn several_contacts() {
+    let model = Idler { omega: 1.1, phase: 1.0 };
+    let start = State::new(0.0, &[1.8, 0.3], &[0.6, -0.9]);
+    let (mut exact, mut rattle) = (Impacts::new(&model), Rattle::new(&model));
+    let solver = Dop853::new().rtol(1e-11).atol(1e-13);
+    solver.run(&model, &start, 60.0, &mut (&mut exact, &mut rattle)).unwrap();
+    assert!(exact.all().windows(2).all(|pair| pair[0].t <= pair[1].t));
+    let mut sampled = Impacts::new(&model);
+    // Steps across the edges have errors of order 2: 1.0e-5 with the step 1e-3.
+    Rk4::new(5e-4).plain().run(&model, &start, 60.0, &mut sampled).unwrap();
+    for i in 0..2 {
+        let (a, b): (Vec<_>, Vec<_>) = (exact.of(i).collect(), sampled.of(i).collect());
+        println!("contact {i}: {} impacts", a.len());
+        assert!(a.len() > 5 && a.len() == b.len());
+        assert_eq!(a.len() as u64, rattle.contact(i).impact_count());
+        assert_eq!(exact.summary(i).count, a.len() as u64);
+        for (a, b) in a.iter().zip(b) {
+            assert_eq!((a.flank, a.contact), (b.flank, i));
+            near(a.t, b.t, 1e-5);
+            near(a.speed, b.speed, 1e-5);
+        }
+    }
 }

@@ -25,7 +25,7 @@ use std::ops::ControlFlow;
 /// five points; instants are the roots of a cubic between two samples, impulses are sums over the samples on
 /// the flank.
 ///
-/// The list is in order of time; without located edges, impacts of different contacts between the same two
+/// The list grows without limit, by some 100 bytes for each impact. It is in order of time; without located edges, impacts of different contacts between the same two
 /// samples are in order of the contacts. A run that starts at the end time of the run before continues it;
 /// otherwise the flights and contacts of the two are separate.
 ///
@@ -162,7 +162,8 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
 
     /// Begins an impact of contact `i` at `t`.
     fn touch(&mut self, i: usize, flank: Piece, t: f64, speed: f64) -> usize {
-        let flight = self.watched[i].since.map(|since| t - since);
+        // Rounding of two roots between the same samples may exchange them.
+        let flight = self.watched[i].since.map(|since| (t - since).max(0.0));
         self.impacts.push(Impact {
             contact: i,
             flank,

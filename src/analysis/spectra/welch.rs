@@ -59,10 +59,10 @@ impl Welch {
         if n < 2 {
             return Err(ParameterError::TooFew { name: "samples in a segment".into(), value: n, min: 2 });
         }
-        let w = self.window.coefficients(n)?;
         if samples.len() < n {
             return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), min: n });
         }
+        let w = self.window.coefficients(n)?;
         let overlap = check::fraction("overlap", self.overlap)?;
         check::all_finite("samples", samples)?;
         check::scale("spacing", spacing)?;
