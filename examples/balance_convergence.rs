@@ -19,7 +19,7 @@ use gear_dynamics::{Balance, Dop853, Harmonics, NfgPair, NfgParams, Settle, Shoo
 use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
-use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
+use support::{Mark, Outcome, Panel, csv_file, figure, gallery, progress};
 
 const SPEEDS: [f64; 4] = [120.0, 140.0, 180.0, 220.0];
 const ORDERS: [usize; 8] = [65, 100, 200, 300, 400, 550, 750, 1000];
@@ -124,7 +124,7 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
 fn main() -> Outcome<()> {
     let folder = gallery("balance_convergence")?;
     let bar = progress("orders", SPEEDS.len() * ORDERS.len() * WAYS.len());
-    let mut csv = Csv::new(
+    let mut csv = csv_file(
         folder.join("convergence.csv"),
         "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations",
     )?;

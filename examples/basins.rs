@@ -13,7 +13,7 @@ use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
 use gear_dynamics::{Backlash, Machine, ParameterError, RattleState, Shape, State, Sweep};
-use support::{Csv, Map, Outcome, gallery, maps};
+use support::{Map, Outcome, csv_file, gallery, maps};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a
 /// pulsating torque. Below its resonance a small motion and a large one, which touches both flanks, coexist.
@@ -62,7 +62,7 @@ impl Shape for SpurPair {
 fn main() -> Outcome<()> {
     const SIDE: usize = 200;
     let folder = gallery("basins")?;
-    let mut csv = Csv::new(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
+    let mut csv = csv_file(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut pictures = Vec::new();
     let pair = Machine::with_constants(
         SpurPair { law: Backlash::new(1.0)? },
@@ -121,7 +121,7 @@ fn main() -> Outcome<()> {
         rows.iter().count(),
         rows.alone()
     );
-    let mut csv = Csv::new(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
+    let mut csv = csv_file(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
     for amplitude in amplitudes.values() {
         let share = |state: RattleState| {
             let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.rattle_state(0) == state;

@@ -14,7 +14,7 @@ use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::sweep::{Axis, Bifurcation, DiagramPoint, Located, Points, Row, Rows};
 use gear_dynamics::{Dop853, Lyapunov, NfgPair, NfgParams, Sweep};
 use plotters::prelude::SeriesLabelPosition;
-use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
+use support::{Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
 
 /// Steps of 0.5 rad/s where the motion is chaotic, larger ones elsewhere.
 fn speeds() -> Vec<f64> {
@@ -40,9 +40,9 @@ fn main() -> Outcome<()> {
         |_, pair| pair.static_start(),
     )?;
 
-    let mut marked = Csv::new(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
+    let mut marked = csv_file(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
     let mut grown =
-        Csv::new(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
+        csv_file(folder.join("lyapunov.csv"), "direction,omega_1,exponent_per_turn,standard_error")?;
     let ways = [("up", diagram.up()), ("down", diagram.down())];
     for ((direction, marks), rows) in ways.into_iter().zip(diagram.rows()) {
         for mark in marks {

@@ -17,7 +17,7 @@ use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Periodic, Rattle,
 use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
-use support::{Csv, Mark, Outcome, Panel, envelope, figure, gallery, progress};
+use support::{Mark, Outcome, Panel, csv_file, envelope, figure, gallery, progress};
 
 /// The ring of three gears as Yao 2020 prints it, in the frame of its rigid motion, since 44 N m and 3 x 2 N
 /// m do not balance.
@@ -243,7 +243,7 @@ fn main() -> Outcome<()> {
         .collect();
     bar.finish_and_clear();
     let points: Vec<Point> = points.into_iter().collect::<Result<_, _>>()?;
-    let mut csv = Csv::new(
+    let mut csv = csv_file(
         folder.join("speed_sweep.csv"),
         "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max,apart,back_flank",
     )?;
@@ -347,7 +347,7 @@ fn main() -> Outcome<()> {
         })
         .collect();
     bar.finish_and_clear();
-    let mut csv = Csv::new(
+    let mut csv = csv_file(
         folder.join("mesh_force.csv"),
         "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late",
     )?;

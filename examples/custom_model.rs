@@ -12,7 +12,7 @@ use gear_dynamics::excitation::{Excitation, Jet, Side};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{Dop853, Integrator, Model, Rattle, State, Statistics, Wave};
-use support::{Csv, Mark, Outcome, Panel, figure, gallery};
+use support::{Mark, Outcome, Panel, csv_file, figure, gallery};
 
 /// Hertzian contact: force p^1.5, with p the penetration past the half backlash.
 #[derive(PartialEq)]
@@ -56,7 +56,7 @@ impl Model for Idler {
 }
 fn main() -> Outcome<()> {
     let folder = gallery("custom_model")?;
-    let mut csv = Csv::new(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
+    let mut csv = csv_file(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
     let mut panel = Panel::new("an idler that rattles", "t", "deflection");
     for omega in [0.3, 0.6, 1.2] {
         let (idler, solver) = (Idler { ripple: Wave::new(Ripple), omega }, Dop853::new());

@@ -19,7 +19,7 @@ use gear_dynamics::{
 use plotters::prelude::SeriesLabelPosition;
 use std::f64::consts::TAU;
 use std::time::Instant;
-use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery};
+use support::{Csv, Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
 
 /// q'' + 0.02 q' + F(φ) f(q) = r(φ): F and r are waves of the slow angle, f is a dead zone.
 #[derive(PartialEq)]
@@ -162,7 +162,7 @@ impl<M: Model> Run<'_, M> {
 
 fn main() -> Outcome<()> {
     let folder = gallery("integrators")?;
-    let mut csv = Csv::new(folder.join("integrators.csv"), "run,solver,setting,ms,error")?;
+    let mut csv = csv_file(folder.join("integrators.csv"), "run,solver,setting,ms,error")?;
     let share = if coarse() { 0.1 } else { 1.0 };
     let speed = 0.2329 / 63.0;
     let pair = Machine::with_constants(Rattling::new()?, &[("speed", speed)])?;

@@ -37,7 +37,7 @@ use rand_distr::Uniform;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::Path;
-use support::{Csv, Mark, Outcome, Panel, coarse, figure, gallery, progress};
+use support::{Mark, Outcome, Panel, coarse, csv_file, figure, gallery, progress};
 
 /// Motor speed [r/min]; A_c, A_e and ξ of the theory; f_c [Hz], f_e [Hz] and ξ of the experiment. The printed
 /// headers of A_c and A_e are swapped.   Source: Liu 2021, Table 2.
@@ -329,7 +329,7 @@ fn table2(folder: &Path) -> Outcome<()> {
         "r/min", "Liu 2021", READINGS[0], READINGS[1], READINGS[2], "experiment"
     );
     let header = "n_rpm,paper,p,published,exact,experiment,experiment_f_c_hz,experiment_f_e_hz";
-    let mut csv = Csv::new(folder.join("table2.csv"), header)?;
+    let mut csv = csv_file(folder.join("table2.csv"), header)?;
     let mut curves = vec![Vec::new(); 5];
     for (row, l) in TABLE2.iter().zip(&lines) {
         let [rpm, _, _, paper, f_c, f_e, measured] = *row;
@@ -484,7 +484,7 @@ fn main() -> Outcome<()> {
                     sweep.parameter,
                     if several { ",omega_1" } else { "" }
                 );
-                csv = Some(Csv::new(folder.join(format!("{file}.csv")), &header)?);
+                csv = Some(csv_file(folder.join(format!("{file}.csv")), &header)?);
             }
             let corner = match file {
                 "load" => SeriesLabelPosition::UpperRight,

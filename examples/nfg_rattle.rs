@@ -17,7 +17,7 @@ use gear_dynamics::{
     Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle, State, Statistics,
 };
 use rayon::prelude::*;
-use support::{Csv, Mark, Outcome, Panel, figure, gallery, progress};
+use support::{Mark, Outcome, Panel, csv_file, figure, gallery, progress};
 
 type Reading = (&'static str, fn() -> NfgReading);
 const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", NfgReading::exact)];
@@ -164,7 +164,7 @@ fn main() -> Outcome<()> {
     println!("\nFig. 11: speed sweep from the static start");
     let speeds: Vec<f64> = (100..=250).map(f64::from).collect();
     let bar = progress("speed sweep", 2 * speeds.len());
-    let mut csv = Csv::new(
+    let mut csv = csv_file(
         folder.join("speed_sweep.csv"),
         "reading,omega_1,state,ppv,elastic_ppv,mean,min,max,deflection_p2p,period_multiple",
     )?;

@@ -16,7 +16,7 @@ use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::sweep::Ensemble;
 use gear_dynamics::{Dop853, Model, Ring, State};
 use rand_distr::Uniform;
-use support::{Csv, Mark, Outcome, Panel, figure, gallery};
+use support::{Mark, Outcome, Panel, csv_file, figure, gallery};
 
 const MEMBERS: u64 = 1000;
 /// End of the runs in seconds, and number of equal spans between the times of the bands.
@@ -67,7 +67,7 @@ fn main() -> Outcome<()> {
 
     let times: Vec<f64> = bands.times().iter().map(|t| 1e3 * t).collect();
     let curve = |values: Vec<f64>| times.iter().copied().zip(values).collect::<Vec<_>>();
-    let mut csv = Csv::new(folder.join("bands.csv"), "t,mean,q05,q50,q95,min,max")?;
+    let mut csv = csv_file(folder.join("bands.csv"), "t,mean,q05,q50,q95,min,max")?;
     for (i, t) in bands.times().iter().enumerate() {
         let at = bands.at(force, i)?;
         csv.row(&[

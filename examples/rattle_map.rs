@@ -14,7 +14,7 @@ use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, State, Statistics, Sweep,
 };
 use std::time::Instant;
-use support::{Csv, Map, Outcome, gallery, maps, progress};
+use support::{Map, Outcome, csv_file, gallery, maps, progress};
 
 /// Steps per turn: 64 per mesh period.
 const STEPS: usize = 63 * 64;
@@ -67,7 +67,7 @@ fn main() -> Outcome<()> {
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 
-    let mut csv = Csv::new(folder.join("map.csv"), "omega_1,load,state,ppv")?;
+    let mut csv = csv_file(folder.join("map.csv"), "omega_1,load,state,ppv")?;
     for row in rows.iter() {
         csv.row(&[
             &row.point()["omega_1"],

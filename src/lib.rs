@@ -12,6 +12,7 @@ pub mod drives;
 mod dual;
 mod error;
 pub mod excitation;
+pub mod export;
 pub mod linear;
 pub mod model;
 pub mod models;
@@ -27,7 +28,7 @@ pub mod sweep;
 pub mod trains;
 mod tape;
 
-pub use crate::analysis::rattle::{Rattle, RattleState};
+pub use crate::analysis::contacts::rattle::{Rattle, RattleState};
 pub use crate::analysis::settle::Settle;
 pub use crate::analysis::statistics::Statistics;
 pub use crate::contact::laws::backlash::Backlash;
@@ -107,9 +108,11 @@ pub use num_complex;
 ///   [`Stability`](periodic::Stability), [`Lyapunov`].
 /// - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
 ///   [`Broyden`](roots::Broyden).
-/// - **Results of a run**: [`Statistics`], [`Spectrum`](analysis::Spectrum), [`Rattle`],
+/// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
+///   [`Impacts`](analysis::Impacts), [`Spectrum`](analysis::Spectrum), [`Welch`](analysis::Welch),
 ///   [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
 ///   [`Probe`](analysis::Probe).
+/// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
 /// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
 ///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
 ///   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
@@ -124,6 +127,8 @@ pub mod guide {
     pub mod integrators {}
     #[doc = include_str!("../docs/events.md")]
     pub mod events {}
+    #[doc = include_str!("../docs/results.md")]
+    pub mod results {}
     #[doc = include_str!("../docs/contact-laws.md")]
     pub mod contact_laws {}
     #[doc = include_str!("../docs/balance.md")]

@@ -4,9 +4,8 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use plotters::prelude::*;
 use std::error::Error;
-use std::fmt::Display;
 use std::fs::{File, create_dir_all};
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::PathBuf;
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -24,19 +23,11 @@ pub fn coarse() -> bool {
     std::env::args().any(|arg| arg == "--coarse")
 }
 
-/// A file of comma-separated values.
-pub struct Csv(BufWriter<File>);
+pub type Csv = gear_dynamics::export::Csv<BufWriter<File>>;
 
-impl Csv {
-    pub fn new(path: PathBuf, header: &str) -> Outcome<Self> {
-        let mut file = BufWriter::new(File::create(path)?);
-        writeln!(file, "{header}")?;
-        Ok(Csv(file))
-    }
-    pub fn row(&mut self, fields: &[&dyn Display]) -> Outcome<()> {
-        let fields: Vec<String> = fields.iter().map(ToString::to_string).collect();
-        Ok(writeln!(self.0, "{}", fields.join(","))?)
-    }
+/// A file of comma-separated values; `header` are the names of its columns, with commas.
+pub fn csv_file(path: PathBuf, header: &str) -> Outcome<Csv> {
+    Ok(Csv::new(BufWriter::new(File::create(path)?), &header.split(',').collect::<Vec<_>>())?)
 }
 
 pub fn progress(what: &str, count: usize) -> ProgressBar {

@@ -1,17 +1,21 @@
-//! Evaluation of runs: statistics, rattle, Poincaré sections, spectra, settling to the steady state.
+//! Evaluation of runs: statistics, rattle, impacts, Poincaré sections, spectra, settling to the steady state.
 
-pub(crate) mod rattle;
+pub(crate) mod contacts;
 pub(crate) mod returns;
 pub(crate) mod section;
 pub(crate) mod settle;
-pub(crate) mod spectrum;
+pub(crate) mod spectra;
 pub(crate) mod statistics;
-pub(crate) mod waterfall;
 
-pub use crate::analysis::rattle::{ContactStatistics, Rattle, RattleState};
+pub use crate::analysis::contacts::impact::{Impact, ImpactSummary};
+pub use crate::analysis::contacts::impacts::Impacts;
+pub use crate::analysis::contacts::rattle::{ContactStatistics, Rattle, RattleState};
 pub use crate::analysis::section::{Direction, Section, strobe};
 pub use crate::analysis::settle::{Settle, Steady, Unsettled};
-pub use crate::analysis::spectrum::{Spectrum, Window};
+pub use crate::analysis::spectra::density::Density;
+pub use crate::analysis::spectra::spectrum::Spectrum;
+pub use crate::analysis::spectra::waterfall::{Waterfall, WaterfallError, WaterfallLine};
+pub use crate::analysis::spectra::welch::Welch;
+pub use crate::analysis::spectra::window::Window;
 pub use crate::analysis::statistics::{Statistics, Summary};
-pub use crate::analysis::waterfall::{Waterfall, WaterfallError, WaterfallLine};
 pub use crate::ode::probe::Probe;

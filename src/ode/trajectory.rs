@@ -2,7 +2,8 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::export::table::ResultTable;
+use crate::model::equations::{Channel, Model, State};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;
@@ -112,12 +113,36 @@ impl Trajectory {
         check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
         let index = probe.index(name)?;
-        Ok((0..self.len())
-            .map(|i| {
-                let side = if self.times[i] == self.start { Side::After } else { Side::Before };
-                probe.read(self.times[i], side, self.q(i), self.v(i))[index]
-            })
-            .collect())
+        Ok((0..self.len()).map(|i| self.read(&mut probe, i)[index]).collect())
+    }
+    /// The channels of the model at index `i`.
+    fn read<'p, M: Model + ?Sized>(&self, probe: &'p mut Probe<'_, M>, i: usize) -> &'p [f64] {
+        let side = if self.times[i] == self.start { Side::After } else { Side::Before };
+        probe.read(self.times[i], side, self.q(i), self.v(i))
+    }
+    /// A table of the times, in the column `t`, and of named channels of the model; without names, of all its
+    /// channels. Its values are those of [`channel`](Trajectory::channel).
+    ///
+    /// # Errors
+    /// As [`channel`](Trajectory::channel); [`ParameterError::Twice`] for two columns of one name.
+    pub fn table<M: Model + ?Sized>(&self, model: &M, names: &[&str]) -> Result<ResultTable, ParameterError> {
+        check::length("coordinates of the model", model.dof(), self.dof)?;
+        let mut probe = Probe::new(model);
+        let chosen = match names {
+            [] => (0..probe.channels().len()).collect(),
+            _ => names.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?,
+        };
+        let mut columns = vec![Channel::new("t", "")];
+        columns.extend(chosen.iter().map(|index| probe.channels()[*index].clone()));
+        let mut table = ResultTable::new(columns)?;
+        let mut row = vec![0.0; chosen.len() + 1];
+        for i in 0..self.len() {
+            let values = self.read(&mut probe, i);
+            row[0] = self.times[i];
+            row[1..].iter_mut().zip(&chosen).for_each(|(out, index)| *out = values[*index]);
+            table.push(&row)?;
+        }
+        Ok(table)
     }
     /// Counts of the work done in the run; zeros if the run failed.
     pub fn stats(&self) -> Stats {

@@ -144,47 +144,6 @@ fn rattle_without_located_edges() {
     assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
 }
 
-/// Free motion with preload and loss of contact: the period is T = 2 (π - arccos(F/A)) + 2 √(A² - F²)/F.
-#[test]
-fn contact_loss_backbone() {
-    struct Preloaded {
-        force: f64,
-    }
-    impl Model for Preloaded {
-        fn dof(&self) -> usize {
-            1
-        }
-        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
-            a[0] = self.force - (q[0] - 1.0).max(0.0) + (-1.0 - q[0]).max(0.0);
-        }
-        fn contacts(&self) -> usize {
-            1
-        }
-        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-            out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
-        }
-    }
-    for value in read("classics.json")["exact_and_closed_form"]["preloaded_contact_loss_backbone"]["values"]
-        .as_array()
-        .unwrap()
-    {
-        let number = |key: &str| value[key].as_f64().unwrap();
-        if value["valid"] != true {
-            continue;
-        }
-        let model = Preloaded { force: number("Fm") };
-        let start = State::new(0.0, &[number("xmax")], &[0.0]);
-        let mut section = Section::new(&model, "v1", 0.0, Direction::Falling).unwrap();
-        let mut statistics = Statistics::new(&model, &["q1"]).unwrap();
-        let mut both = (&mut statistics, &mut section);
-        let period = TAU / number("omega");
-        Dop853::new().rtol(1e-12).atol(1e-14).run(&model, &start, 3.2 * period, &mut both).unwrap();
-        let times: Vec<f64> = section.states().iter().map(|s| s.t).collect();
-        assert!((times[times.len() - 1] - times[times.len() - 2] - period).abs() < 1e-8 * period);
-        assert!((statistics.summary("q1").unwrap().min - number("xmin")).abs() < 1e-9);
-    }
-}
-
 #[test]
 fn settling_finds_the_period_multiple() {
     /// A Duffing oscillator with two wells.

@@ -36,8 +36,8 @@ fn member(hold: f64, member: u64) -> Held<Damped> {
 /// second moments.
 #[test]
 fn ensemble_energies() {
-    let data = crate::data::read("classics.json");
-    let exact = data["exact_and_closed_form"]["held_random_damping"]["values"].as_array().unwrap();
+    let data = crate::data::read("closed_forms.json");
+    let exact = data["held_random_damping"]["values"].as_array().unwrap();
     let solver = Dop853::new().rtol(1e-9).atol(1e-12);
     for hold in [0.5, 5.0, 40.0] {
         let expected = exact.iter().find(|v| v["hold"] == hold).unwrap()["E_energy"].as_f64().unwrap();

@@ -25,6 +25,9 @@
 //! | bits do not depend on the number of coordinates | `coordinate_storage` |
 //! | **Results of a run** | |
 //! | statistics, spectra, rattle, sections, settling | `analysis` |
+//! | lists of impacts, rattle index | `impact_lists` |
+//! | averaged spectra, decibels | `densities` |
+//! | tables of results as CSV and NPY | `exports` |
 //! | statistics, sections and rattle at edges and jumps | `results_at_edges` |
 //! | period multiples, tolerance of settling | `settling` |
 //! | **Periodic orbits and stability** | |
@@ -34,6 +37,7 @@
 //! | multiple shooting | `shooting` |
 //! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
+//! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
@@ -60,11 +64,15 @@ mod bifurcation;
 mod check_findings;
 mod check_own_models;
 mod chunks_and_resuming;
+mod closed_forms;
 mod coordinate_storage;
+mod densities;
 mod ensembles;
 mod excitations;
+mod exports;
 mod floquet;
 mod held_processes;
+mod impact_lists;
 mod impacts;
 mod input_ranges;
 mod lane_sharing;
@@ -104,6 +112,7 @@ mod api {
     pub use gear_dynamics::contact::*;
     pub use gear_dynamics::drives::*;
     pub use gear_dynamics::excitation::*;
+    pub use gear_dynamics::export::*;
     pub use gear_dynamics::model::*;
     pub use gear_dynamics::models::nfg::*;
     pub use gear_dynamics::models::ring::*;

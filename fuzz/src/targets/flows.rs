@@ -4,7 +4,7 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Probe, Section, Summary, Waterfall, strobe};
+use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Summary, Waterfall, strobe};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
 use gear_dynamics::ode::{Step, Trajectory, uniform_times};
@@ -65,7 +65,7 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
     Ok(())
 }
 
-/// Statistics, rattle and sections watch one run.
+/// Statistics, rattle, impacts and sections watch one run.
 pub fn observers(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
@@ -74,7 +74,7 @@ pub fn observers(case: &mut Case) -> Run {
         Probe::new(&model).channels().iter().map(|channel| channel.name.clone()).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(&model, &names)?;
-    let mut rattle = Rattle::new(&model);
+    let (mut rattle, mut impacts) = (Rattle::new(&model), Impacts::new(&model));
     let name = if names.is_empty() { "q1" } else { case.pick(&names) };
     let level = case.number(1e-4) * case.signed();
     let mut section = Section::new(
@@ -83,15 +83,19 @@ pub fn observers(case: &mut Case) -> Run {
         level,
         case.pick(&[Direction::Rising, Direction::Falling, Direction::Both]),
     )?;
-    let mut three = (&mut statistics, &mut rattle);
-    let outcome = solver.run(&model, &start, end, &mut (&mut three, &mut section));
+    if !rattle.contacts().is_empty() {
+        impacts = impacts.effective_mass(0, case.number(1.0))?;
+    }
+    let (mut figures, mut lists) = ((&mut statistics, &mut rattle), (&mut impacts, &mut section));
+    let outcome = solver.run(&model, &start, end, &mut (&mut figures, &mut lists));
     let lasted = outcome.as_ref().map_or(0.0, |finish| finish.state.t - start.t);
     for state in section.states() {
         finite("time of a section", state.t)?;
         all_finite("q of a section", &state.q)?;
         all_finite("v of a section", &state.v)?;
     }
-    for contact in rattle.contacts() {
+    for (i, contact) in rattle.contacts().iter().enumerate() {
+        listed(case, &impacts, i, contact.impact_count())?;
         all_finite("times on pieces", &contact.time)?;
         let sum: f64 = contact.time.iter().sum();
         holds(
@@ -115,6 +119,24 @@ pub fn observers(case: &mut Case) -> Run {
         }
     }
     Ok(())
+}
+
+/// The impacts of one contact, of which the rattle counted `count`.
+fn listed(case: &mut Case, impacts: &Impacts<'_, Erased>, contact: usize, count: u64) -> Run {
+    let summary = impacts.summary(contact);
+    // Rebounds at one instant are one impact of the list.
+    holds(summary.count <= count, || format!("{summary:?}: {count} counted"))?;
+    for impact in impacts.of(contact) {
+        let known = [impact.flight, impact.left, impact.separation, impact.impulse].map(|x| x.unwrap_or(0.0));
+        all_finite("impact", &[impact.t, impact.speed])?;
+        all_finite("parts of an impact", &known)?;
+        holds(impact.flight.unwrap_or(0.0) >= 0.0 && impact.duration().unwrap_or(0.0) >= 0.0, || {
+            format!("{impact:?}")
+        })?;
+    }
+    all_finite("summary of impacts", &[summary.rms_speed, summary.max_speed, summary.rate()])?;
+    let (force, period) = (case.number(100.0), case.number(1.0));
+    case.accept(summary.rattle_index(force, period)).map_or(Ok(()), |index| finite("rattle index", index))
 }
 
 /// Strobing and settling.

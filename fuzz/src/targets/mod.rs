@@ -24,7 +24,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 36] = [
+pub const TARGETS: [Target; 37] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -33,6 +33,7 @@ pub const TARGETS: [Target; 36] = [
     target("held", 200, laws::held),
     target("summary", 100, samples::summaries),
     target("spectrum", 50, samples::spectra),
+    target("density", 50, samples::densities),
     target("distribution", 100, samples::distributions),
     target("pair", 100, build::pair),
     target("pair2", 100, build::pair2),

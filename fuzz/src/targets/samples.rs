@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Run, all_finite, finite, holds};
 
-use gear_dynamics::analysis::{Spectrum, Summary, Window};
+use gear_dynamics::analysis::{Spectrum, Summary, Welch, Window};
 use gear_dynamics::sweep::Distribution;
 
 /// Mean, RMS, extremes and deviation of any samples.
@@ -39,7 +39,35 @@ pub fn spectra(case: &mut Case) -> Run {
     all_finite("amplitudes", spectrum.amplitudes())?;
     all_finite("phases", spectrum.phases())?;
     let base = case.number(1.0);
-    all_finite("orders", &spectrum.orders(base)?)
+    all_finite("orders", &spectrum.orders(base)?)?;
+    holds(
+        spectrum.decibels(base)?.iter().all(|level| level.is_finite() || *level == f64::NEG_INFINITY),
+        || "a level is infinite or not a number".into(),
+    )
+}
+
+/// Averaged densities of any samples, and their export.
+pub fn densities(case: &mut Case) -> Run {
+    let window =
+        case.pick(&[Window::Rectangular, Window::Hann, Window::Hamming, Window::Blackman, Window::FlatTop]);
+    let (length, size) = (1 + case.below(100), case.number(1.0));
+    let (samples, spacing) = (case.list(length, size), case.number(0.1));
+    let (segment, overlap) = (case.count(16), case.number(0.5));
+    case.note(|| format!("{segment}, overlap {overlap:e}, spacing {spacing:e}, {window:?}, {samples:?}"));
+    let welch = Welch::new(segment).overlap(overlap).window(window);
+    let welch = if case.chance(0.5) { welch.centred() } else { welch };
+    let density = welch.density(&samples, spacing)?;
+    all_finite("frequencies", density.frequencies())?;
+    all_finite("densities", density.values())?;
+    all_finite("densities per radian", &density.per_radian())?;
+    all_finite("width of a line", &[density.noise_bandwidth()])?;
+    holds(density.amplitudes().iter().all(|a| *a >= 0.0), || "an amplitude is not a number".into())?;
+    holds(density.decibels(case.number(1.0))?.iter().all(|level| !level.is_nan()), || {
+        "a level is not a number".into()
+    })?;
+    let table = density.table();
+    let mut text = Vec::new();
+    holds(table.write_csv(&mut text).is_ok() && table.len() == segment / 2 + 1, || "no table".into())
 }
 
 /// Moments and quantiles; values that are not finite are counted separately.

@@ -1,6 +1,6 @@
 //! Engine with located edges: every run by an integrator.
 
-use crate::analysis::rattle::Rattle;
+use crate::analysis::contacts::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
 use crate::model::equations::{Periodic, State};
 use crate::ode::integrate_error::IntegrateError;

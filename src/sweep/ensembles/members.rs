@@ -1,6 +1,6 @@
 //! Ensembles: many runs of a random model, reduced to distributions.
 
-use crate::analysis::rattle::Rattle;
+use crate::analysis::contacts::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;

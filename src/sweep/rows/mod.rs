@@ -5,3 +5,4 @@ pub(crate) mod hash;
 pub(crate) mod layout;
 pub(crate) mod merge;
 pub(crate) mod row;
+pub(crate) mod table;

@@ -12,7 +12,7 @@ use crate::excitation::wave::{Angle, Wave};
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
-use crate::scalar::{Scalar, keep_rolled};
+use crate::scalar::Scalar;
 use crate::trains::shape::elements::{Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth, ToothRest};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
@@ -106,6 +106,12 @@ pub(crate) struct At<'u, S> {
     /// b of each contact.
     half: &'u [S],
     friction: &'u [S],
+}
+
+/// The index, kept as a loop over elements for lanes: see [`keep_rolled`](crate::scalar::keep_rolled).
+#[inline(always)]
+fn kept<S>(index: usize) -> usize {
+    if const { size_of::<S>() == size_of::<f64>() } { index } else { crate::scalar::keep_rolled(index) }
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
@@ -230,11 +236,11 @@ impl<N: Nonlinearity> TrainShape<N> {
         let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
         let (net, per_inertia) = (&at.net[..n], &self.per_inertia[..n]);
         for j in 0..n {
-            let j = keep_rolled(j);
+            let j = kept::<S>(j);
             a[j] = net[j] * per_inertia[j];
         }
         for spring in &self.springs {
-            let [j, k] = spring.ends.map(|end| keep_rolled(end as usize));
+            let [j, k] = spring.ends.map(|end| kept::<S>(end as usize));
             let (x, y) = if WIDE {
                 let [r, s] = spring.levers;
                 (q[j] * r + q[k] * s, v[j] * r + v[k] * s)
@@ -246,7 +252,7 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[k] = a[k] - force * spring.pulls[1];
         }
         for i in 0..self.teeth.len() {
-            let i = keep_rolled(i);
+            let i = kept::<S>(i);
             let w = self.force::<WIDE, S, L>(law, i, &at, self.deflection::<WIDE, S>(i, &at, q, v));
             let tooth = &self.teeth[i];
             let [j, k] = tooth.at.map(|at| at as usize);

@@ -1,6 +1,6 @@
 //! Histories of the contacts along an orbit.
 
-use crate::analysis::rattle::ContactStatistics;
+use crate::analysis::contacts::rattle::ContactStatistics;
 use crate::contact::piece::Piece;
 use crate::periodic::balance::switching::instants::Switching;
 

@@ -1,60 +1,10 @@
 //! Amplitude spectra.
 
+use crate::analysis::spectra::window::Window;
 use crate::error::{ParameterError, check};
+use crate::export::table::ResultTable;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use std::f64::consts::TAU;
-
-/// A window by its usual name. All windows are in the periodic form, for spectra, not in the symmetric form
-/// for filters. Default: rectangular.
-///
-/// Source: Harris, Proc. IEEE 66 (1978) 51; flat top: D'Antona and Ferrero, Digital Signal Processing for
-/// Measurement Systems, 2006, p. 70.
-///
-/// ```
-/// let hann = gear_dynamics::analysis::Window::Hann.coefficients(4)?;
-/// assert!((hann[1] - 0.5).abs() < 1e-15 && hann[2] == 1.0);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Window {
-    /// Rectangular: no weighting. The amplitudes are exact if the samples fill whole periods.
-    #[default]
-    Rectangular,
-    /// Hann window.
-    Hann,
-    /// Hamming window.
-    Hamming,
-    /// Blackman window.
-    Blackman,
-    /// Flat-top window. The amplitude of a sine between two lines is accurate to 0.1 %.
-    FlatTop,
-}
-
-impl Window {
-    /// The n weights w_i = Σ_k (-1)^k a_k cos(2π k i/n), i = 0 .. n - 1.
-    ///
-    /// # Errors
-    /// More than 2²⁶ coefficients.
-    pub fn coefficients(self, n: usize) -> Result<Vec<f64>, ParameterError> {
-        check::count("coefficients of the window", &[n], check::NUMBERS)?;
-        let a: &[f64] = match self {
-            Window::Rectangular => &[1.0],
-            Window::Hann => &[0.5, 0.5],
-            Window::Hamming => &[0.54, 0.46],
-            Window::Blackman => &[0.42, 0.5, 0.08],
-            Window::FlatTop => &[0.215_578_95, 0.416_631_58, 0.277_263_158, 0.083_578_947, 0.006_947_368],
-        };
-        let at = |i: usize| {
-            let x = TAU * i as f64 / n as f64;
-            a.iter()
-                .enumerate()
-                .map(|(k, a)| if k % 2 == 0 { *a } else { -a } * libm::cos(k as f64 * x))
-                .sum()
-        };
-        Ok((0..n).map(at).collect())
-    }
-}
 
 /// A one-sided amplitude spectrum. A sine of amplitude A on a line reads A with every window; a constant
 /// reads its absolute value at frequency 0.
@@ -124,12 +74,32 @@ impl Spectrum {
     pub fn phases(&self) -> &[f64] {
         &self.phases
     }
+    /// Levels 20 log10(A/A0) `[dB]` with the reference amplitude A0, in the unit of the samples; -∞ for an
+    /// amplitude of 0.
+    ///
+    /// # Errors
+    /// A reference outside 1e-50 .. 1e50.
+    pub fn decibels(&self, reference: f64) -> Result<Vec<f64>, ParameterError> {
+        let reference = check::scale("reference", reference)?;
+        Ok(self.amplitudes.iter().map(|a| 20.0 * (libm::log10(*a) - libm::log10(reference))).collect())
+    }
     /// The frequencies as orders of a base frequency `[Hz]`, for example that of a shaft or of a mesh.
     ///
     /// # Errors
     /// A base frequency outside 1e-50 .. 1e50.
     pub fn orders(&self, base: f64) -> Result<Vec<f64>, ParameterError> {
-        let base = check::scale("base frequency", base)?;
-        Ok(self.frequencies.iter().map(|f| f / base).collect())
+        orders(&self.frequencies, base)
     }
+    /// A table of frequency `[Hz]`, amplitude and phase `[rad]`.
+    pub fn table(&self) -> ResultTable {
+        let rows = self.frequencies.iter().zip(&self.amplitudes).zip(&self.phases);
+        let columns = [("frequency", "Hz"), ("amplitude", ""), ("phase", "rad")];
+        ResultTable::of_rows(columns, rows.map(|((f, a), phase)| [*f, *a, *phase]))
+    }
+}
+
+/// Frequencies over a base frequency.
+pub(crate) fn orders(frequencies: &[f64], base: f64) -> Result<Vec<f64>, ParameterError> {
+    let base = check::scale("base frequency", base)?;
+    Ok(frequencies.iter().map(|f| f / base).collect())
 }

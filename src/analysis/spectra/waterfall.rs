@@ -1,6 +1,7 @@
 //! Amplitudes by order of the shaft, for runs with varying speed.
 
-use crate::analysis::spectrum::{Spectrum, Window};
+use crate::analysis::spectra::spectrum::Spectrum;
+use crate::analysis::spectra::window::Window;
 use crate::drives::phase::VaryingSpeed;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, State};

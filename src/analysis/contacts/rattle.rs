@@ -1,10 +1,8 @@
 //! Rattle: contact times, impacts and rattle state of every contact.
 
+use crate::analysis::contacts::pieces::Pieces;
 use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::numeric::gauss::FIVE;
-use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
 
@@ -99,7 +97,8 @@ impl ContactStatistics {
     }
 }
 
-/// Observer that keeps the [`ContactStatistics`] of every contact of a run.
+/// Observer that keeps the [`ContactStatistics`] of every contact of a run. [`Impacts`](crate::analysis::Impacts)
+/// lists the impacts themselves.
 ///
 /// If the solver locates edges, the pieces are known exactly. Otherwise each step is sampled at five Gauss
 /// points. A mesh without backlash edges (a linear mesh) counts as in contact on its upper flank. If the gap
@@ -114,29 +113,14 @@ impl ContactStatistics {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Rattle<'m, M: ?Sized> {
-    probe: Probe<'m, M>,
+    pieces: Pieces<'m, M>,
     contacts: Vec<ContactStatistics>,
-    last: Vec<Option<Piece>>,
-    edgeless: Vec<bool>,
-    y: Vec<f64>,
 }
 
 impl<'m, M: Model + ?Sized> Rattle<'m, M> {
     /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
-        let contacts = model.contacts();
-        let mut probe = Probe::new(model);
-        let rest = vec![0.0; model.dof()];
-        let at_rest = probe.read_contacts(0.0, Side::After, &rest, &rest);
-        let edgeless =
-            at_rest.iter().map(|c| c.lower == f64::NEG_INFINITY && c.upper == f64::INFINITY).collect();
-        Rattle {
-            probe,
-            edgeless,
-            contacts: vec![ContactStatistics::default(); contacts],
-            last: vec![None; contacts],
-            y: vec![0.0; 2 * model.dof()],
-        }
+        Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); model.contacts()] }
     }
 
     /// Statistics of contact `i`; the first contact is 0.
@@ -150,66 +134,20 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
     pub fn contacts(&self) -> &[ContactStatistics] {
         &self.contacts
     }
-
-    /// Adds a time on a piece to contact `i`, and an impact if the contact entered a flank.
-    /// `closed`: the gap has no width.
-    fn count(&mut self, i: usize, piece: Piece, time: f64, closed: bool) {
-        let last = self.last[i];
-        // A contact without edges never separates. In a gap without width a contact stays on its last flank.
-        let piece = match piece {
-            _ if self.edgeless[i] => Piece::Upper,
-            Piece::Gap if closed => last.unwrap_or(Piece::Upper),
-            _ => piece,
-        };
-        let contact = &mut self.contacts[i];
-        contact.time[piece as usize] += time;
-        // A change from flank to flank is an impact if the gap has a width: it was passed between two
-        // samples.
-        if last.is_some_and(|last| last != piece && (last == Piece::Gap || !closed)) {
-            match piece {
-                Piece::Lower => contact.impacts[0] += 1,
-                Piece::Gap => {}
-                Piece::Upper => contact.impacts[1] += 1,
-            }
-        }
-        self.last[i] = Some(piece);
-    }
-
-    /// Whether the gap of contact `i` has no width at the start of a step. While the contact stands in the
-    /// gap, the gap must have no width at the end of the step either.
-    fn is_closed(&mut self, i: usize, piece: Piece, step: &Step<'_>) -> bool {
-        let start = self.probe.read_contacts(step.t0(), Side::After, step.q0(), step.v0())[i];
-        if start.upper > start.lower {
-            return false;
-        }
-        let end = self.probe.read_contacts(step.t1(), Side::Before, step.q1(), step.v1())[i];
-        piece != Piece::Gap || end.upper <= end.lower
-    }
 }
 
 impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let (t0, t1) = (step.t0(), step.t1());
-        if let Some(pieces) = step.pieces() {
-            for (i, &piece) in pieces.iter().enumerate() {
-                // The width of the gap matters only if the piece changes.
-                let closed = self.last[i] != Some(piece) && self.is_closed(i, piece, step);
-                self.count(i, piece, t1 - t0, closed);
+        self.pieces.follow(step);
+        for visit in self.pieces.visits() {
+            let contact = &mut self.contacts[visit.contact];
+            contact.time[visit.piece as usize] += visit.time;
+            if visit.is_impact {
+                contact.impacts[usize::from(visit.piece == Piece::Upper)] += 1;
             }
-            for crossing in step.crossings().iter().filter(|c| c.rebounds) {
-                self.contacts[crossing.contact].impacts[usize::from(crossing.to == Piece::Upper)] += 1;
-            }
-        } else {
-            for [x, w] in FIVE {
-                let t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x;
-                step.at(t, &mut self.y);
-                let (q, v) = self.y.split_at(self.y.len() / 2);
-                self.probe.read_contacts(t, Side::After, q, v);
-                for i in 0..self.contacts.len() {
-                    let contact = self.probe.contacts()[i];
-                    self.count(i, contact.piece(), 0.5 * w * (t1 - t0), contact.upper <= contact.lower);
-                }
-            }
+        }
+        for crossing in step.crossings().iter().filter(|c| c.rebounds) {
+            self.contacts[crossing.contact].impacts[usize::from(crossing.to == Piece::Upper)] += 1;
         }
         ControlFlow::Continue(())
     }

@@ -1,0 +1,98 @@
+//! The rows of a sweep as a table of numbers.
+
+use crate::error::ParameterError;
+use crate::export::table::ResultTable;
+use crate::model::equations::Channel;
+use crate::sweep::rows::collection::Rows;
+use crate::sweep::rows::row::Row;
+
+impl Rows {
+    /// A table with a line for each point, the results NaN for a point without a row. Columns:
+    ///
+    /// - `point`, the index, then the parameters of the point;
+    /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
+    /// - `mean q1`, `rms q1`, `min q1`, `max q1`, `deviation q1` of each channel;
+    /// - with [`rattle`](crate::Sweep::rattle) for each contact, from 1: `lower 1`, `gap 1`, `upper 1` (shares of
+    ///   the time), `impacts lower 1`, `impacts upper 1`, `rattle state 1` ([`rsv`](crate::RattleState::rsv));
+    /// - with [`lyapunov`](crate::Sweep::lyapunov): `lyapunov`, `lyapunov error`.
+    ///
+    /// Strobed states, checks and the texts of errors are not in the table.
+    ///
+    /// ```
+    /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+    /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1"]).run(
+    ///     &LaneRk4::<16>::new(63 * 32),
+    ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+    ///     |_, pair| pair.static_start(),
+    /// )?;
+    /// let table = rows.table()?;
+    /// assert_eq!(table.column("speed")?, [100.0, 120.0]);
+    /// assert_eq!(table.column("mean q1")?[1], rows.get(1)?.channel("q1")?.mean);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::Twice`] for a parameter that has the name of another column.
+    pub fn table(&self) -> Result<ResultTable, ParameterError> {
+        let parameters = self.points().names();
+        let mut columns = vec![Channel::new("point", "1")];
+        columns.extend(parameters.iter().map(|name| Channel::new(name, "")));
+        columns.extend(["period multiple", "change", "settled after", "scatter", "sensitive"].map(ratio));
+        for name in self.sweep.names() {
+            let figures = ["mean", "rms", "min", "max", "deviation"];
+            columns.extend(figures.map(|figure| Channel::new(format!("{figure} {name}"), "")));
+        }
+        for i in 1..=self.layout.contacts {
+            let figures = ["lower", "gap", "upper", "impacts lower", "impacts upper", "rattle state"];
+            columns.extend(figures.map(|figure| ratio(&format!("{figure} {i}"))));
+        }
+        if self.layout.exponents > 0 {
+            columns.extend(["lyapunov", "lyapunov error"].map(ratio));
+        }
+        let width = columns.len();
+        let mut table = ResultTable::new(columns)?;
+        let mut line = Vec::with_capacity(width);
+        for index in self.range() {
+            line.clear();
+            line.push(index as f64);
+            line.extend_from_slice(self.points().point(index).values());
+            if let Ok(row) = self.get(index) {
+                self.results(&row, &mut line)?;
+            }
+            line.resize(width, f64::NAN);
+            table.push(&line)?;
+        }
+        Ok(table)
+    }
+
+    /// Adds the results of a row to the line of its point.
+    fn results(&self, row: &Row<'_>, line: &mut Vec<f64>) -> Result<(), ParameterError> {
+        line.extend([
+            row.period_multiple().unwrap_or(0) as f64,
+            row.change(),
+            row.settled_after() as f64,
+            row.scatter(),
+            f64::from(u8::from(row.is_sensitive())),
+        ]);
+        for name in self.sweep.names() {
+            let summary = row.channel(name)?;
+            line.extend([summary.mean, summary.rms, summary.min, summary.max, summary.deviation]);
+        }
+        for i in 0..self.layout.contacts {
+            let contact = row.contact(i);
+            line.extend(contact.time);
+            line.extend(contact.impacts.map(|count| count as f64));
+            line.push(f64::from(contact.rattle_state().rsv()));
+        }
+        if self.layout.exponents > 0 {
+            line.extend([row.lyapunov(), row.lyapunov_error()].map(|x| x.unwrap_or(f64::NAN)));
+        }
+        Ok(())
+    }
+}
+
+/// A column without a unit.
+fn ratio(name: &str) -> Channel {
+    Channel::new(name, "1")
+}
