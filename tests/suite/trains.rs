@@ -364,8 +364,13 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
 
     let set = |teeth: [u32; 3], n: u32| Planetary::torsional(teeth, n, 0.03, [1e-3, 1e-3, 1e-2, 1e-2], [k(), k()]).unwrap();
     let locked = |set: Planetary| set.supports([0.0, 1e6, 0.0]).parts();
-    let error = locked(set([30, 20, 71], 4)).build("sun", 1.0).unwrap_err();
+    let mut parts = locked(set([30, 30, 90], 3));
+    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).at_radius(0.07));
+    parts.mesh("sun 4", "sun", "planet 4", MeshPart::external([30, 30], [0.03, 0.03], k()));
+    let error = parts.build("sun", 1.0).unwrap_err();
     assert!(matches!(error, TrainError::CentreDistance { .. }), "{error}");
+    // The ring of 200 teeth is too large for the centre distance.
+    assert!(matches!(locked(set([30, 20, 200], 1)).build("sun", 1.0), Err(TrainError::Parameter(_))));
     let error = locked(set([30, 20, 70], 3)).build("sun", 1.0).unwrap_err();
     let TrainError::DoesNotAssemble { planet, nearest, .. } = error else { panic!("{error}") };
     // 100 places on the carrier: planet 2 fits at 33/100 of a turn.
@@ -420,4 +425,214 @@ fn unusual_trains_are_warned_of() {
     };
     warned(third, Warning::Unsupported);
     warned(|parts| drop(parts.body("third", Body::new(1.0).locked()).clone()), Warning::Disconnected);
+}
+
+/// Everything that a train can consist of, apart from what relative coordinates and a rotating frame exclude.
+fn elaborate(clearance: f64) -> Parts {
+    let wave = |mean: f64, a: f64| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
+    let bearing = |mass: f64| Bearing::new(mass, 1e8).damping(300.0);
+    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(2e8, 4e7), wave(3e8, 3e7)])
+        .unwrap()
+        .on_bearings([bearing(1.0).clearance(clearance), bearing(0.6).clearance(2.0 * clearance), bearing(3.0), bearing(4.0)])
+        .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
+        .supports([0.0, 1e6, 0.0])
+        .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
+        .damping(2000.0)
+        .half_backlash(3e-5);
+    let mut parts = Parts::new();
+    parts.join("set", set.parts());
+    parts.body("motor", Body::new(2e-2).drag(0.2)).body("load", Body::new(0.5)).body("flange", Body::new(1e-2));
+    parts.shaft_with_clearance("input shaft", "motor", "set sun", [5e4, 2.0], 1e-4);
+    parts.shaft("output shaft", "set carrier", "load", 1e6, 50.0);
+    let mesh = MeshPart::external([40, 60], [0.04, 0.06], wave(2e8, 5e7))
+        .damping(1000.0)
+        .half_backlash(2e-5)
+        .friction(0.08)
+        .error_of_turn(1, wave(0.0, 5e-6))
+        .stiffness_of_turn(0, wave(1.0, 0.1));
+    parts.body("pinion", Body::new(2e-2).on(bearing(2.0)).at([0.5, 0.0]));
+    parts.shaft("pinion shaft", "load", "pinion", 1e6, 20.0).mesh("output", "pinion", "flange", mesh);
+    parts.motor("motor torque", "motor", 80.0, 0.2, 160.0);
+    parts.torque_of_angle("pulse", "motor", 2.0, wave(0.0, 1.0));
+    parts.torque("load torque", "flange", -60.0);
+    parts
+}
+
+#[test]
+fn an_elaborate_train_is_consistent() {
+    let train = elaborate(0.0).build("motor", 150.0).unwrap();
+    let q: Vec<f64> = (0..train.dof()).map(|i| 1e-5 * (1.0 + (i as f64).sin())).collect();
+    let findings = check_periodic(&train, &State::new(0.0, &q, &vec![1e-3; q.len()]));
+    assert!(findings.is_empty(), "{findings:?}");
+    // The check expects forces of constant direction. That of a radial clearance turns.
+    let train = elaborate(1e-5).build("motor", 150.0).unwrap();
+    assert_eq!(train.contacts(), 3 + 3 + 1 + 1 + 4);
+    // Two integrators that have nothing in common but the model.
+    let start = State::at_rest(train.dof());
+    let end = |solver: &dyn Fn() -> State| solver();
+    let one = end(&|| Dop853::new().rtol(1e-11).atol(1e-16).end(&train, &start, 0.02).unwrap());
+    let two = end(&|| Taylor::new().rtol(1e-12).atol(1e-17).end(&train, &start, 0.02).unwrap());
+    let size = one.q.iter().fold(0.0f64, |m, q| m.max(q.abs()));
+    let apart = one.q.iter().zip(&two.q).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    println!("largest coordinate {size:.2e}, difference {apart:.1e}");
+    assert!(apart < 1e-8 * size);
+}
+
+#[test]
+fn planetary_maps_in_lanes_are_those_one_by_one() {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
+    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]).unwrap();
+    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).damping(2000.0).half_backlash(3e-5).parts();
+    parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
+    let train = parts.build("sun", 100.0).unwrap();
+    let speeds = Axis::linear("speed", 80.0, 200.0, 12).unwrap();
+    let sweep = Sweep::new(Points::on_axis(speeds)).settle(3).measure(3).channels(&["deflection 1"]);
+    let model = |p: &Point<'_>| train.with("speed", p["speed"]);
+    let start = |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
+    let lanes = sweep.run(&LaneRk4::<8>::new(64), model, start).unwrap();
+    let single = sweep.run(&TableRk4::new(64), model, start).unwrap();
+    assert_eq!(lanes.iter().count(), 12);
+    for (a, b) in lanes.iter().zip(single.iter()) {
+        let [a, b] = [a, b].map(|row| row.channel("deflection 1").unwrap());
+        assert!((a.max - b.max).abs() + (a.min - b.min).abs() < 1e-12 * a.max.abs(), "{a:?} {b:?}");
+    }
+}
+
+/// A mass on an isotropic bearing, seen from a frame with the speed Ω, has the frequencies ω ± Ω.
+#[test]
+fn rotating_frames_split_frequencies() {
+    let mut parts = Parts::new();
+    parts.body("carrier", Body::new(1.0).on(Bearing::new(2.0, 8e6))).rotating_with("carrier");
+    let train = parts.build("carrier", 300.0).unwrap();
+    let found: Vec<f64> = Modes::in_contact(&train, 0.0).unwrap().eigenvalues().iter().map(|l| l.norm()).collect();
+    for (found, exact) in found.iter().zip([1700.0, 2300.0]) {
+        assert!((found / exact - 1.0).abs() < 1e-12, "{found}");
+    }
+    assert_eq!(found.len(), 2);
+    // A damper at rest damps both by c/(2 m) at speed 0; the sum of all real parts does not depend on the speed.
+    let mut damped = Parts::new();
+    damped.body("carrier", Body::new(1.0).on(Bearing::new(2.0, 8e6).damping(40.0))).rotating_with("carrier");
+    let modes = Modes::in_contact(&damped.build("carrier", 300.0).unwrap(), 0.0).unwrap();
+    let exact = num_complex::Complex64::new(-10.0, (4e6f64 - 100.0).sqrt());
+    for (found, turn) in modes.eigenvalues().iter().zip([-300.0, 300.0]) {
+        let expected = exact + num_complex::Complex64::new(0.0, turn);
+        assert!((found - expected).norm() < 1e-9 * exact.norm(), "{found} {expected}");
+    }
+}
+
+/// Forces of the parts in closed form.
+#[test]
+fn forces_of_bearings_friction_and_motors() {
+    let at = |train: &Train, q: &[f64], v: &[f64]| {
+        let (mut u, mut a) = (vec![0.0; train.drives()], vec![0.0; train.dof()]);
+        train.drive(0.0, Side::After, &mut u);
+        train.accel(&u, q, v, &mut a);
+        a
+    };
+    let near = |found: f64, exact: f64| assert!((found - exact).abs() <= 1e-12 * exact.abs().max(1e-3), "{found} {exact}");
+    // A shaft in a bearing of radial clearance: r = 5e-5 at (3e-5, 4e-5), 3e-5 past the clearance.
+    let mut parts = Parts::new();
+    parts.body("rotor", Body::new(1.0).on(Bearing::new(2.0, 1e8).clearance(2e-5)));
+    let rotor = parts.build("rotor", 100.0).unwrap();
+    let a = at(&rotor, &[0.0, 3e-5, 4e-5], &[0.0; 3]);
+    near(a[1], -1e8 * 3e-5 * 0.6 / 2.0);
+    near(a[2], -1e8 * 3e-5 * 0.8 / 2.0);
+    assert_eq!(at(&rotor, &[0.0, 1e-5, 0.0], &[0.0; 3])[1], 0.0);
+    // An induction motor at its breakdown slip, and at the synchronous speed.
+    let mut parts = Parts::new();
+    parts.body("rotor", Body::new(0.5)).motor("torque", "rotor", 40.0, 0.2, 100.0);
+    near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[0.0])[0], 40.0 / 0.5);
+    near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], 0.0);
+    // Friction at the pitch point: μ W r tan α on both gears against the drive, and μ W along the line of centres.
+    let mut parts = Parts::new();
+    parts.body("one", Body::new(1e-3).on(Bearing::new(2.0, 0.0))).body("two", Body::new(2e-3).at([0.1, 0.0]));
+    parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()).friction(0.1));
+    let train = parts.accept(Warning::Unsupported).build("one", 10.0).unwrap();
+    let without = at(&train.with("mesh friction", 0.0).unwrap(), &[1e-3, 0.0, 0.0, 0.0], &[0.0; 4]);
+    let with = at(&train, &[1e-3, 0.0, 0.0, 0.0], &[0.0; 4]);
+    let (w, tan) = (2e8 * 1e-3 * 0.02, 20f64.to_radians().tan());
+    let (sin, cos) = 20f64.to_radians().sin_cos();
+    near(without[0], -w * 0.02 / 1e-3);
+    near(without[1], -w * sin / 2.0); // the line of action n = (sin α, cos α)
+    near(without[2], -w * cos / 2.0);
+    near(with[0] - without[0], -0.1 * w * 0.02 * tan / 1e-3);
+    // The second gear turns clockwise and counts its angle so.
+    near(with[3] - without[3], 0.1 * w * 0.03 * tan / 2e-3);
+    near(with[1] - without[1], 0.1 * w * cos / 2.0);
+    near(with[2] - without[2], -0.1 * w * sin / 2.0);
+}
+
+/// Harmonic l of the transmission error drives the kinds of modes that the rule of Parker 2000 names, and no others.
+#[test]
+fn mesh_phasing_of_planets() {
+    for case in read("gear_trains.json")["mesh_phasing"]["values"].as_array().unwrap() {
+        let of = |key: &str| case[key].as_u64().unwrap() as u32;
+        if !case["assembles"].as_bool().unwrap() {
+            let teeth = [of("Zs"), (of("Zr") - of("Zs")) / 2, of("Zr")];
+            let set = Planetary::torsional(teeth, of("N"), 0.03, [1e-3; 4], [k(), k()]).unwrap();
+            let error = set.supports([0.0, 1e6, 0.0]).parts().build("sun", 10.0).unwrap_err();
+            assert!(matches!(error, TrainError::DoesNotAssemble { .. }), "{error}");
+            continue;
+        }
+        let error = || Wave::new(Fourier::new(0.0, &[[1e-6, 5e-7], [3e-7, 2e-7], [1e-7, 4e-7], [2e-7, 1e-7]]).unwrap());
+        let bearing = |mass: f64| Bearing::new(mass, 1e8);
+        let teeth = [of("Zs"), of("Zp"), of("Zr")];
+        let set = Planetary::torsional(teeth, of("N"), 0.03, [3e-4, 5e-4, 2e-2, 3e-2], [k(), k()])
+            .unwrap()
+            .pressure_angle(if of("Zs") == 19 { 0.49075 } else { 25f64.to_radians() })
+            .on_bearings([bearing(0.4), bearing(0.7), bearing(2.0), bearing(5.0)])
+            .error([error(), error()])
+            .supports([0.0, 1e6, 0.0]);
+        let train = set.parts().build("sun", 10.0).unwrap();
+        let modes = Modes::in_contact(&train, 0.0).unwrap();
+        let kinds = train.kinds(&modes);
+        // Accelerations at q = 0 over one mesh cycle, weighted with the inertias: the forces along each mode.
+        let samples = 64;
+        let (mut u, rest) = (vec![0.0; train.drives()], vec![0.0; train.dof()]);
+        let inertias: Vec<f64> = inertias_of(&train);
+        let forces: Vec<Vec<f64>> = (0..samples)
+            .map(|i| {
+                let mut a = rest.clone();
+                train.drive(train.period() * i as f64 / samples as f64, Side::After, &mut u);
+                train.accel(&u, &rest, &rest, &mut a);
+                let along = |mode: &gear_dynamics::linear::Mode| {
+                    let work = a.iter().zip(mode.shape()).zip(&inertias).map(|((a, x), m)| a * x * m);
+                    let size: f64 = mode.shape().iter().zip(&inertias).map(|(x, m)| x * x * m).sum();
+                    work.sum::<f64>() / size.sqrt()
+                };
+                modes.list().iter().map(along).collect()
+            })
+            .collect();
+        for (harmonic, kind) in case["excited_by_harmonic"].as_object().unwrap() {
+            let l: u32 = harmonic.parse().unwrap();
+            let expected = ModeKind::of_harmonic(of("Zs"), of("N"), l);
+            assert_eq!(format!("{expected:?}").to_lowercase(), kind.as_str().unwrap());
+            let size = |mode: usize| {
+                let part = |trig: fn(f64) -> f64| -> f64 {
+                    let angle = |i: usize| std::f64::consts::TAU * f64::from(l) * i as f64 / f64::from(samples as u32);
+                    forces.iter().enumerate().map(|(i, f)| f[mode] * trig(angle(i))).sum()
+                };
+                part(f64::cos).hypot(part(f64::sin))
+            };
+            let most = (0..kinds.len()).map(size).fold(0.0, f64::max);
+            for (mode, kind) in kinds.iter().enumerate() {
+                assert!(*kind == expected || size(mode) < 1e-9 * most, "harmonic {l}: {kind:?} {:e}", size(mode) / most);
+            }
+        }
+    }
+}
+
+/// Inertias by coordinate, from unit torques: for the bodies of `mesh_phasing_of_planets`.
+fn inertias_of(train: &Train) -> Vec<f64> {
+    let inertia = |name: &str| match name.split_once(' ').unwrap() {
+        ("sun", "angle") => 3e-4,
+        ("ring", "angle") => 2e-2,
+        ("carrier", "angle") => 3e-2,
+        ("sun", _) => 0.4,
+        ("ring", _) => 2.0,
+        ("carrier", _) => 5.0,
+        (_, place) if place.ends_with("angle") => 5e-4,
+        _ => 0.7,
+    };
+    train.shape().coordinates().iter().map(|channel| inertia(&channel.name)).collect()
 }

@@ -29,6 +29,12 @@ impl Row {
             None => self.0.push(Entry { at, by }),
         }
     }
+    /// The row without entries that are rounding of a sine or a cosine.
+    fn clean(mut self) -> Self {
+        let largest = self.0.iter().fold(0.0f64, |most, entry| most.max(entry.by.abs()));
+        self.0.retain(|entry| entry.by.abs() > 4.0 * f64::EPSILON * largest);
+        self
+    }
 }
 
 impl<N: Nonlinearity> Layout<'_, N> {
@@ -79,7 +85,9 @@ impl<N: Nonlinearity> Layout<'_, N> {
         let sense = if turns { 1.0 } else { -1.0 };
         let (sin, cos) = libm::sincos(mesh.pressure_angle);
         let apart = if mesh.kind == Kind::FirstInternal { -sin } else { sin };
+        // Components that are rounding are 0, so that parallel directions stay apart.
         let n = [0, 1].map(|i| sense * cos * t[i] + apart * e[i]);
+        let n = n.map(|x| if x.abs() < 4.0 * f64::EPSILON { 0.0 } else { x });
         let [r1, r2] = mesh.radii;
         let across = if mesh.kind == Kind::External { r2 } else { -r2 };
         let row = self.along(n, [(a, sense * r1), (b, sense * across)]);
@@ -97,7 +105,7 @@ impl<N: Nonlinearity> Layout<'_, N> {
         self.turn(&mut row, b, second);
         self.shift(&mut row, a, n);
         self.shift(&mut row, b, n.map(|n| -n));
-        row
+        row.clean()
     }
 
     /// The row of the angle of a body, times `lever`.
@@ -116,7 +124,7 @@ impl<N: Nonlinearity> Layout<'_, N> {
             let mut row = Row::default();
             self.shift(&mut row, body, along);
             self.shift_of_pin(&mut row, body, along.map(|x| -x));
-            row
+            row.clean()
         })
     }
 

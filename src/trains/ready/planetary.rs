@@ -116,7 +116,8 @@ impl Planetary {
     pub fn at_angles(self, angles: &[f64]) -> Self {
         Planetary { angles: angles.to_vec(), ..self }
     }
-    /// The same set with a working pressure angle `[rad]`. Default: 20°.
+    /// The same set with the working pressure angle `[rad]` of the sun meshes. Default: 20°. That of the ring meshes
+    /// follows from the common centre distance: (z_s + z_p)/cos α_s = (z_r - z_p)/cos α_r.
     pub fn pressure_angle(self, pressure_angle: f64) -> Self {
         Planetary { pressure_angle, ..self }
     }
@@ -142,6 +143,11 @@ impl Planetary {
         let mut parts = Parts::new();
         let [zs, zp, zr] = self.teeth.map(f64::from);
         let [rs, rp, rr] = [zs, zp, zr].map(|z| self.sun_radius * z / zs);
+        let outer_angle = if zr - zp == zs + zp {
+            self.pressure_angle
+        } else {
+            libm::acos((zr - zp) / (zs + zp) * libm::cos(self.pressure_angle))
+        };
         let on = |body: Body, i: usize| match self.bearings {
             Some(bearings) => body.on(bearings[i]),
             None => body,
@@ -161,7 +167,7 @@ impl Planetary {
                 mesh.error(self.error[i].clone())
                     .damping(self.damping)
                     .half_backlash(self.half_backlash)
-                    .pressure_angle(self.pressure_angle)
+                    .pressure_angle([self.pressure_angle, outer_angle][i])
             };
             let [sun, planet_teeth, ring] = self.teeth;
             let inner = MeshPart::external([sun, planet_teeth], [rs, rp], self.stiffness[0].clone());

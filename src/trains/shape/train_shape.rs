@@ -149,8 +149,14 @@ impl<N: Nonlinearity> TrainShape<N> {
 
     /// Deflection and rate of tooth i. `WIDE`: whether its row may have more than two numbers.
     #[inline(always)]
-    fn deflection<const WIDE: bool, S: Scalar>(&self, i: usize, at: &At<S>, q: &[S], v: &[S]) -> [S; 2] {
-        let tooth = &self.teeth[i];
+    fn deflection<const WIDE: bool, S: Scalar>(
+        &self,
+        i: usize,
+        tooth: &Tooth<N>,
+        at: &At<S>,
+        q: &[S],
+        v: &[S],
+    ) -> [S; 2] {
         let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
         let [e, rate] = at.errors[tooth.error as usize];
         let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
@@ -169,6 +175,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         &self,
         law: &L,
         i: usize,
+        tooth: &Tooth<N>,
         at: &At<S>,
         [d, rate]: [S; 2],
     ) -> S {
@@ -177,7 +184,6 @@ impl<N: Nonlinearity> TrainShape<N> {
         } else {
             [at.edges[i][0], at.edges[i][1]]
         };
-        let tooth = &self.teeth[i];
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
         if WIDE {
             let drives = MeshDrives { stiffness, damping, lower, upper };
@@ -189,11 +195,11 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// Contact i as the solvers see it.
     #[inline(always)]
     fn touch<S: Scalar, L: PieceChoice<S>>(&self, law: &L, i: usize, at: &At<S>, q: &[S], v: &[S]) -> Contact<S> {
-        if i >= self.teeth.len() {
+        let Some(tooth) = self.teeth.get(i) else {
             return self.journal_contact(law, i, at, q, v);
-        }
-        let [deflection, rate] = self.deflection::<true, S>(i, at, q, v);
-        let force = self.force::<true, S, L>(law, i, at, [deflection, rate]);
+        };
+        let [deflection, rate] = self.deflection::<true, S>(i, tooth, at, q, v);
+        let force = self.force::<true, S, L>(law, i, tooth, at, [deflection, rate]);
         if N::HALF_WIDTH {
             let half = at.half[i];
             return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
@@ -251,10 +257,15 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[j] = a[j] - force * spring.pulls[0];
             a[k] = a[k] - force * spring.pulls[1];
         }
-        for i in 0..self.teeth.len() {
+        // Slices of one length: their bounds are checked once.
+        let teeth = &self.teeth[..];
+        let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
+        let at = At { damping, half, ..at };
+        for i in 0..teeth.len() {
             let i = kept::<S>(i);
-            let w = self.force::<WIDE, S, L>(law, i, &at, self.deflection::<WIDE, S>(i, &at, q, v));
-            let tooth = &self.teeth[i];
+            let tooth = &teeth[i];
+            let deflection = self.deflection::<WIDE, S>(i, tooth, &at, q, v);
+            let w = self.force::<WIDE, S, L>(law, i, tooth, &at, deflection);
             let [j, k] = tooth.at.map(|at| at as usize);
             a[j] = a[j] - w * tooth.pulls[0];
             a[k] = a[k] - w * tooth.pulls[1];
@@ -263,8 +274,22 @@ impl<N: Nonlinearity> TrainShape<N> {
             }
         }
         if WIDE {
+            let at = self.drives(u);
             self.others(law, &at, q, v, a);
         }
+    }
+
+    /// [`accelerate`](TrainShape::accelerate) with everything, compiled once and not into every loop of the solvers.
+    #[inline(never)]
+    fn accelerate_apart<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
+        self.accelerate::<true, S, L>(law, u, q, v, a);
     }
 
     /// Σ lever q and Σ lever v.
@@ -297,8 +322,9 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[term.i] = a[term.i] - omega * x;
         }
         for (friction, mu) in self.frictions.iter().zip(at.friction) {
-            let d = self.deflection::<true, S>(friction.tooth, at, q, v);
-            let w = self.force::<true, S, L>(law, friction.tooth, at, d);
+            let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
+            let d = self.deflection::<true, S>(i, tooth, at, q, v);
+            let w = self.force::<true, S, L>(law, i, tooth, at, d);
             self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
         }
         for (i, journal) in self.journals.iter().enumerate() {
@@ -373,6 +399,8 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         if self.plain {
             self.accelerate::<false, S, L>(law, u, q, v, a);
+        } else if const { size_of::<S>() <= size_of::<f64>() } {
+            self.accelerate_apart(law, u, q, v, a);
         } else {
             self.accelerate::<true, S, L>(law, u, q, v, a);
         }
