@@ -8,8 +8,8 @@ use thiserror::Error;
 /// `gear` is the place of a gear in its pair, 0 or 1. Lengths are in metres.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair, TeethError};
-/// let error = GearPair::new(&Gear::external(12, 0.003)?, &Gear::external(40, 0.003)?).unwrap_err();
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair, TeethError};
+/// let error = GearPair::new(&InvoluteGear::external(12, 0.003)?, &InvoluteGear::external(40, 0.003)?).unwrap_err();
 /// assert!(matches!(error, TeethError::Undercut { gear: 0, shift: 0.0, least, .. } if least > 0.29));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -22,7 +22,7 @@ pub enum TeethError {
     /// The rack that makes the gear cuts into the involute.
     #[error(
         "gear {gear} with {teeth} teeth is undercut: its profile shift is {shift}, at least {least} is needed \
-         (Gear::allow_undercut accepts it)"
+         (InvoluteGear::allow_undercut accepts it)"
     )]
     Undercut {
         /// Place of the gear.

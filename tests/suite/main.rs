@@ -10,6 +10,7 @@
 //! | rigid stops and restitution | `impacts` |
 //! | shapes, constants, machines; laws and waves of one's own | `shapes_and_machines` |
 //! | numbers of the algebra: dual numbers, lanes | `scalar_functions` |
+//! | geometry and stiffness of teeth, deviations | `teeth` |
 //! | held processes | `held_processes` |
 //! | phase laws, runs at varying speed, waterfalls | `phase_laws` |
 //! | the face gear pair of Liu 2021 against reference orbits | `reference_nfg` |
@@ -87,6 +88,7 @@ mod solvers;
 mod stored_results;
 mod sweeps;
 mod taylor;
+mod teeth;
 mod variation;
 mod variation_hard_cases;
 
@@ -109,5 +111,6 @@ mod api {
     pub use gear_dynamics::periodic::*;
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::*;
+    pub use gear_dynamics::teeth::*;
     pub use gear_dynamics::*;
 }

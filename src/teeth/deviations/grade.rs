@@ -2,13 +2,13 @@
 
 use crate::error::ParameterError;
 use crate::teeth::error::{TeethError, method_range};
-use crate::teeth::geometry::gear::Gear;
+use crate::teeth::geometry::gear::InvoluteGear;
 
 /// A flank tolerance class A of ISO 1328-1:2013, 1 to 11.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, QualityGrade};
-/// let gear = Gear::external(50, 0.004)?; // d = 200 mm
+/// use gear_dynamics::teeth::{InvoluteGear, QualityGrade};
+/// let gear = InvoluteGear::external(50, 0.004)?; // d = 200 mm
 /// let tolerances = QualityGrade::new(5)?.tolerances(&gear)?;
 /// assert!((tolerances.single_pitch - 6.8e-6).abs() < 1e-18); // 0.001 · 200 + 0.4 · 4 + 5 μm
 /// let next = QualityGrade::new(7)?.tolerances(&gear)?;
@@ -21,8 +21,8 @@ pub struct QualityGrade(u32);
 /// Tolerances of a gear `[m]`, not rounded.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, QualityGrade, Tolerances};
-/// let gear = Gear::external(50, 0.004)?;
+/// use gear_dynamics::teeth::{InvoluteGear, QualityGrade, Tolerances};
+/// let gear = InvoluteGear::external(50, 0.004)?;
 /// let tolerances = QualityGrade::new(6)?.tolerances(&gear)?;
 /// assert_eq!(tolerances.runout, 0.9 * tolerances.cumulative_pitch);
 /// assert_eq!(Tolerances::rounded(7.24e-6), 7e-6);
@@ -73,7 +73,7 @@ impl QualityGrade {
     /// # Errors
     /// More than 1000 teeth, a diameter outside 5 .. 15 000 mm, a module outside 0.5 .. 70 mm, a helix angle
     /// above 45°: the standard does not apply.
-    pub fn tolerances(&self, gear: &Gear) -> Result<Tolerances, TeethError> {
+    pub fn tolerances(&self, gear: &InvoluteGear) -> Result<Tolerances, TeethError> {
         const METHOD: &str = "ISO 1328-1";
         let slack = [1.0 - 1e-12, 1.0 + 1e-12];
         let range = |name, value: f64, low: f64, high: f64, allowed| {

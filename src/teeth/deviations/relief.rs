@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 /// contact has lost C_a (1 - y/L)^p for y < L, p = 1 (linear) or 2 (parabolic).
 ///
 /// ```
-/// use gear_dynamics::{excitation::Excitation, teeth::{Gear, GearPair, TipRelief}};
-/// let gear = Gear::external(40, 0.003)?;
+/// use gear_dynamics::{excitation::Excitation, teeth::{InvoluteGear, GearPair, TipRelief}};
+/// let gear = InvoluteGear::external(40, 0.003)?;
 /// let pair = GearPair::new(&gear, &gear)?;
 /// let long = pair.length_of_contact() - pair.base_pitch(); // relief up to single contact
 /// let short = TipRelief::new([20e-6; 2], [long; 2])?.unloaded_error(&pair)?;

@@ -15,8 +15,8 @@ use crate::teeth::geometry::pair::GearPair;
 /// same teeth after [`GearPair::turns_until_repeat`] turns; only then does the sum repeat.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair, QualityGrade, TransmissionError};
-/// let gear = |z| Gear::external(z, 0.004);
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair, QualityGrade, TransmissionError};
+/// let gear = |z| InvoluteGear::external(z, 0.004);
 /// let pair = GearPair::new(&gear(20)?, &gear(50)?)?;
 /// let error = TransmissionError::of_grade(&pair, [QualityGrade::new(6)?; 2])?;
 /// let wheel = QualityGrade::new(6)?.tolerances(&gear(50)?)?;

@@ -1,7 +1,7 @@
 //! What makes teeth and a mesh possible.
 
 use crate::teeth::error::TeethError as E;
-use crate::teeth::geometry::gear::Gear;
+use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::involute;
 use crate::teeth::geometry::pair::GearPair;
 
@@ -9,7 +9,7 @@ use crate::teeth::geometry::pair::GearPair;
 const ROUNDED: f64 = 1e-3;
 
 /// Whether two gears have the same basic rack and tooth numbers that can mesh.
-pub(crate) fn match_gears(gears: &[Gear; 2]) -> Result<(), E> {
+pub(crate) fn match_gears(gears: &[InvoluteGear; 2]) -> Result<(), E> {
     let [a, b] = gears;
     let equal = |name, first: f64, second: f64| {
         if (first - second).abs() <= 1e-12 * first.abs().max(second.abs()) {
@@ -30,7 +30,7 @@ pub(crate) fn match_gears(gears: &[Gear; 2]) -> Result<(), E> {
 }
 
 /// Whether the teeth of both gears can be made.
-pub(crate) fn teeth(gears: &[Gear; 2]) -> Result<(), E> {
+pub(crate) fn teeth(gears: &[InvoluteGear; 2]) -> Result<(), E> {
     for (i, gear) in gears.iter().enumerate() {
         let (tip, base) = (gear.tip_radius(), gear.base_radius());
         if tip <= base {
@@ -84,7 +84,7 @@ pub(crate) fn mesh(pair: &GearPair) -> Result<(), E> {
         if start.min(end) <= 0.0 {
             return Err(E::Interference { gear: i, contact: 0.0, involute });
         }
-        if beyond {
+        if beyond && !gear.may_be_undercut() {
             return Err(E::Interference { gear: i, contact, involute });
         }
     }
@@ -110,7 +110,7 @@ fn tips(pair: &GearPair) -> Result<(), E> {
         return Ok(());
     }
     let working = involute(pair.working_pressure_angle());
-    let tip = |gear: &Gear| involute(libm::acos(gear.base_radius() / gear.tip_radius()));
+    let tip = |gear: &InvoluteGear| involute(libm::acos(gear.base_radius() / gear.tip_radius()));
     let turned = libm::acos(at_pinion) + tip(pinion) - working;
     let ratio = f64::from(pinion.teeth()) / f64::from(ring.teeth());
     let gap = turned * ratio + working - tip(ring) - libm::acos(at_ring);

@@ -15,17 +15,17 @@ use std::f64::consts::PI;
 /// returned are positive.
 ///
 /// ```
-/// use gear_dynamics::teeth::Gear;
-/// let sun = Gear::external(19, 0.045)?.profile_shift(0.617)?;
+/// use gear_dynamics::teeth::InvoluteGear;
+/// let sun = InvoluteGear::external(19, 0.045)?.profile_shift(0.617)?;
 /// assert!((2e3 * sun.base_radius() - 803.437).abs() < 1e-3); // mm
-/// let ring = Gear::internal(56, 0.045)?.profile_shift(-0.5013)?;
+/// let ring = InvoluteGear::internal(56, 0.045)?.profile_shift(-0.5013)?;
 /// assert!((2e3 * ring.tip_radius() - 2475.117).abs() < 1e-3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 ///
 /// Source: ISO 21771:2007; ISO 53:1998 for the basic rack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gear {
+pub struct InvoluteGear {
     teeth: u32,
     internal: bool,
     module: f64,
@@ -43,21 +43,21 @@ pub struct Gear {
 /// Fewest and most teeth of a gear.
 const TEETH: [u32; 2] = [5, 100_000];
 
-impl Gear {
+impl InvoluteGear {
     /// An external gear with a number of teeth and the normal module m_n `[m]`.
     ///
     /// # Errors
     /// Fewer than 5 or more than 100 000 teeth; a module outside 1e-5 .. 0.2 m.
     pub fn external(teeth: u32, module: f64) -> Result<Self, ParameterError> {
-        Gear::new(teeth, module, false)
+        InvoluteGear::new(teeth, module, false)
     }
 
-    /// An internal gear, as [`external`](Gear::external).
+    /// An internal gear, as [`external`](InvoluteGear::external).
     ///
     /// # Errors
-    /// As [`external`](Gear::external).
+    /// As [`external`](InvoluteGear::external).
     pub fn internal(teeth: u32, module: f64) -> Result<Self, ParameterError> {
-        Gear::new(teeth, module, true)
+        InvoluteGear::new(teeth, module, true)
     }
 
     fn new(teeth: u32, module: f64, internal: bool) -> Result<Self, ParameterError> {
@@ -69,7 +69,7 @@ impl Gear {
             return Err(ParameterError::TooMany { name: name(), value, max: TEETH[1] as usize });
         }
         let module = within("module", module, [1e-5, 0.2], "[1e-5, 0.2] m")?;
-        Ok(Gear {
+        Ok(InvoluteGear {
             teeth,
             internal,
             module,
@@ -91,7 +91,7 @@ impl Gear {
     /// An angle outside 0.1 .. 0.7 rad (6° .. 40°).
     pub fn pressure_angle(self, angle: f64) -> Result<Self, ParameterError> {
         let pressure_angle = within("normal pressure angle", angle, [0.1, 0.7], "[0.1, 0.7] rad")?;
-        Ok(Gear { pressure_angle, ..self })
+        Ok(InvoluteGear { pressure_angle, ..self })
     }
     /// The same gear with a helix angle |β| `[rad]` at the reference circle. The hands of the two gears of a
     /// pair follow from its kind: opposite for two external gears, equal for an internal pair.
@@ -99,28 +99,28 @@ impl Gear {
     /// # Errors
     /// An angle outside 0 .. 0.8 rad (45.8°).
     pub fn helix_angle(self, angle: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { helix_angle: within("helix angle", angle, [0.0, 0.8], "[0, 0.8] rad")?, ..self })
+        Ok(InvoluteGear { helix_angle: within("helix angle", angle, [0.0, 0.8], "[0, 0.8] rad")?, ..self })
     }
     /// The same gear with a profile shift x `[1]`, in normal modules.
     ///
     /// # Errors
     /// A shift outside -3 .. 3.
     pub fn profile_shift(self, shift: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { shift: within("profile shift", shift, [-3.0, 3.0], "[-3, 3]")?, ..self })
+        Ok(InvoluteGear { shift: within("profile shift", shift, [-3.0, 3.0], "[-3, 3]")?, ..self })
     }
     /// The same gear with an addendum h_aP of its basic rack `[1]`, in normal modules.
     ///
     /// # Errors
     /// A factor outside 0.1 .. 3.
     pub fn addendum(self, factor: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { addendum: within("addendum factor", factor, [0.1, 3.0], "[0.1, 3]")?, ..self })
+        Ok(InvoluteGear { addendum: within("addendum factor", factor, [0.1, 3.0], "[0.1, 3]")?, ..self })
     }
     /// The same gear with a dedendum h_fP of its basic rack `[1]`, in normal modules.
     ///
     /// # Errors
     /// A factor outside 0.1 .. 4.
     pub fn dedendum(self, factor: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { dedendum: within("dedendum factor", factor, [0.1, 4.0], "[0.1, 4]")?, ..self })
+        Ok(InvoluteGear { dedendum: within("dedendum factor", factor, [0.1, 4.0], "[0.1, 4]")?, ..self })
     }
     /// The same gear with a root fillet radius ρ_fP of its basic rack `[1]`, in normal modules.
     ///
@@ -130,25 +130,33 @@ impl Gear {
     /// # Errors
     /// A factor outside 0 .. 1.
     pub fn fillet_radius(self, factor: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { fillet: Some(within("fillet radius factor", factor, [0.0, 1.0], "[0, 1]")?), ..self })
+        Ok(InvoluteGear {
+            fillet: Some(within("fillet radius factor", factor, [0.0, 1.0], "[0, 1]")?),
+            ..self
+        })
     }
     /// The same gear with a tip alteration k m_n `[m]`, negative if the tip is shortened.
     ///
     /// # Errors
     /// An alteration outside -1 .. 1 m.
     pub fn tip_alteration(self, length: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { tip_alteration: within("tip alteration", length, [-1.0, 1.0], "[-1, 1] m")?, ..self })
+        Ok(InvoluteGear {
+            tip_alteration: within("tip alteration", length, [-1.0, 1.0], "[-1, 1] m")?,
+            ..self
+        })
     }
     /// The same gear with a face width b `[m]`.
     ///
     /// # Errors
     /// A width outside 1e-6 .. 10 m.
     pub fn face_width(self, width: f64) -> Result<Self, ParameterError> {
-        Ok(Gear { width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
+        Ok(InvoluteGear { width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
     }
-    /// The same gear, also if it is undercut. Its involute then counts from the base circle.
+    /// The same gear, also if it is undercut by a rack or its contact extends below the involute that a rack makes,
+    /// for example because another tool makes it. The involute of an undercut gear then counts from the base
+    /// circle.
     pub fn allow_undercut(self) -> Self {
-        Gear { undercut_allowed: true, ..self }
+        InvoluteGear { undercut_allowed: true, ..self }
     }
 
     /// Number of teeth z, positive for an internal gear as well.
@@ -284,7 +292,7 @@ impl Gear {
     }
 }
 
-impl Gear {
+impl InvoluteGear {
     /// 1 for an external gear, -1 for an internal one.
     pub(crate) fn sign(&self) -> f64 {
         if self.internal { -1.0 } else { 1.0 }
@@ -299,8 +307,7 @@ impl Gear {
         let thick = 0.5 * PI + 2.0 * self.shift * libm::tan(self.pressure_angle);
         thick / f64::from(self.teeth) + self.sign() * involute(self.transverse_pressure_angle())
     }
-    /// Angle of the reference profile that lies below the addendum line of the rack, without the clearance,
-    /// as ROSS computes the root angle.
+    /// Addendum factor h_aP `[1]`.
     pub(crate) fn addendum_factor(&self) -> f64 {
         self.addendum
     }

@@ -5,19 +5,19 @@ use crate::excitation::rectangle::RectangularWave;
 use crate::excitation::wave::divisor;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::checks;
-use crate::teeth::geometry::gear::Gear;
+use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::{inverse, involute};
 use std::f64::consts::{PI, TAU};
 
-/// The geometry of two involute gears in mesh. Gear 0 drives; either gear may be the internal one.
+/// The geometry of two involute gears in mesh. InvoluteGear 0 drives; either gear may be the internal one.
 ///
 /// The line of contact is the part of the common tangent of the base circles on which the teeth touch. A
 /// pair of teeth enters contact where it reaches the tip of the driven gear, and leaves it at the tip of the
 /// driving gear.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair};
-/// let gear = Gear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair};
+/// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
 /// let pair = GearPair::new(&gear, &gear)?;
 /// assert!((pair.centre_distance() - 0.12365569882563756).abs() < 1e-15);
 /// assert!((pair.contact_ratio() - 1.5195903994888902).abs() < 1e-12);
@@ -27,7 +27,7 @@ use std::f64::consts::{PI, TAU};
 /// Source: ISO 21771:2007; DIN 3960:1987 for the signs of internal gears.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearPair {
-    gears: [Gear; 2],
+    gears: [InvoluteGear; 2],
     /// Working transverse pressure angle `[rad]`.
     working_angle: f64,
     centre_distance: f64,
@@ -44,7 +44,7 @@ impl GearPair {
     /// # Errors
     /// Different modules, pressure angles or helix angles; undercut, pointed or interfering teeth; a contact
     /// ratio below 1; other impossible teeth. See [`TeethError`].
-    pub fn new(driver: &Gear, driven: &Gear) -> Result<Self, TeethError> {
+    pub fn new(driver: &InvoluteGear, driven: &InvoluteGear) -> Result<Self, TeethError> {
         let gears = [*driver, *driven];
         checks::match_gears(&gears)?;
         let shifts = driver.shift() + driven.shift();
@@ -65,7 +65,11 @@ impl GearPair {
     /// # Errors
     /// As [`new`](GearPair::new), and a centre distance at which the base circles have no common tangent or
     /// the teeth jam.
-    pub fn at_centre_distance(driver: &Gear, driven: &Gear, distance: f64) -> Result<Self, TeethError> {
+    pub fn at_centre_distance(
+        driver: &InvoluteGear,
+        driven: &InvoluteGear,
+        distance: f64,
+    ) -> Result<Self, TeethError> {
         let gears = [*driver, *driven];
         checks::match_gears(&gears)?;
         let distance = within("centre distance", distance, [1e-6, 100.0], "[1e-6, 100] m")?;
@@ -84,8 +88,8 @@ impl GearPair {
     /// that the tip clearance is that of the basic rack: k m_n = a - a_d - (x_0 + x_1) m_n.
     ///
     /// ```
-    /// use gear_dynamics::teeth::{Gear, GearPair};
-    /// let gear = Gear::external(30, 0.004)?.profile_shift(0.5047)?;
+    /// use gear_dynamics::teeth::{InvoluteGear, GearPair};
+    /// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?;
     /// let pair = GearPair::shortened(&gear, &gear)?;
     /// assert!((pair.contact_ratio() - 1.39426737703706).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -93,7 +97,7 @@ impl GearPair {
     ///
     /// # Errors
     /// As [`new`](GearPair::new); an internal gear.
-    pub fn shortened(driver: &Gear, driven: &Gear) -> Result<Self, TeethError> {
+    pub fn shortened(driver: &InvoluteGear, driven: &InvoluteGear) -> Result<Self, TeethError> {
         if driver.is_internal() || driven.is_internal() {
             return Err(TeethError::NotApplicable {
                 method: "the same shortening of both tips",
@@ -114,7 +118,7 @@ impl GearPair {
         GearPair::new(&driver.tip_alteration(alteration)?, &driven.tip_alteration(alteration)?)
     }
 
-    fn at(gears: [Gear; 2], working_angle: f64, centre_distance: f64) -> Result<Self, TeethError> {
+    fn at(gears: [InvoluteGear; 2], working_angle: f64, centre_distance: f64) -> Result<Self, TeethError> {
         checks::teeth(&gears)?;
         let tangents = gears.map(|gear| {
             let (tip, base) = (gear.tip_radius(), gear.base_radius());
@@ -141,12 +145,12 @@ impl GearPair {
     }
 
     /// The two gears.
-    pub fn gears(&self) -> &[Gear; 2] {
+    pub fn gears(&self) -> &[InvoluteGear; 2] {
         &self.gears
     }
     /// Whether one of the gears is internal.
     pub fn is_internal(&self) -> bool {
-        self.gears.iter().any(Gear::is_internal)
+        self.gears.iter().any(InvoluteGear::is_internal)
     }
     /// Working transverse pressure angle α_wt `[rad]`.
     pub fn working_pressure_angle(&self) -> f64 {
@@ -256,16 +260,16 @@ impl GearPair {
 }
 
 /// z_0 + z_1, an internal gear counted negative.
-fn signed_sum(gears: &[Gear; 2]) -> f64 {
+fn signed_sum(gears: &[InvoluteGear; 2]) -> f64 {
     gears.iter().map(|gear| gear.sign() * f64::from(gear.teeth())).sum()
 }
 
 /// Reference centre distance |m_t (z_0 + z_1)/2| `[m]`.
-fn reference_distance(gears: &[Gear; 2]) -> f64 {
+fn reference_distance(gears: &[InvoluteGear; 2]) -> f64 {
     (0.5 * gears[0].transverse_module() * signed_sum(gears)).abs()
 }
 
 /// cos α_t/cos α_wt.
-fn ratio(gear: &Gear, working: f64) -> f64 {
+fn ratio(gear: &InvoluteGear, working: f64) -> f64 {
     libm::cos(gear.transverse_pressure_angle()) / libm::cos(working)
 }

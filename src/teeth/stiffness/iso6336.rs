@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::excitation::rectangle::RectangularWave;
 use crate::teeth::error::{TeethError, method_range, within};
-use crate::teeth::geometry::gear::Gear;
+use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::pair::GearPair;
 
 const METHOD: &str = "ISO 6336-1, method B,";
@@ -21,8 +21,8 @@ const METHOD: &str = "ISO 6336-1, method B,";
 /// and is not added to it: their sum is nearly twice the mesh stiffness.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair, MethodB};
-/// let gear = Gear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB};
+/// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
 /// let pair = GearPair::shortened(&gear, &gear)?;
 /// let stiffness = MethodB::new().stiffness(&pair)?;
 /// assert!((stiffness.single / 14.82523173130252e9 - 1.0).abs() < 1e-12); // c' [N/m²]
@@ -40,8 +40,8 @@ pub struct MethodB {
 /// What deserves attention in a result of [`MethodB`].
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair, MethodB, MethodBNote};
-/// let gear = |z, x| Gear::external(z, 0.004)?.profile_shift(x);
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB, MethodBNote};
+/// let gear = |z, x| InvoluteGear::external(z, 0.004)?.profile_shift(x);
 /// let pair = GearPair::new(&gear(20, 0.0)?, &gear(40, 0.3)?)?;
 /// assert_eq!(MethodB::new().stiffness(&pair)?.notes, [MethodBNote::ShiftOrder]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -61,8 +61,8 @@ pub enum MethodBNote {
 /// Result of [`MethodB`].
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, GearPair, MethodB};
-/// let gear = Gear::external(30, 0.004)?;
+/// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB};
+/// let gear = InvoluteGear::external(30, 0.004)?;
 /// let stiffness = MethodB::new().stiffness(&GearPair::new(&gear, &gear)?)?;
 /// assert_eq!((stiffness.pinion, stiffness.correction, stiffness.blank), (0, 0.8, 1.0));
 /// assert!((stiffness.rack - 0.975).abs() < 1e-15);
@@ -76,7 +76,7 @@ pub struct MethodBStiffness {
     pub theoretical: f64,
     /// Correction factor C_M = 0.8 `[1]`.
     pub correction: f64,
-    /// Gear blank factor C_R `[1]`.
+    /// InvoluteGear blank factor C_R `[1]`.
     pub blank: f64,
     /// Basic rack factor C_B `[1]`.
     pub rack: f64,
@@ -144,7 +144,7 @@ impl MethodB {
     /// more: the method is not stated for them.
     pub fn stiffness(&self, pair: &GearPair) -> Result<MethodBStiffness, TeethError> {
         let gears = pair.gears();
-        let key = |gear: &Gear| (gear.is_internal(), gear.teeth());
+        let key = |gear: &InvoluteGear| (gear.is_internal(), gear.teeth());
         let first = match key(&gears[0]).cmp(&key(&gears[1])) {
             std::cmp::Ordering::Less => true,
             std::cmp::Ordering::Greater => false,
@@ -208,7 +208,7 @@ impl MethodB {
 const CORRECTION: f64 = 0.8;
 
 /// C_B of one gear: (1 + 0.5 (1.2 - h_fP/m_n)) (1 - 0.02 (20° - α_n)).
-fn rack_factor(gear: &Gear) -> f64 {
+fn rack_factor(gear: &InvoluteGear) -> f64 {
     let angle = gear.normal_pressure_angle().to_degrees();
     (1.0 + 0.5 * (1.2 - gear.dedendum_factor())) * (1.0 - 0.02 * (20.0 - angle))
 }
@@ -226,8 +226,8 @@ impl MethodBStiffness {
         RectangularWave::from_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
     }
 
-    /// Resonance speed of the pinion n_E1 = 1/(2π z_1) √(c_γα/m_red), in turns per second, for a reduced mass per
-    /// face width `[kg/m]`. `teeth` is the tooth number of the pinion.   Source: ISO 6336-1:2006, Eq. (6).
+    /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a reduced mass
+    /// per face width on the line of action `[kg/m]`.   Source: ISO 6336-1:2006, Eq. (6).
     ///
     /// # Errors
     /// A mass outside 1e-9 .. 1e9 kg/m; 0 teeth.

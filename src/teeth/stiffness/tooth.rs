@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::teeth::error::{TeethError, method_range};
-use crate::teeth::geometry::gear::Gear;
+use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::involute;
 use crate::teeth::stiffness::potential::Reading;
 use crate::teeth::stiffness::quadrature::integrals;
@@ -28,8 +28,8 @@ pub enum ToothModel {
 /// part is left out.
 ///
 /// ```
-/// use gear_dynamics::teeth::{Gear, PotentialEnergy};
-/// let gear = Gear::external(62, 0.002)?.face_width(0.02)?;
+/// use gear_dynamics::teeth::{InvoluteGear, PotentialEnergy};
+/// let gear = InvoluteGear::external(62, 0.002)?.face_width(0.02)?;
 /// let tooth = PotentialEnergy::tian_2004().tooth(&gear, 20f64.to_radians())?;
 /// let parts = 1.0 / tooth.bending + 1.0 / tooth.shear + 1.0 / tooth.axial;
 /// assert!((tooth.total() * parts - 1.0).abs() < 1e-15 && tooth.foundation.is_infinite());
@@ -73,8 +73,27 @@ pub(crate) struct Profile {
     start: f64,
     transition: Option<Transition>,
     root: f64,
-    /// Half the angle of the tooth at the root circle `[rad]`.
-    root_angle: f64,
+    curve: RootCurve,
+}
+
+/// The transition curve of a tooth, which the rounded tip of a rack makes.
+///
+/// ```
+/// use gear_dynamics::teeth::{InvoluteGear, PotentialEnergy};
+/// let curve = PotentialEnergy::ma_2014([0.035; 2])?.root_curve(&InvoluteGear::external(62, 0.002)?)?;
+/// assert!((curve.depth - 0.0017400983177096314).abs() < 1e-15);
+/// assert!((curve.half_root_angle - curve.distance / 0.062).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RootCurve {
+    /// Depth of the centre of the tip round below the rolling line, a = (h_fP - x) m - ρ_fP `[m]`.
+    pub depth: f64,
+    /// Distance of this centre from the centre line of the tooth,
+    /// b = π m/4 + (h_fP m - ρ_fP (1 - sin α)) tan α + ρ_fP cos α `[m]`.
+    pub distance: f64,
+    /// Half the angle of the tooth at the root circle `[rad]`: b/r, or as ROSS computes it.
+    pub half_root_angle: f64,
 }
 
 /// The curve that the rounded tip of a rack makes, over the angle γ of the contact normal `[rad]`.
@@ -104,8 +123,17 @@ impl Transition {
     }
 }
 
+/// The body below a tooth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hub {
+    /// Bore `[m]`.
+    pub(crate) bore: f64,
+    pub(crate) reading: Reading,
+    pub(crate) extrapolated: bool,
+}
+
 impl Profile {
-    pub(crate) fn new(gear: &Gear, model: ToothModel, reading: Reading) -> Result<Self, TeethError> {
+    pub(crate) fn new(gear: &InvoluteGear, model: ToothModel, reading: Reading) -> Result<Self, TeethError> {
         let method = "the potential-energy method";
         if gear.is_internal() {
             return Err(TeethError::NotApplicable { method, teeth: "internal" });
@@ -154,7 +182,13 @@ impl Profile {
                 (tangent - half_base_angle, Some(Transition { pitch, a, b, round, end: angle }))
             }
         };
-        Ok(Profile { base, half_base_angle, start, transition, root: gear.root_radius(), root_angle })
+        let depth = (gear.dedendum_factor() - gear.shift()) * module - round;
+        let curve = RootCurve { depth, distance: b, half_root_angle: root_angle };
+        Ok(Profile { base, half_base_angle, start, transition, root: gear.root_radius(), curve })
+    }
+
+    pub(crate) fn curve(&self) -> RootCurve {
+        self.curve
     }
 
     /// Angle τ of the load to the normal of the centre line for a pressure angle: τ = tan α - θ_b.
@@ -176,10 +210,8 @@ impl Profile {
         &self,
         pressure: f64,
         width: f64,
-        young: f64,
-        poisson: f64,
-        bore: Option<f64>,
-        reading: Reading,
+        [young, poisson]: [f64; 2],
+        hub: Option<Hub>,
     ) -> Result<ToothStiffness, TeethError> {
         let load = self.load_angle(pressure);
         if load <= self.start {
@@ -205,31 +237,30 @@ impl Profile {
             sum.iter_mut().zip(root).for_each(|(sum, root)| *sum += root);
             error = error.max(more);
         }
-        let foundation = match bore {
-            None => f64::INFINITY,
-            Some(bore) => {
-                let reach = match reading {
-                    Reading::Exact => self.base / cos,
-                    Reading::Ross => yc,
-                };
-                1.0 / (self.foundation(bore, reach - self.root, cos, sin / cos)? / (young * width))
-            }
-        };
+        let foundation = hub.map_or(Ok(f64::INFINITY), |hub| {
+            let reach = match hub.reading {
+                Reading::Exact => self.base / cos,
+                Reading::Ross => yc,
+            };
+            let compliance = self.foundation(hub, reach - self.root, cos, sin / cos)?;
+            Ok::<f64, TeethError>(young * width / compliance)
+        })?;
         let [bending, shear, axial] = sum.map(|compliance| 1.0 / compliance);
         Ok(ToothStiffness { bending, shear, axial, foundation, error })
     }
 
     /// E b/k_f = cos² τ (L (u/S)² + M u/S + P (1 + Q tan² τ)), S = 2 r_f θ_f.   Source: Sainsot et al. 2004.
-    fn foundation(&self, bore: f64, u: f64, cos: f64, tan: f64) -> Result<f64, TeethError> {
-        let method = "the fillet foundation of Sainsot";
-        let hub = 0.5 * bore;
-        let h = method_range(method, "root radius/bore radius", self.root / hub, [1.4, 7.0], "[1.4, 7]")?;
-        let angle =
-            method_range(method, "half root angle", self.root_angle, [0.01, 0.12], "[0.01, 0.12] rad")?;
+    fn foundation(&self, hub: Hub, u: f64, cos: f64, tan: f64) -> Result<f64, TeethError> {
+        let (h, angle) = (self.root / (0.5 * hub.bore), self.curve.half_root_angle);
+        if !hub.extrapolated {
+            let method = "the fillet foundation of Sainsot";
+            method_range(method, "root radius/bore radius", h, [1.4, 7.0], "[1.4, 7]")?;
+            method_range(method, "half root angle", angle, [0.01, 0.12], "[0.01, 0.12] rad")?;
+        }
         let [l, m, p, q] = SAINSOT.map(|[a, b, c, d, e, f]| {
             a / (angle * angle) + b * h * h + c * h / angle + d / angle + e * h + f
         });
-        let share = u / (2.0 * self.root * self.root_angle);
+        let share = u / (2.0 * self.root * angle);
         Ok(cos * cos * (l * share * share + m * share + p * (1.0 + q * tan * tan)))
     }
 }
