@@ -70,7 +70,8 @@ pub enum TeethError {
     },
     /// Contact would extend beyond the involute of a gear, into its fillet.
     #[error(
-        "the mesh interferes with the root of gear {gear}: contact extends to the radius {contact} m, its involute to {involute} m"
+        "the mesh interferes with the root of gear {gear}: contact extends to the radius {contact} m, \
+         the involute that a rack makes to {involute} m (InvoluteGear::allow_undercut accepts another tool)"
     )]
     Interference {
         /// Place of the gear.
