@@ -529,8 +529,8 @@ fn derivatives_and_series_of_the_mesh_stiffness() {
                 sums = [sums[0] + part * (n as f64 * angle).cos(), sums[1] + part * (n as f64 * angle).sin()];
             }
         }
-        for i in 0..2 {
-            assert!((fitted.pairs()[n - 1][i] - sums[i]).abs() < 1e-7 * stiffness.mean());
+        for (found, sum) in fitted.pairs()[n - 1].iter().zip(sums) {
+            assert!((found - sum).abs() < 1e-7 * stiffness.mean());
         }
     }
 }

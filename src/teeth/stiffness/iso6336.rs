@@ -15,7 +15,8 @@ const METHOD: &str = "ISO 6336-1, method B,";
 ///
 /// c'_th = 1/q', c' = c'_th C_M C_R C_B cos β, c_γα = c' (0.75 ε_α + 0.25), c_γβ = 0.85 c_γα. Index 1 is the
 /// pinion: the gear with fewer teeth, in whatever order the gears are stated. In an internal mesh the terms
-/// with z_n2 vanish.
+/// with z_n2 vanish. z_n is the virtual tooth number z/(cos² β_b cos β); its approximation z/cos³ β changes c'
+/// by a few parts in 1e4 at β = 10°.
 ///
 /// **c_γα times the face width is the mean mesh stiffness.** c_γβ serves the load distribution along the width
 /// and is not added to it: their sum is nearly twice the mesh stiffness.

@@ -161,7 +161,7 @@ impl Profile {
                         teeth: "undercut",
                     });
                 }
-                if !(round > 0.0) || b >= FRAC_PI_2 * module {
+                if round <= 0.0 || b >= FRAC_PI_2 * module {
                     // The tip round must exist and fit into the tip of the rack.
                     let widest = (FRAC_PI_2 * 0.5 * module - gear.dedendum_factor() * module * tan) * cos;
                     let widest = widest / (1.0 - libm::sin(angle)) / module;
