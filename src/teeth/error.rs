@@ -9,7 +9,8 @@ use thiserror::Error;
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, TeethError};
-/// let error = GearPair::new(&InvoluteGear::external(12, 0.003)?, &InvoluteGear::external(40, 0.003)?).unwrap_err();
+/// let gear = |z| InvoluteGear::external(z, 0.003);
+/// let error = GearPair::new(&gear(12)?, &gear(40)?).unwrap_err();
 /// assert!(matches!(error, TeethError::Undercut { gear: 0, shift: 0.0, least, .. } if least > 0.29));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -83,7 +84,8 @@ pub enum TeethError {
     },
     /// The tips of the pinion and of the internal gear meet outside the path of contact.
     #[error(
-        "the tips of the pinion and of the internal gear overlap by {overlap} rad: use a larger difference of tooth numbers or shorter teeth"
+        "the tips of the pinion and of the internal gear overlap by {overlap} rad: use a larger difference of \
+         tooth numbers or shorter teeth"
     )]
     TipInterference {
         /// Overlap as an angle of the internal gear `[rad]`.
@@ -91,7 +93,8 @@ pub enum TeethError {
     },
     /// The tip of one gear touches the root of the other one.
     #[error(
-        "the clearance between the tip of gear {gear} and the root of the other one is {clearance} m: it must be positive"
+        "the clearance between the tip of gear {gear} and the root of the other one is {clearance} m: it must be \
+         positive"
     )]
     NoClearance {
         /// Place of the gear whose tip touches.

@@ -535,6 +535,25 @@ fn derivatives_and_series_of_the_mesh_stiffness() {
     }
 }
 
+/// The mesh stiffness in a ring of gears that rattle: Taylor series against DOP853, both with located jumps.
+#[test]
+fn solvers_run_on_the_mesh_stiffness() {
+    let pair = GearPair::new(&external(30, 0.5047, 0.004), &external(30, 0.5047, 0.004)).unwrap();
+    let wave = Wave::new(PotentialEnergy::tian_2004().wave(&pair).unwrap());
+    let mut params = RingSet { error: 1e-5, ..RingSet::set_a(4, 5000.0) }.params().unwrap();
+    for mesh in &mut params.meshes {
+        *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
+    }
+    let ring = Ring::new(&params).unwrap();
+    let start = State::at_rest(ring.dof());
+    let end = 8.3 * ring.period();
+    let taylor = Taylor::new().rtol(1e-14).end(&ring, &start, end).unwrap();
+    let dop = Dop853::new().rtol(1e-13).atol(1e-16).end(&ring, &start, end).unwrap();
+    let size = dop.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let apart = taylor.v.iter().zip(&dop.v).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(apart < 1e-9 * size, "{apart:e} {size:e}");
+}
+
 #[test]
 fn losses_of_single_teeth() {
     let mesh = Wave::constant(2.0).unwrap();

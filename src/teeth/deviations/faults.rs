@@ -29,8 +29,8 @@ pub enum LossShape {
 /// The loss of mesh stiffness over the mesh cycle of one tooth, by a crack or a spall: a factor of order 1 on
 /// the shaft of the gear, 1 - s on the mesh cycle of the tooth and 1 elsewhere.
 ///
-/// A wave of the mesh stiffness k(z φ) is multiplied by it ([`times`](ToothLoss::times)). The tooth meets another tooth of
-/// the other gear in every turn.   Source: Chaari et al. 2009 for the loss as a share of the mesh stiffness.
+/// A wave of the mesh stiffness k(z φ) is multiplied by it ([`times`](ToothLoss::times)). The tooth meets
+/// another tooth of the other gear in every turn.   Source: Chaari et al. 2009 for the loss as a share of the mesh stiffness.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, teeth::ToothLoss, Wave};

@@ -95,7 +95,7 @@ pub(crate) fn mesh(pair: &GearPair) -> Result<(), E> {
 ///
 /// Both tips reach the intersection of the tip circles. With the angles θ_1 of the pinion and θ_2 of the
 /// internal gear there, no overlap requires θ_1 z_1/z_2 + inv α_w - inv α_a2 >= θ_2, θ_1 counted from the
-/// pitch point along the flank.   Source: KHK, Gear Technical Reference, Table 4.7 (trochoid interference).
+/// pitch point along the flank.   Source: KHK, Gear Technical Reference (trochoid interference).
 fn tips(pair: &GearPair) -> Result<(), E> {
     let [a, b] = pair.gears();
     let (pinion, ring) = match (a.is_internal(), b.is_internal()) {

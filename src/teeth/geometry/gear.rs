@@ -152,8 +152,8 @@ impl InvoluteGear {
     pub fn face_width(self, width: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear { width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
     }
-    /// The same gear, also if it is undercut by a rack or its contact extends below the involute that a rack makes,
-    /// for example because another tool makes it. The involute of an undercut gear then counts from the base
+    /// The same gear, also if it is undercut by a rack or its contact extends below the involute that a rack
+    /// makes, for example because another tool makes it. The involute of an undercut gear then counts from the base
     /// circle.
     pub fn allow_undercut(self) -> Self {
         InvoluteGear { undercut_allowed: true, ..self }

@@ -226,8 +226,8 @@ impl MethodBStiffness {
         RectangularWave::from_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
     }
 
-    /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a reduced mass
-    /// per face width on the line of action `[kg/m]`.   Source: ISO 6336-1:2006, Eq. (6).
+    /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a reduced
+    /// mass per face width on the line of action `[kg/m]`.   Source: ISO 6336-1:2006, Eq. (6).
     ///
     /// # Errors
     /// A mass outside 1e-9 .. 1e9 kg/m; 0 teeth.

@@ -134,7 +134,8 @@ impl Piecewise {
         Ok(Piecewise { pieces, error })
     }
 
-    /// Largest error of the pieces at points between the Chebyshev points, as a share of the largest value `[1]`.
+    /// Largest error of the pieces at points between the Chebyshev points, as a share of the largest value
+    /// `[1]`.
     pub fn error(&self) -> f64 {
         self.error
     }
