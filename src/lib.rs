@@ -27,6 +27,7 @@ mod stored;
 pub mod sweep;
 pub mod trains;
 mod tape;
+pub mod teeth;
 
 pub use crate::analysis::contacts::rattle::{Rattle, RattleState};
 pub use crate::analysis::settle::Settle;
@@ -92,6 +93,10 @@ pub use num_complex;
 ///   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
 ///   [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table),
 ///   [`Function`](excitation::Function) and others.
+/// - **Teeth** ([which method](guide::teeth)): [`GearPair`](teeth::GearPair) computes the geometry of involute
+///   gears, [`MethodB`](teeth::MethodB) (ISO 6336) and [`PotentialEnergy`](teeth::PotentialEnergy) the mesh
+///   stiffness, [`TransmissionError`](teeth::TransmissionError) the error of a quality grade,
+///   [`ToothLoss`](teeth::ToothLoss) and [`TipRelief`](teeth::TipRelief) faults and reliefs.
 /// - **Contact laws** ([table](guide::contact_laws)): [`Nonlinearity`](contact::Nonlinearity), with
 ///   [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash),
 ///   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
@@ -131,6 +136,8 @@ pub mod guide {
     pub mod results {}
     #[doc = include_str!("../docs/contact-laws.md")]
     pub mod contact_laws {}
+    #[doc = include_str!("../docs/teeth.md")]
+    pub mod teeth {}
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
     #[doc = include_str!("../docs/models.md")]

@@ -10,6 +10,7 @@
 //! | rigid stops and restitution | `impacts` |
 //! | shapes, constants, machines; laws and waves of one's own | `shapes_and_machines` |
 //! | numbers of the algebra: dual numbers, lanes | `scalar_functions` |
+//! | geometry and stiffness of teeth, deviations | `teeth` |
 //! | gear trains: classics, modes, building, refusals | `trains` |
 //! | held processes | `held_processes` |
 //! | phase laws, runs at varying speed, waterfalls | `phase_laws` |
@@ -96,6 +97,7 @@ mod solvers;
 mod stored_results;
 mod sweeps;
 mod taylor;
+mod teeth;
 mod trains;
 mod variation;
 mod variation_hard_cases;
@@ -120,5 +122,6 @@ mod api {
     pub use gear_dynamics::periodic::*;
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::*;
+    pub use gear_dynamics::teeth::*;
     pub use gear_dynamics::*;
 }

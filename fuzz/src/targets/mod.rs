@@ -9,6 +9,7 @@ mod roots;
 mod samples;
 pub mod shapes;
 pub mod sweeps;
+mod teeth;
 
 use crate::case::{Case, Run};
 
@@ -24,13 +25,16 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 37] = [
+pub const TARGETS: [Target; 40] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
     target("phase", 200, laws::phases),
     target("jet", 200, excitations::jets),
     target("held", 200, laws::held),
+    target("geometry", 200, teeth::geometry),
+    target("teeth", 50, teeth::stiffness),
+    target("deviation", 200, teeth::deviations),
     target("summary", 100, samples::summaries),
     target("spectrum", 50, samples::spectra),
     target("density", 50, samples::densities),

@@ -7,6 +7,7 @@ use crate::excitation::angle::Constant;
 use crate::excitation::rectangle::RectangularWave;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
+use crate::teeth::geometry::pair::GearPair;
 
 /// Which gear has internal teeth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,6 +87,25 @@ impl MeshPart {
     pub fn internal(teeth: [u32; 2], base_radii: [f64; 2], stiffness: Wave) -> Self {
         let kind = if teeth[0] > teeth[1] { Kind::FirstInternal } else { Kind::SecondInternal };
         MeshPart { kind, ..MeshPart::external(teeth, base_radii, stiffness) }
+    }
+    /// The mesh of a pair of involute gears with the given mesh stiffness over the mesh angle: tooth numbers, base
+    /// radii, working pressure angle, and half of its backlash ([`GearPair::backlash`]).
+    ///
+    /// ```
+    /// use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy};
+    /// use gear_dynamics::{Wave, trains::MeshPart};
+    /// let gear = |z| InvoluteGear::external(z, 0.003)?.face_width(0.02);
+    /// let pair = GearPair::new(&gear(25)?, &gear(50)?)?;
+    /// let mesh = MeshPart::of_pair(&pair, Wave::new(PotentialEnergy::tian_2004().wave(&pair)?));
+    /// assert_eq!(mesh.teeth(), [25, 50]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_pair(pair: &GearPair, stiffness: Wave) -> Self {
+        let teeth = pair.gears().each_ref().map(|gear| gear.teeth());
+        let radii = pair.gears().each_ref().map(|gear| gear.base_radius());
+        let new = if pair.is_internal() { MeshPart::internal } else { MeshPart::external };
+        let mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
+        mesh.half_backlash(0.5 * pair.backlash())
     }
     /// The same mesh with half a backlash b `[m]` along the line of action. It becomes the constant
     /// `<mesh> half backlash`.

@@ -1,0 +1,6 @@
+//! Deviations of teeth: faults, reliefs, tolerances, transmission error.
+
+pub(crate) mod faults;
+pub(crate) mod grade;
+pub(crate) mod relief;
+pub(crate) mod transmission;
