@@ -4,8 +4,9 @@ use crate::contact::piece::Piece;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::linear::symmetric::inertias;
-use crate::model::equations::Model;
+use crate::model::equations::{Model, Periodic};
 use crate::model::slopes::Slopes;
+use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -125,6 +126,38 @@ impl Modes {
         Modes::on_pieces(model, t, &vec![Piece::Upper; model.contacts()])
     }
 
+    /// Modes with all teeth on their upper (drive) flanks and the mean of the Jacobian over a period: of the mean mesh
+    /// stiffness. The mean is taken by Gauss quadrature on 64 panels between two edges of the drives.
+    ///
+    /// # Errors
+    /// As [`in_contact`](Modes::in_contact); more than 10 000 edges in a period.
+    pub fn mean_in_contact<M: Periodic + ?Sized>(model: &M) -> Result<Self, LinearError> {
+        const PANELS: usize = 64;
+        let (n, period) = (model.dof(), model.period());
+        let pieces = vec![Piece::Upper; model.contacts()];
+        let rest = vec![0.0; n];
+        let (mut u, mut slopes) = (vec![0.0; model.drives()], Slopes::new(model, vec![1.0; 2 * n], 0.0));
+        let mut mean = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+        let (mut t, mut edges) = (0.0, 0);
+        while t < period {
+            edges += 1;
+            crate::error::check::count("edges of the drives in a period", &[edges], 10_000)?;
+            let end = model.next_edge(t).map_or(period, |edge| edge.min(period));
+            let h = (end - t) / PANELS as f64;
+            for panel in 0..PANELS {
+                for [x, weight] in FIVE {
+                    model.drive(t + h * (panel as f64 + 0.5 + 0.5 * x), Side::After, &mut u);
+                    slopes.at(Some(&pieces), &u, &rest, &rest);
+                    let share = 0.5 * weight * h / period;
+                    mean[0] += &slopes.jacobian.q * share;
+                    mean[1] += &slopes.jacobian.v * share;
+                }
+            }
+            t = end;
+        }
+        Modes::of(&mean[0], &mean[1], 0.0)
+    }
+
     /// Modes at time t, about rest, with contact i on `pieces[i]`.
     ///
     /// # Errors
@@ -156,17 +189,21 @@ impl Modes {
         model.drive(t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        let jacobian = &slopes.jacobian;
-        if jacobian.q.iter().chain(jacobian.v.iter()).any(|x| !x.is_finite()) {
+        Modes::of(&slopes.jacobian.q, &slopes.jacobian.v, t)
+    }
+
+    /// Modes of ∂a/∂q and ∂a/∂v.
+    fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, t: f64) -> Result<Self, LinearError> {
+        if q.iter().chain(v.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let stiffness = -&jacobian.q;
+        let stiffness = -q;
         let (mut list, symmetric) = match inertias(&stiffness) {
             Some(m) => (symmetric(&stiffness, &m)?, true),
             None => (general(&stiffness)?, false),
         };
         list.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let eigenvalues = damped(&jacobian.q, &jacobian.v)?;
+        let eigenvalues = damped(q, v)?;
         Ok(Modes { list, eigenvalues, symmetric })
     }
 

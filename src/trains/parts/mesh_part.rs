@@ -105,7 +105,8 @@ impl MeshPart {
         let radii = pair.gears().each_ref().map(|gear| gear.base_radius());
         let new = if pair.is_internal() { MeshPart::internal } else { MeshPart::external };
         let mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
-        mesh.half_backlash(0.5 * pair.backlash())
+        // Along the line of action.
+        mesh.half_backlash((0.5 * pair.backlash() * libm::cos(pair.working_pressure_angle())).max(0.0))
     }
     /// The same mesh with half a backlash b `[m]` along the line of action. It becomes the constant
     /// `<mesh> half backlash`.

@@ -128,6 +128,12 @@ impl<N: Nonlinearity> TrainShape<N> {
         self.ratio
     }
 
+    /// Mesh cycles of the fastest wave in a period: the highest order of a wave over that of their repetition.
+    pub fn cycles_in_a_period(&self) -> u32 {
+        let waves = self.single.iter().chain(&self.errors);
+        waves.map(Wave::order).max().unwrap_or(1).div_ceil(self.repeats())
+    }
+
     /// Number of contacts whose edges are waves.
     #[inline(always)]
     fn moving(&self) -> usize {
@@ -210,7 +216,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     }
 
     /// r = √(x² + y²), its rate and the force along r, of contact i.
-    #[inline(always)]
+    #[inline(never)]
     fn journal_contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
@@ -309,8 +315,9 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
     }
 
-    /// Everything but torques, two-ended springs and mesh forces.
-    #[inline(always)]
+    /// Everything but torques, two-ended springs and mesh forces. It is compiled once for each number type: inlined
+    /// into all loops of the lanes it would take minutes to compile.
+    #[inline(never)]
     fn others<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, q: &[S], v: &[S], a: &mut [S]) {
         for spring in &self.row_springs {
             let [x, rate] = self.row(spring.levers.clone(), q, v);

@@ -1,0 +1,267 @@
+//! Gear trains from teeth to rattle: a two-stage train, and planetary sets with sequential and in-phase planets.
+//!
+//! Geometry and mesh stiffness of involute pairs, natural frequencies and modes with their kinds, the Campbell diagram,
+//! and maps of rattle over speed and load in lanes. `modes.csv` lists the modes of these trains and of the published
+//! planetary sets of Lin and Parker 1999, Cooley and Parker 2012 and Kahraman 1994.
+//!
+//! `cargo run --release --example gear_train`; everything is written to target/gallery/gear_train/.
+
+#[path = "gear_train/published.rs"]
+mod published;
+mod support;
+
+use gear_dynamics::excitation::Side;
+use gear_dynamics::linear::{Campbell, Modes, static_state};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points};
+use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
+use gear_dynamics::trains::{Body, Coordinates, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
+use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep, Wave};
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::time::Instant;
+use support::{Csv, Map, Mark, Outcome, Panel, coarse, csv_file, figure, gallery, maps, progress};
+
+/// The involute pairs of both stages: spur gears of 20 mm width.
+fn stages() -> Outcome<[GearPair; 2]> {
+    let pair = |teeth: [u32; 2], module: f64| -> Outcome<GearPair> {
+        let [a, b] = teeth.map(|z| InvoluteGear::external(z, module)?.face_width(0.02));
+        Ok(GearPair::new(&a?, &b?)?)
+    };
+    Ok([pair([25, 50], 2.5e-3)?, pair([24, 60], 3e-3)?])
+}
+
+/// The stiffness of a pair over the mesh cycle, as a series of six harmonics.
+fn stiffness(pair: &GearPair) -> Outcome<Wave> {
+    Ok(Wave::new(PotentialEnergy::tian_2004().wave(pair)?.fourier_series(6)?))
+}
+
+/// Motor, two stages and load.
+fn two_stages(pairs: &[GearPair; 2], coordinates: Coordinates) -> Outcome<Parts> {
+    let inertia = |stage: usize, gear: usize| {
+        pairs[stage].gears()[gear].blank(0.0, 7850.0).map(|blank| blank.polar_inertia)
+    };
+    let inertias = [inertia(0, 0)?, inertia(0, 1)?, inertia(1, 0)?, inertia(1, 1)?];
+    let mesh = |i: usize| -> Outcome<MeshPart> {
+        let error = TransmissionError::of_harmonics(&[[1e-6, 0.0]])?.tooth().clone();
+        let mesh = MeshPart::of_pair(&pairs[i], stiffness(&pairs[i])?).error(Wave::new(error));
+        Ok(mesh.damping(1500.0).half_backlash(4e-5))
+    };
+    let mut parts = two_stage(inertias, [2e4, 1.0], [mesh(0)?, mesh(1)?]);
+    parts.body("motor", Body::new(5e-3)).body("load", Body::new(0.1));
+    parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft("output shaft", "wheel 2", "load", 8e4, 5.0);
+    parts.torque("drive torque", "motor", 10.0).torque("load torque", "load", -50.0).coordinates(coordinates);
+    Ok(parts)
+}
+
+/// A planetary set whose ring is locked. Sequential planets: 31 teeth on three planets; in phase: 30 teeth.
+fn planetary(teeth: [u32; 3], coordinates: Coordinates) -> Outcome<Parts> {
+    let wave = |a: f64| -> Result<Wave, ParameterError> {
+        Ok(Wave::new(gear_dynamics::excitation::Fourier::new(3e8, &[[a, 0.0], [0.3 * a, 0.0]])?))
+    };
+    let set = Planetary::torsional(teeth, 3, 0.04, [8e-4, 7e-4, 5e-2, 6e-2], [wave(6e7)?, wave(4e7)?])?;
+    let error = || Ok::<_, ParameterError>(Wave::new(gear_dynamics::excitation::Fourier::new(0.0, &[[0.0, 1e-6]])?));
+    let set = set.error([error()?, error()?]).damping(700.0).half_backlash(3e-5);
+    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).parts();
+    let ratio = 1.0 + f64::from(teeth[2]) / f64::from(teeth[0]);
+    parts.torque("drive torque", "sun", 10.0).torque("load torque", "carrier", -10.0 * ratio);
+    parts.coordinates(coordinates);
+    Ok(parts)
+}
+
+/// Writes the modes of a train, one line for each distinct frequency, and prints them.
+fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<Modes> {
+    let modes = Modes::mean_in_contact(train)?;
+    let kinds = train.kinds(&modes);
+    let (hertz, mut next) = (modes.hertz(), 0);
+    println!("\n{name}: {} coordinates, {} rigid", train.dof(), modes.rigid());
+    while next < hertz.len() {
+        let near = |other: f64| (other - hertz[next]).abs() <= 1e-7 * hertz[next];
+        let of = |kind: ModeKind| {
+            (next..hertz.len()).take_while(|&i| near(hertz[i])).filter(|&i| kinds[i] == kind).count()
+        };
+        let counts = [ModeKind::Rotational, ModeKind::Translational, ModeKind::Planet, ModeKind::Mixed]
+            .map(|kind| (kind, of(kind)));
+        for (kind, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+            let kind = format!("{kind:?}").to_lowercase();
+            csv.row(&[&name, &kind, &count, &hertz[next]])?;
+            println!("{:16.6} Hz  {count} x {kind}", hertz[next]);
+        }
+        next += counts.iter().map(|count| count.1).sum::<usize>();
+    }
+    Ok(modes)
+}
+
+/// Rattle over speed and load in lanes: shares of contact loss in the first mesh and peak-to-peak of its deflection.
+fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods: usize) -> Outcome<[Map; 2]> {
+    let load = train.constant("load torque")?;
+    let drive = train.constant("drive torque")?;
+    let points = Points::grid(vec![
+        Axis::linear("speed", speeds[0], speeds[1], side)?,
+        Axis::linear("load", 0.1, 3.0, side)?,
+    ])?;
+    let model = |p: &Point<'_>| -> Result<Train, ParameterError> {
+        let loaded = train.with("load torque", p["load"] * load)?.with("drive torque", p["load"] * drive)?;
+        loaded.with("speed", p["speed"])
+    };
+    // The static deflection is linear in the load while all teeth carry.
+    let loaded = |factor: f64| -> Outcome<Vec<f64>> {
+        let train = train.with("load torque", factor * load)?.with("drive torque", factor * drive)?;
+        Ok(static_state(&train, 0.0)?.q)
+    };
+    let (one, two) = (loaded(1.0)?, loaded(2.0)?);
+    let start = |p: &Point<'_>, _: &Train| {
+        let q: Vec<f64> = one.iter().zip(&two).map(|(a, b)| a + (p["load"] - 1.0) * (b - a)).collect();
+        Ok::<_, ParameterError>(State::new(0.0, &q, &vec![0.0; q.len()]))
+    };
+    // Half a step per radian of the fastest mode at the lowest speed, and 64 steps for each mesh cycle.
+    let slowest = train.with("speed", speeds[0])?;
+    let fastest = Modes::mean_in_contact(&slowest)?.frequencies().last().copied().unwrap_or(0.0);
+    let cycles = train.shape().cycles_in_a_period() as usize;
+    let steps = (64 * cycles).max((2.0 * fastest * slowest.period()).ceil() as usize);
+    let sweep = Sweep::new(points)
+        .periodic_within(5e-3)
+        .settle(periods)
+        .measure(periods / 2)
+        .channels(&["deflection 1"])
+        .rattle();
+    let bar = progress(name, side * side);
+    let advance = |done: usize, _: usize| bar.set_position(done as u64);
+    let began = Instant::now();
+    let rows = sweep
+        .runner(&LaneRk4::<8>::new(steps), model, start)
+        .monitor(&Monitor::new().progress(&advance))
+        .run()?;
+    bar.finish_and_clear();
+    let lost = rows.iter().filter(|row| row.contact(0).loss_fraction() > 0.0).count();
+    println!(
+        "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",
+        side * side,
+        began.elapsed().as_secs_f64(),
+        rows.errors().len(),
+        100.0 * lost as f64 / (side * side) as f64
+    );
+    let (across, up) = (("speed [rad/s]", speeds[0], speeds[1]), ("load over nominal load", 0.1, 3.0));
+    let map = |title: &str, values| Map { title: format!("{name}: {title}"), across, up, columns: side, values };
+    Ok([
+        map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+        map(
+            "peak-to-peak of the deflection [μm]",
+            rows.column(|row| row.channel("deflection 1").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
+        ),
+    ])
+}
+
+/// The stiffness of both pairs over two mesh cycles, in N/μm.
+fn stiffness_panel(pairs: &[GearPair; 2]) -> Outcome<Panel> {
+    let mut panel = Panel::new("mesh stiffness by potential energy", "mesh cycles", "N/μm").headroom(0.6);
+    for (i, pair) in pairs.iter().enumerate() {
+        let exact = Wave::new(PotentialEnergy::tian_2004().wave(pair)?);
+        let series = stiffness(pair)?;
+        let line = |wave: &Wave| -> Vec<(f64, f64)> {
+            let at = |k: usize| f64::from(k as u32) / 500.0;
+            (0..1000).map(|k| (at(k), 1e-6 * wave.value(TAU * at(k), Side::After))).collect()
+        };
+        panel = panel.with(format!("stage {}", i + 1), Mark::Line, line(&exact));
+        panel = panel.with(format!("stage {}, six harmonics", i + 1), Mark::Line, line(&series));
+    }
+    Ok(panel)
+}
+
+/// The first elastic modes of a train: entries by coordinate.
+fn modes_panel(title: &str, modes: &Modes) -> Panel {
+    let mut panel = Panel::new(title, "coordinate", "mode").headroom(0.6);
+    for mode in modes.list().iter().skip(modes.rigid()).take(4) {
+        let points = mode.shape().iter().enumerate().map(|(i, x)| (i as f64, *x)).collect();
+        panel = panel.with(format!("{:.0} Hz", mode.hertz()), Mark::Line, points);
+    }
+    panel
+}
+
+/// Natural frequencies over the speed, with the mesh orders.
+fn campbell_panel(train: &Train, orders: &[f64], fastest: f64) -> Outcome<Panel> {
+    let speeds: Vec<f64> = (1..=40).map(|i| fastest * f64::from(i) / 40.0).collect();
+    let diagram = Campbell::of(train, &speeds, orders)?;
+    let hertz = |w: f64| w / TAU;
+    let mut panel = Panel::new("Campbell diagram of the two-stage train", "motor speed [rad/s]", "Hz").headroom(0.3);
+    for mode in 0..diagram.frequencies()[0].len() {
+        let points = speeds.iter().zip(diagram.frequencies()).map(|(s, f)| (*s, hertz(f[mode]))).collect();
+        panel = panel.with("", Mark::Line, points);
+    }
+    for order in orders {
+        let points = speeds.iter().map(|speed| (*speed, hertz(order * speed))).collect();
+        panel = panel.with(format!("order {order}"), Mark::Specks, points);
+    }
+    println!("\nspeeds of resonance [rad/s]");
+    for meeting in diagram.resonances() {
+        println!("{:8.1}  order {:5.1} meets {:7.0} Hz", meeting.speed, meeting.order, hertz(meeting.frequency));
+    }
+    Ok(panel)
+}
+
+fn folder_of_results() -> Outcome<std::path::PathBuf> {
+    gallery("gear_train")
+}
+
+fn geometry(pairs: &[GearPair; 2]) -> Outcome<()> {
+    println!("stage  teeth   a [mm]  contact ratio  mean stiffness [N/μm]  ISO 6336 method B");
+    for (i, pair) in pairs.iter().enumerate() {
+        let [a, b] = pair.gears();
+        println!(
+            "{:5}  {}/{}  {:7.2}  {:13.4}  {:21.1}  {:17.1}",
+            i + 1,
+            a.teeth(),
+            b.teeth(),
+            1e3 * pair.centre_distance(),
+            pair.contact_ratio(),
+            1e-6 * PotentialEnergy::tian_2004().wave(pair)?.mean(),
+            1e-6 * MethodB::new().stiffness(pair)?.mean_stiffness,
+        );
+    }
+    Ok(())
+}
+
+fn all_modes(folder: &Path, pairs: &[GearPair; 2]) -> Outcome<[Modes; 2]> {
+    let mut csv = csv_file(folder.join("modes.csv"), "model,kind,multiplicity,frequency_hz")?;
+    for (name, train) in published::sets()? {
+        modes(&mut csv, &name, &train)?;
+    }
+    let inertial = Coordinates::Inertial;
+    let two = modes(&mut csv, "two_stage", &two_stages(pairs, inertial)?.build("motor", 200.0)?)?;
+    let sequential = modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89], inertial)?.build("sun", 200.0)?)?;
+    modes(&mut csv, "planetary_in_phase", &planetary([30, 30, 90], inertial)?.build("sun", 200.0)?)?;
+    csv.finish()?;
+    Ok([two, sequential])
+}
+
+fn main() -> Outcome<()> {
+    let folder = folder_of_results()?;
+    let pairs = stages()?;
+    geometry(&pairs)?;
+    let [two, sequential] = all_modes(&folder, &pairs)?;
+    let inertial = two_stages(&pairs, Coordinates::Inertial)?.build("motor", 200.0)?;
+    let second = 25.0 * 24.0 / 50.0;
+    figure(
+        folder.join("train.svg"),
+        2,
+        &[
+            stiffness_panel(&pairs)?,
+            campbell_panel(&inertial, &[second, 25.0, 50.0], 800.0)?,
+            modes_panel("modes of the two-stage train", &two),
+            modes_panel("modes of the sequential planetary set", &sequential),
+        ],
+    )?;
+    println!();
+    let side = if coarse() { 12 } else { 100 };
+    let relative = Coordinates::Relative;
+    let trains = [
+        ("two stages", two_stages(&pairs, relative)?.build("motor", 200.0)?, [250.0, 2500.0], 10),
+        ("sequential planets", planetary([31, 29, 89], relative)?.build("sun", 200.0)?, [300.0, 2500.0], 100),
+        ("planets in phase", planetary([30, 30, 90], relative)?.build("sun", 200.0)?, [300.0, 2500.0], 100),
+    ];
+    let mut all = Vec::new();
+    for (name, train, speeds, periods) in &trains {
+        println!("{name}: period {:.4} s at {} rad/s", train.period(), train.constant("speed")?);
+        all.extend(rattle_map(name, train, *speeds, side, *periods)?);
+    }
+    maps(folder.join("rattle.svg"), &all)
+}
