@@ -5,10 +5,10 @@
 mod common;
 
 use common::{ratio, ring};
-use gear_dynamics::excitation::Side;
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
-use gear_dynamics::trains::{Train, Warning, ring_parts};
-use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
+use gear_dynamics::excitation::{Fourier, Side};
+use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
+use gear_dynamics::trains::{Coordinates, Planetary, Train, Warning, ring_parts};
+use gear_dynamics::{Integrator, Model, ParameterError, Periodic, Rk4, State, Statistics, Sweep, Wave};
 use std::hint::black_box;
 
 /// A ring of n gears by its constructor and from parts.
@@ -52,7 +52,57 @@ where
     black_box((rows, sample.dof()));
 }
 
+/// A torsional planetary set with backlash in six meshes.
+fn planetary() -> Train {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).expect("it is in range"));
+    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]);
+    let set = set.expect("it is in range").supports([0.0, f64::INFINITY, 0.0]);
+    let mut parts = set.damping(2000.0).half_backlash(3e-5).parts();
+    parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
+    parts.build("sun", 100.0).expect("it assembles")
+}
+
+/// Points of a map over speed and load, with 20 periods settled and 10 measured.
+fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
+    let axis = |name, low, high| Axis::linear(name, low, high, side).expect("the range is in order");
+    let points = Points::grid(vec![axis("speed", 80.0, 200.0), axis("load", 0.1, 2.0)]).expect("two axes");
+    let model = |p: &Point<'_>| {
+        let loaded = train.with("drive", 30.0 * p["load"])?.with("load", -120.0 * p["load"])?;
+        loaded.with("speed", p["speed"])
+    };
+    let start = |_: &Point<'_>, train: &Train| Ok::<_, ParameterError>(State::at_rest(train.dof()));
+    let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 1"]);
+    black_box(sweep.run(engine, model, start).expect("the map runs"));
+}
+
+/// The same runs one by one with RK4 and statistics, without a table of the drives.
+fn one_by_one(train: &Train, side: usize) {
+    for i in 0..side * side {
+        let share = |k: usize| k as f64 / (side - 1) as f64;
+        let (speed, load) = (80.0 + 120.0 * share(i % side), 0.1 + 1.9 * share(i / side));
+        let loaded = train.with("drive", 30.0 * load).and_then(|t| t.with("load", -120.0 * load));
+        let run = loaded.and_then(|t| t.with("speed", speed)).expect("it is in range");
+        let solver = Rk4::new(run.period() / 64.0).plain();
+        let settled = solver.end(&run, &State::at_rest(run.dof()), 20.0 * run.period()).expect("it runs");
+        let mut statistics = Statistics::new(&run, &["deflection 1"]).expect("the channel exists");
+        solver.run(&run, &settled, settled.t + 10.0 * run.period(), &mut statistics).expect("it runs");
+        black_box(statistics);
+    }
+}
+
 fn main() {
+    let train = planetary();
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads start");
+    alone.install(|| {
+        let lanes = || map(&train, 16, &LaneRk4::<8>::new(64));
+        let [median, least, most] = ratio(7, || one_by_one(&train, 16), lanes);
+        println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
+        let [median, least, most] = ratio(7, || map(&train, 16, &TableRk4::new(64)), lanes);
+        println!("ratio planetary map tables lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
+    });
+    let all = || map(&train, 16, &LaneRk4::<8>::new(64));
+    let [median, least, most] = ratio(7, || one_by_one(&train, 16), all);
+    println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), all threads");
     let mut each = [0.0; 2];
     for gears in [3, 16, 1024] {
         let (ring, train) = rings(gears);

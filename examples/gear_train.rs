@@ -48,7 +48,13 @@ fn two_stages(pairs: &[GearPair; 2], coordinates: Coordinates) -> Outcome<Parts>
     };
     let mut parts = two_stage(inertias, [2e4, 1.0], [mesh(0)?, mesh(1)?]);
     parts.body("motor", Body::new(5e-3)).body("load", Body::new(0.1));
-    parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft("output shaft", "wheel 2", "load", 8e4, 5.0);
+    parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft(
+        "output shaft",
+        "wheel 2",
+        "load",
+        8e4,
+        5.0,
+    );
     parts.torque("drive torque", "motor", 10.0).torque("load torque", "load", -50.0).coordinates(coordinates);
     Ok(parts)
 }
@@ -59,11 +65,12 @@ fn planetary(teeth: [u32; 3], coordinates: Coordinates) -> Outcome<Parts> {
         Ok(Wave::new(gear_dynamics::excitation::Fourier::new(3e8, &[[a, 0.0], [0.3 * a, 0.0]])?))
     };
     let set = Planetary::torsional(teeth, 3, 0.04, [8e-4, 7e-4, 5e-2, 6e-2], [wave(6e7)?, wave(4e7)?])?;
-    let error = || Ok::<_, ParameterError>(Wave::new(gear_dynamics::excitation::Fourier::new(0.0, &[[0.0, 1e-6]])?));
+    let error =
+        || Ok::<_, ParameterError>(Wave::new(gear_dynamics::excitation::Fourier::new(0.0, &[[0.0, 1e-6]])?));
     let set = set.error([error()?, error()?]).damping(700.0).half_backlash(3e-5);
     let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).parts();
     let ratio = 1.0 + f64::from(teeth[2]) / f64::from(teeth[0]);
-    parts.torque("drive torque", "sun", 10.0).torque("load torque", "carrier", -10.0 * ratio);
+    parts.torque("drive torque", "sun", 80.0).torque("load torque", "carrier", -80.0 * ratio);
     parts.coordinates(coordinates);
     Ok(parts)
 }
@@ -141,7 +148,8 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
         100.0 * lost as f64 / (side * side) as f64
     );
     let (across, up) = (("speed [rad/s]", speeds[0], speeds[1]), ("load over nominal load", 0.1, 3.0));
-    let map = |title: &str, values| Map { title: format!("{name}: {title}"), across, up, columns: side, values };
+    let map =
+        |title: &str, values| Map { title: format!("{name}: {title}"), across, up, columns: side, values };
     Ok([
         map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
         map(
@@ -182,7 +190,8 @@ fn campbell_panel(train: &Train, orders: &[f64], fastest: f64) -> Outcome<Panel>
     let speeds: Vec<f64> = (1..=40).map(|i| fastest * f64::from(i) / 40.0).collect();
     let diagram = Campbell::of(train, &speeds, orders)?;
     let hertz = |w: f64| w / TAU;
-    let mut panel = Panel::new("Campbell diagram of the two-stage train", "motor speed [rad/s]", "Hz").headroom(0.3);
+    let mut panel =
+        Panel::new("Campbell diagram of the two-stage train", "motor speed [rad/s]", "Hz").headroom(0.3);
     for mode in 0..diagram.frequencies()[0].len() {
         let points = speeds.iter().zip(diagram.frequencies()).map(|(s, f)| (*s, hertz(f[mode]))).collect();
         panel = panel.with("", Mark::Line, points);
@@ -193,7 +202,12 @@ fn campbell_panel(train: &Train, orders: &[f64], fastest: f64) -> Outcome<Panel>
     }
     println!("\nspeeds of resonance [rad/s]");
     for meeting in diagram.resonances() {
-        println!("{:8.1}  order {:5.1} meets {:7.0} Hz", meeting.speed, meeting.order, hertz(meeting.frequency));
+        println!(
+            "{:8.1}  order {:5.1} meets {:7.0} Hz",
+            meeting.speed,
+            meeting.order,
+            hertz(meeting.frequency)
+        );
     }
     Ok(panel)
 }
@@ -227,7 +241,8 @@ fn all_modes(folder: &Path, pairs: &[GearPair; 2]) -> Outcome<[Modes; 2]> {
     }
     let inertial = Coordinates::Inertial;
     let two = modes(&mut csv, "two_stage", &two_stages(pairs, inertial)?.build("motor", 200.0)?)?;
-    let sequential = modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89], inertial)?.build("sun", 200.0)?)?;
+    let sequential =
+        modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89], inertial)?.build("sun", 200.0)?)?;
     modes(&mut csv, "planetary_in_phase", &planetary([30, 30, 90], inertial)?.build("sun", 200.0)?)?;
     csv.finish()?;
     Ok([two, sequential])

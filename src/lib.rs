@@ -25,9 +25,9 @@ mod series;
 #[cfg(feature = "serde")]
 mod stored;
 pub mod sweep;
-pub mod trains;
 mod tape;
 pub mod teeth;
+pub mod trains;
 
 pub use crate::analysis::contacts::rattle::{Rattle, RattleState};
 pub use crate::analysis::settle::Settle;

@@ -60,21 +60,26 @@ impl Campbell {
         for (i, &speed) in speeds.iter().enumerate() {
             if i > 0 && speed <= speeds[i - 1] {
                 let name = format!("speeds[{i}]");
-                return Err(crate::ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into());
+                return Err(crate::ParameterError::OutOfRange {
+                    name,
+                    value: speed,
+                    allowed: "increasing order",
+                }
+                .into());
             }
             let modes = Modes::in_contact(&machine.with(&name, speed)?, 0.0)?;
             frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());
         }
         let mut resonances = Vec::new();
         for (speed, found) in speeds.windows(2).zip(frequencies.windows(2)) {
-            for mode in 0..found[0].len().min(found[1].len()) {
+            for (mode, (first, last)) in found[0].iter().zip(&found[1]).enumerate() {
                 for &order in orders {
-                    let [a, b] = [0, 1].map(|i| found[i][mode] - order * speed[i]);
+                    let [a, b] = [first - order * speed[0], last - order * speed[1]];
                     if a > 0.0 && b <= 0.0 || a < 0.0 && b >= 0.0 {
                         // The frequency is linear between two speeds.
                         let share = a / (a - b);
                         let at = speed[0] + share * (speed[1] - speed[0]);
-                        let frequency = found[0][mode] + share * (found[1][mode] - found[0][mode]);
+                        let frequency = first + share * (last - first);
                         resonances.push(Resonance { speed: at, frequency, order, mode });
                     }
                 }

@@ -260,17 +260,14 @@ fn frequency(square: f64, most: f64) -> f64 {
 fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
     let n = a.nrows();
     let root: Vec<f64> = m.iter().map(|m| m.sqrt()).collect();
-    let entry = |i: usize, j: usize| {
-        0.5 * (a[(i, j)] * (root[i] / root[j]) + a[(j, i)] * (root[j] / root[i]))
-    };
+    let entry =
+        |i: usize, j: usize| 0.5 * (a[(i, j)] * (root[i] / root[j]) + a[(j, i)] * (root[j] / root[i]));
     let matrix = faer::Mat::from_fn(n, n, entry);
     let found =
         matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NoConvergence { rows: n })?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let most = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
-    Ok((0..n)
-        .map(|k| mode(frequency(values[k], most), (0..n).map(|i| vectors[(i, k)] / root[i])))
-        .collect())
+    Ok((0..n).map(|k| mode(frequency(values[k], most), (0..n).map(|i| vectors[(i, k)] / root[i]))).collect())
 }
 
 /// Modes of any matrix with real positive eigenvalues.

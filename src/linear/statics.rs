@@ -61,7 +61,7 @@ pub fn static_state<M: Periodic + ?Sized>(model: &M, t: f64) -> Result<StaticSta
         tried += 1;
         let (q, acceleration) = balanced(model, t, &u, &pieces, &rest, &rigid)?;
         model.contact(&u, &q, &rest, &mut contacts);
-        let found: Vec<Piece> = contacts.iter().map(|contact| resting(contact)).collect();
+        let found: Vec<Piece> = contacts.iter().map(resting).collect();
         if found == pieces {
             return Ok(StaticState { q, contacts, pieces, acceleration });
         }

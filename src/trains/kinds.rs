@@ -89,7 +89,8 @@ impl<N: Nonlinearity> Train<N> {
         let of = |levers: &mut dyn Iterator<Item = Entry>| -> f64 {
             levers.filter_map(|entry| q.get(entry.at).map(|q| q * entry.by)).sum()
         };
-        let pair = |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
+        let pair =
+            |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
         let mut energies = Vec::new();
         for (spring, name) in shape.springs.iter().zip(&shape.spring_names[0]) {
             let x = of(&mut pair(spring.ends, spring.levers));
@@ -131,7 +132,8 @@ impl<N: Nonlinearity> TrainShape<N> {
     fn projected(&self, set: &[PlanetPlace], basis: &DMatrix<f64>, kind: ModeKind) -> DMatrix<f64> {
         let mut image = DMatrix::zeros(basis.nrows(), basis.ncols());
         let planet = |row: usize| {
-            let own = |p: &PlanetPlace| p.at == Some(row) || p.centre.is_some_and(|x| row == x || row == x + 1);
+            let own =
+                |p: &PlanetPlace| p.at == Some(row) || p.centre.is_some_and(|x| row == x || row == x + 1);
             set.iter().any(own)
         };
         let sideways = |row: usize| self.coordinates[row].unit == "m";

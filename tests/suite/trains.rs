@@ -17,9 +17,18 @@ fn numbers(v: &Value) -> Vec<f64> {
 
 /// The planetary set of Lin and Parker 1999 with N planets, whose paper gives I/r² and torsional stiffnesses at the
 /// base circles. The tooth numbers are any that assemble.
-fn planetary(mass: &Value, inertia: &Value, alpha: f64, mesh: f64, bearings: [f64; 4], turn: [f64; 3], n: u32) -> Train {
+fn planetary(
+    mass: &Value,
+    inertia: &Value,
+    alpha: f64,
+    mesh: f64,
+    bearings: [f64; 4],
+    turn: [f64; 3],
+    n: u32,
+) -> Train {
     let radii = [0.03, 0.03, 0.09, 0.06 / alpha.to_radians().cos()];
-    let inertias = [("s", 0), ("p", 1), ("r", 2), ("c", 3)].map(|(key, i)| number(&inertia[key]) * radii[i] * radii[i]);
+    let inertias =
+        [("s", 0), ("p", 1), ("r", 2), ("c", 3)].map(|(key, i)| number(&inertia[key]) * radii[i] * radii[i]);
     let bearing = |key: &str, k: f64| Bearing::new(number(&mass[key]), k);
     let [ks, kp, kr, kc] = bearings;
     let k = || Wave::constant(mesh).unwrap();
@@ -117,10 +126,13 @@ fn kahraman_fixed_ring() {
     let p = &read("gear_trains.json")["kahraman_1994_fixed_ring"];
     let k = |key: &str| Wave::constant(number(&p["params"][key])).unwrap();
     let inertias = numbers(&p["params"]["inertia_diag"]);
-    let set = Planetary::torsional([30, 30, 90], 3, 0.5, [inertias[4], inertias[1], 1.0, inertias[0]], [
-        k("k_sp"),
-        k("k_rp"),
-    ]);
+    let set = Planetary::torsional(
+        [30, 30, 90],
+        3,
+        0.5,
+        [inertias[4], inertias[1], 1.0, inertias[0]],
+        [k("k_sp"), k("k_rp")],
+    );
     let mut parts = set.unwrap().supports([0.0, f64::INFINITY, 0.0]).parts();
     let train = parts.accept(Warning::UnusualValue).build("sun", 1.0).unwrap();
     let modes = Modes::in_contact(&train, 0.0).unwrap();
@@ -137,7 +149,8 @@ fn state(y: &[f64]) -> State {
 
 /// The orbit of a train from a state near the one given, and its distance from it.
 fn orbit(train: &Train, y: &[f64]) -> (ShootingOrbit, f64) {
-    let near: Vec<f64> = y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
+    let near: Vec<f64> =
+        y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
     let cycle = Shooting::new().run(train, &[state(&near)]).unwrap();
     let first = &cycle.states()[0];
     let off = first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
@@ -152,7 +165,9 @@ fn spur_pairs_of_the_classics_from_parts() {
         let equation = &case["equation"];
         let of = |key: &str| number(&equation[key]);
         let k = numbers(&equation["a"]).first().map_or(vec![], |a| vec![[*a, 0.0]]);
-        for solution in case["solutions_at_W"].as_object().unwrap().values().flat_map(|v| v.as_array().unwrap()) {
+        for solution in
+            case["solutions_at_W"].as_object().unwrap().values().flat_map(|v| v.as_array().unwrap())
+        {
             // x'' = y'' - e'' with e = F_ah cos φ: the force F_ah W² cos φ of the equation.
             let mut parts = Parts::new();
             parts.body("driver", Body::new(2.0)).body("driven", Body::new(2.0));
@@ -277,11 +292,20 @@ fn wrong_names_are_refused() {
     assert_eq!(error, TrainError::JoinsItself { part: "second".into(), body: "wheel".into() });
     let error = refused(|parts| drop(parts.shaft("shaft", "wheel", "wheel", 1.0, 0.0).clone()));
     assert!(matches!(error, TrainError::JoinsItself { .. }));
-    assert!(matches!(refused(|parts| drop(parts.torque("t", "axle", 1.0).clone())), TrainError::NoSuchBody { .. }));
+    assert!(matches!(
+        refused(|parts| drop(parts.torque("t", "axle", 1.0).clone())),
+        TrainError::NoSuchBody { .. }
+    ));
     assert!(matches!(pair().build("axle", 1.0), Err(TrainError::NoSuchBody { .. })));
-    assert!(matches!(refused(|parts| drop(parts.rotating_with("axle").clone())), TrainError::NoSuchBody { .. }));
+    assert!(matches!(
+        refused(|parts| drop(parts.rotating_with("axle").clone())),
+        TrainError::NoSuchBody { .. }
+    ));
     let planet = Body::new(1.0).carried_by("axle", 0.0);
-    assert!(matches!(refused(|parts| drop(parts.body("planet", planet).clone())), TrainError::NoSuchBody { .. }));
+    assert!(matches!(
+        refused(|parts| drop(parts.body("planet", planet).clone())),
+        TrainError::NoSuchBody { .. }
+    ));
 }
 
 #[test]
@@ -330,8 +354,12 @@ fn values_out_of_range_are_refused() {
     parameter(refused(|parts| drop(parts.torque("t", "pinion", value).clone())));
     parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).at([value, 0.0])).clone())));
     let mesh = MeshPart::external([20, 40], [0.03, 0.06], k());
-    parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh.clone().phase(value)).clone())));
-    parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh.stated_phase(value)).clone())));
+    parameter(refused(|parts| {
+        drop(parts.mesh("second", "pinion", "wheel", mesh.clone().phase(value)).clone())
+    }));
+    parameter(refused(|parts| {
+        drop(parts.mesh("second", "pinion", "wheel", mesh.stated_phase(value)).clone())
+    }));
     parameter(Parts::new().build("pinion", 1.0).unwrap_err());
     let mesh = MeshPart::external([0, 40], [0.03, 0.06], k());
     let error = refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone()));
@@ -356,13 +384,16 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
         parts.mesh("second", "pinion", "wheel", mesh);
     });
     assert!(matches!(error, TrainError::RadiiContradictTeeth { .. }), "{error}");
-    let error = refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
+    let error =
+        refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
     assert_eq!(error, TrainError::SpeedUndetermined { body: "third".into() });
     let mut held = Parts::new();
     held.body("pinion", Body::new(1.0).held(1e5, 0.0));
     assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
 
-    let set = |teeth: [u32; 3], n: u32| Planetary::torsional(teeth, n, 0.03, [1e-3, 1e-3, 1e-2, 1e-2], [k(), k()]).unwrap();
+    let set = |teeth: [u32; 3], n: u32| {
+        Planetary::torsional(teeth, n, 0.03, [1e-3, 1e-3, 1e-2, 1e-2], [k(), k()]).unwrap()
+    };
     let locked = |set: Planetary| set.supports([0.0, 1e6, 0.0]).parts();
     let mut parts = locked(set([30, 30, 90], 3));
     parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).at_radius(0.07));
@@ -386,7 +417,10 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     let mut parts = locked(set([30, 30, 90], 3));
     parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1));
     let error = parts.build("sun", 1.0).unwrap_err();
-    assert!(matches!(error, TrainError::SpeedUndetermined { .. } | TrainError::PlanetWithoutMesh { .. }), "{error}");
+    assert!(
+        matches!(error, TrainError::SpeedUndetermined { .. } | TrainError::PlanetWithoutMesh { .. }),
+        "{error}"
+    );
 }
 
 #[test]
@@ -414,7 +448,8 @@ fn phases_of_planets_follow_from_teeth() {
 fn unusual_trains_are_warned_of() {
     warned(|parts| drop(parts.torque("drive", "pinion", 10.0).clone()), Warning::Unbalanced);
     let unusual = Warning::UnusualValue;
-    let second = |mesh: MeshPart| move |parts: &mut Parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone());
+    let second =
+        |mesh: MeshPart| move |parts: &mut Parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone());
     warned(second(MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(1e5).unwrap())), unusual);
     warned(second(MeshPart::external([20, 40], [37.6, 75.2], k())), unusual); // a module of 4 m
     warned(second(MeshPart::external([20, 40], [0.03, 0.06], k()).half_backlash(50.0)), unusual);
@@ -431,17 +466,31 @@ fn unusual_trains_are_warned_of() {
 fn elaborate(clearance: f64) -> Parts {
     let wave = |mean: f64, a: f64| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
     let bearing = |mass: f64| Bearing::new(mass, 1e8).damping(300.0);
-    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(2e8, 4e7), wave(3e8, 3e7)])
-        .unwrap()
-        .on_bearings([bearing(1.0).clearance(clearance), bearing(0.6).clearance(2.0 * clearance), bearing(3.0), bearing(4.0)])
-        .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
-        .supports([0.0, 1e6, 0.0])
-        .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
-        .damping(2000.0)
-        .half_backlash(3e-5);
+    let set = Planetary::torsional(
+        [30, 30, 90],
+        3,
+        0.03,
+        [1e-3, 1e-3, 5e-2, 3e-2],
+        [wave(2e8, 4e7), wave(3e8, 3e7)],
+    )
+    .unwrap()
+    .on_bearings([
+        bearing(1.0).clearance(clearance),
+        bearing(0.6).clearance(2.0 * clearance),
+        bearing(3.0),
+        bearing(4.0),
+    ])
+    .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
+    .supports([0.0, 1e6, 0.0])
+    .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
+    .damping(2000.0)
+    .half_backlash(3e-5);
     let mut parts = Parts::new();
     parts.join("set", set.parts());
-    parts.body("motor", Body::new(2e-2).drag(0.2)).body("load", Body::new(0.5)).body("flange", Body::new(1e-2));
+    parts
+        .body("motor", Body::new(2e-2).drag(0.2))
+        .body("load", Body::new(0.5))
+        .body("flange", Body::new(1e-2));
     parts.shaft_with_clearance("input shaft", "motor", "set sun", [5e4, 2.0], 1e-4);
     parts.shaft("output shaft", "set carrier", "load", 1e6, 50.0);
     let mesh = MeshPart::external([40, 60], [0.04, 0.06], wave(2e8, 5e7))
@@ -481,14 +530,16 @@ fn an_elaborate_train_is_consistent() {
 #[test]
 fn planetary_maps_in_lanes_are_those_one_by_one() {
     let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
-    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]).unwrap();
+    let set =
+        Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]).unwrap();
     let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).damping(2000.0).half_backlash(3e-5).parts();
     parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
     let train = parts.build("sun", 100.0).unwrap();
     let speeds = Axis::linear("speed", 80.0, 200.0, 12).unwrap();
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(3).measure(3).channels(&["deflection 1"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
-    let start = |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
+    let start =
+        |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
     let lanes = sweep.run(&LaneRk4::<8>::new(64), model, start).unwrap();
     let single = sweep.run(&TableRk4::new(64), model, start).unwrap();
     assert_eq!(lanes.iter().count(), 12);
@@ -504,7 +555,8 @@ fn rotating_frames_split_frequencies() {
     let mut parts = Parts::new();
     parts.body("carrier", Body::new(1.0).on(Bearing::new(2.0, 8e6))).rotating_with("carrier");
     let train = parts.build("carrier", 300.0).unwrap();
-    let found: Vec<f64> = Modes::in_contact(&train, 0.0).unwrap().eigenvalues().iter().map(|l| l.norm()).collect();
+    let found: Vec<f64> =
+        Modes::in_contact(&train, 0.0).unwrap().eigenvalues().iter().map(|l| l.norm()).collect();
     for (found, exact) in found.iter().zip([1700.0, 2300.0]) {
         assert!((found / exact - 1.0).abs() < 1e-12, "{found}");
     }
@@ -529,7 +581,9 @@ fn forces_of_bearings_friction_and_motors() {
         train.accel(&u, q, v, &mut a);
         a
     };
-    let near = |found: f64, exact: f64| assert!((found - exact).abs() <= 1e-12 * exact.abs().max(1e-3), "{found} {exact}");
+    let near = |found: f64, exact: f64| {
+        assert!((found - exact).abs() <= 1e-12 * exact.abs().max(1e-3), "{found} {exact}")
+    };
     // A shaft in a bearing of radial clearance: r = 5e-5 at (3e-5, 4e-5), 3e-5 past the clearance.
     let mut parts = Parts::new();
     parts.body("rotor", Body::new(1.0).on(Bearing::new(2.0, 1e8).clearance(2e-5)));
@@ -574,7 +628,9 @@ fn mesh_phasing_of_planets() {
             assert!(matches!(error, TrainError::DoesNotAssemble { .. }), "{error}");
             continue;
         }
-        let error = || Wave::new(Fourier::new(0.0, &[[1e-6, 5e-7], [3e-7, 2e-7], [1e-7, 4e-7], [2e-7, 1e-7]]).unwrap());
+        let error = || {
+            Wave::new(Fourier::new(0.0, &[[1e-6, 5e-7], [3e-7, 2e-7], [1e-7, 4e-7], [2e-7, 1e-7]]).unwrap())
+        };
         let bearing = |mass: f64| Bearing::new(mass, 1e8);
         let teeth = [of("Zs"), of("Zp"), of("Zr")];
         let set = Planetary::torsional(teeth, of("N"), 0.03, [3e-4, 5e-4, 2e-2, 3e-2], [k(), k()])
@@ -609,14 +665,20 @@ fn mesh_phasing_of_planets() {
             assert_eq!(format!("{expected:?}").to_lowercase(), kind.as_str().unwrap());
             let size = |mode: usize| {
                 let part = |trig: fn(f64) -> f64| -> f64 {
-                    let angle = |i: usize| std::f64::consts::TAU * f64::from(l) * i as f64 / f64::from(samples as u32);
+                    let angle = |i: usize| {
+                        std::f64::consts::TAU * f64::from(l) * i as f64 / f64::from(samples as u32)
+                    };
                     forces.iter().enumerate().map(|(i, f)| f[mode] * trig(angle(i))).sum()
                 };
                 part(f64::cos).hypot(part(f64::sin))
             };
             let most = (0..kinds.len()).map(size).fold(0.0, f64::max);
             for (mode, kind) in kinds.iter().enumerate() {
-                assert!(*kind == expected || size(mode) < 1e-9 * most, "harmonic {l}: {kind:?} {:e}", size(mode) / most);
+                assert!(
+                    *kind == expected || size(mode) < 1e-9 * most,
+                    "harmonic {l}: {kind:?} {:e}",
+                    size(mode) / most
+                );
             }
         }
     }

@@ -67,7 +67,9 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         if !(0.0..=1.4).contains(&angle) {
             let name = format!("pressure angle of \"{name}\"");
             check::finite(&name, angle)?;
-            return Err(crate::ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into());
+            return Err(
+                crate::ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into()
+            );
         }
         check::not_negative(format!("{name} damping"), mesh.damping)?;
         check::not_negative(format!("{name} half backlash"), mesh.half_backlash)?;
@@ -76,7 +78,8 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         if let Some(friction) = &mesh.friction {
             check::not_negative(format!("{name} friction"), friction.coefficient)?;
         }
-        let [radii, teeth] = [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
+        let [radii, teeth] =
+            [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
         if (radii / teeth - 1.0).abs() > SAME {
             return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
         }
@@ -113,7 +116,11 @@ pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<
         join(a, b);
         let edges = mesh.law.edges(0.0, Side::After);
         let half = if N::HALF_WIDTH { mesh.half_backlash } else { edges.upper };
-        unusual(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), mesh.stiffness.value(0.0, Side::After), MESH_STIFFNESS)?;
+        unusual(
+            format!("the stiffness of \"{name}\" at φ = 0 [N/m]"),
+            mesh.stiffness.value(0.0, Side::After),
+            MESH_STIFFNESS,
+        )?;
         let module = 2.0 * mesh.radii[0] / (f64::from(mesh.teeth[0]) * libm::cos(mesh.pressure_angle));
         unusual(format!("the module of \"{name}\" [m]"), module, MODULE)?;
         if half.is_finite() {

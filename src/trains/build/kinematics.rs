@@ -37,23 +37,31 @@ impl Kinematics {
         loop {
             while let Some(r) = queue.pop() {
                 let Relation { part, terms } = &relations[r];
-                let unknown: Vec<usize> = (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none()).collect();
+                let unknown: Vec<usize> =
+                    (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none()).collect();
                 match unknown[..] {
                     [] => {
                         let (body, lever) = terms[terms.len() - 1];
                         let rest = sum(&terms[..terms.len() - 1], &speeds).and_then(|rest| rest.over(lever));
                         let found = rest.map(|rest| -rest.value());
                         let expected = speeds[body].map_or(0.0, Fraction::value);
-                        let fits = rest.and_then(|rest| rest.plus(speeds[body]?)).is_some_and(Fraction::is_zero);
+                        let fits =
+                            rest.and_then(|rest| rest.plus(speeds[body]?)).is_some_and(Fraction::is_zero);
                         if !fits {
                             let found = found.unwrap_or(f64::INFINITY);
-                            return Err(TrainError::Locked { part: part.clone(), body: name(body), found, expected });
+                            return Err(TrainError::Locked {
+                                part: part.clone(),
+                                body: name(body),
+                                found,
+                                expected,
+                            });
                         }
                     }
                     [one] => {
                         let (body, lever) = terms[one];
                         let rest: Vec<_> = terms.iter().filter(|term| term.0 != body).copied().collect();
-                        let rest = sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
+                        let rest =
+                            sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
                         let Some(speed) = rest else {
                             return Err(TrainError::SpeedUndetermined { body: name(body) });
                         };
@@ -113,7 +121,8 @@ fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize,
     // Rows: coefficients of the unknown speeds, then the right-hand side.
     let mut rows: Vec<Vec<Fraction>> = Vec::new();
     for relation in open {
-        let (hidden, known): (Vec<(usize, Fraction)>, Vec<_>) = relation.terms.iter().copied().partition(|term| speeds[term.0].is_none());
+        let (hidden, known): (Vec<(usize, Fraction)>, Vec<_>) =
+            relation.terms.iter().copied().partition(|term| speeds[term.0].is_none());
         let mut row = vec![Fraction::ZERO; unknown.len() + 1];
         for (body, lever) in hidden {
             if let Some(column) = unknown.iter().position(|known| *known == body)

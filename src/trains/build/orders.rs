@@ -1,12 +1,12 @@
 //! Orders of all waves over one common angle.
 
+use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
 use crate::trains::build::fraction::Fraction;
 use crate::trains::build::kinematics::Kinematics;
 use crate::trains::build::names::Names;
 use crate::trains::build::train_error::TrainError;
 use crate::trains::parts::collection::{Course, Parts};
-use crate::contact::laws::nonlinearity::Nonlinearity;
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.
 pub(crate) struct Orders {

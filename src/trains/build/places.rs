@@ -35,7 +35,11 @@ pub(crate) fn snapped(cycles: f64) -> f64 {
     cycles.rem_euclid(1.0) % 1.0
 }
 
-pub(crate) fn planets<N>(parts: &Parts<N>, names: &Names, speeds: &Kinematics) -> Result<Planets, TrainError> {
+pub(crate) fn planets<N>(
+    parts: &Parts<N>,
+    names: &Names,
+    speeds: &Kinematics,
+) -> Result<Planets, TrainError> {
     let mut planets: Planets = vec![None; parts.bodies.len()];
     // What each planet has found so far: its radius, and its first central mesh (central gear, teeth, phase).
     let mut found: Vec<Option<(f64, f64)>> = vec![None; parts.bodies.len()];

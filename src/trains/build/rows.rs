@@ -66,7 +66,12 @@ impl<N: Nonlinearity> Layout<'_, N> {
     }
 
     /// The row of a mesh, and that of its friction.
-    pub(crate) fn mesh(&self, name: &str, [a, b]: [usize; 2], mesh: &MeshPart<N>) -> Result<[Row; 2], TrainError> {
+    pub(crate) fn mesh(
+        &self,
+        name: &str,
+        [a, b]: [usize; 2],
+        mesh: &MeshPart<N>,
+    ) -> Result<[Row; 2], TrainError> {
         let [from, to] = if mesh.kind == Kind::FirstInternal { [a, b] } else { [b, a] };
         let [p, q] = [from, to].map(|body| centre(self.parts, self.planets, body));
         // The unit vector e along the centres: from the first to the second gear, or from the internal gear.
@@ -80,7 +85,8 @@ impl<N: Nonlinearity> Layout<'_, N> {
         let e = if far > 0.0 { [dx / far, dy / far] } else { [1.0, 0.0] };
         let t = [-e[1], e[0]];
         // 1 if the first gear turns counterclockwise against the line of centres.
-        let carrier = [a, b].iter().find_map(|&body| self.planets[body].as_ref().map(|planet| planet.carrier));
+        let carrier =
+            [a, b].iter().find_map(|&body| self.planets[body].as_ref().map(|planet| planet.carrier));
         let turns = self.kinematics.relative(a, carrier).is_none_or(|speed| speed.value() >= 0.0);
         let sense = if turns { 1.0 } else { -1.0 };
         let (sin, cos) = libm::sincos(mesh.pressure_angle);

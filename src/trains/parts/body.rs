@@ -81,7 +81,16 @@ pub struct Body {
 impl Body {
     /// A body that turns, with the moment of inertia J [kg m²].
     pub fn new(inertia: f64) -> Self {
-        Body { inertia, bearing: None, centre: [0.0; 2], place: None, held: false, locked: false, support: [0.0; 2], drag: 0.0 }
+        Body {
+            inertia,
+            bearing: None,
+            centre: [0.0; 2],
+            place: None,
+            held: false,
+            locked: false,
+            support: [0.0; 2],
+            drag: 0.0,
+        }
     }
     /// The same body on a bearing. The bearing of a planet connects it to its carrier.
     pub fn on(self, bearing: Bearing) -> Self {

@@ -26,7 +26,10 @@ pub(crate) enum Course {
     /// A factor over the turn of the body.
     OfAngle(Wave),
     /// Breakdown slip and synchronous speed.
-    Motor { breakdown_slip: f64, synchronous: f64 },
+    Motor {
+        breakdown_slip: f64,
+        synchronous: f64,
+    },
 }
 
 /// A torque on a body along its rotation.
@@ -204,7 +207,8 @@ impl<N> Parts<N> {
             ends: shaft.ends.map(renamed),
             ..shaft
         }));
-        let mesh = |(own, ends, mesh): (String, [String; 2], MeshPart<N>)| (renamed(own), ends.map(renamed), mesh);
+        let mesh =
+            |(own, ends, mesh): (String, [String; 2], MeshPart<N>)| (renamed(own), ends.map(renamed), mesh);
         self.meshes.extend(other.meshes.into_iter().map(mesh));
         self.torques.extend(other.torques.into_iter().map(|torque| TorquePart {
             name: renamed(torque.name),

@@ -47,7 +47,11 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
 /// assert!((train.shape().ratio() - 0.8).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn two_stage(inertias: [f64; 4], [stiffness, damping]: [f64; 2], [first, second]: [MeshPart; 2]) -> Parts {
+pub fn two_stage(
+    inertias: [f64; 4],
+    [stiffness, damping]: [f64; 2],
+    [first, second]: [MeshPart; 2],
+) -> Parts {
     let mut parts = Parts::new();
     for (name, inertia) in ["pinion 1", "wheel 1", "pinion 2", "wheel 2"].into_iter().zip(inertias) {
         parts.body(name, Body::new(inertia));

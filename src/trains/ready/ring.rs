@@ -46,7 +46,11 @@ pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, Tr
         let numbers = [i, next].map(|i| whole(i).round() as u32);
         if (whole(i) - whole(i).round()).abs() > 1e-6 * whole(i) {
             let teeth = f64::from(numbers[0]) / f64::from(numbers[1]);
-            return Err(TrainError::RadiiContradictTeeth { mesh: name, radii: radius(i) / radius(next), teeth });
+            return Err(TrainError::RadiiContradictTeeth {
+                mesh: name,
+                radii: radius(i) / radius(next),
+                teeth,
+            });
         }
         let new = if n % 2 == 1 && next == 0 { MeshPart::internal } else { MeshPart::external };
         let part = new(numbers, [radius(i), radius(next)], mesh.stiffness().clone())

@@ -112,7 +112,10 @@ impl SpurPair {
     ) -> Result<Self, ParameterError> {
         let cosines = |list: &[f64]| -> Vec<[f64; 2]> { list.iter().map(|a| [*a, 0.0]).collect() };
         let wave = |mean: f64, list: &[f64]| {
-            Ok::<_, ParameterError>(Wave::new(crate::excitation::fourier::Fourier::new(mean, &cosines(list))?))
+            Ok::<_, ParameterError>(Wave::new(crate::excitation::fourier::Fourier::new(
+                mean,
+                &cosines(list),
+            )?))
         };
         let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], wave(1.0, stiffness)?)?;
         let pair = pair.error(wave(0.0, error)?).damping_ratio(damping_ratio).half_backlash(1.0);
@@ -155,8 +158,10 @@ impl SpurPair {
     pub fn scaled(&self) -> Result<Self, ParameterError> {
         let numbers = self.dimensionless();
         let b = check::scale("half backlash", self.half_backlash)?;
-        let by = |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
-        let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], by(1.0 / self.mean_stiffness, &self.stiffness)?)?;
+        let by =
+            |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
+        let pair =
+            SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], by(1.0 / self.mean_stiffness, &self.stiffness)?)?;
         let pair = pair.error(by(1.0 / b, &self.error)?).damping_ratio(self.damping_ratio).half_backlash(1.0);
         Ok(SpurPair { dimensionless: true, ..pair.load(numbers.mean_force) })
     }

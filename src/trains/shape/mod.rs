@@ -1,4 +1,5 @@
 //! The algebra of a train.
 
+pub(crate) mod algebra;
 pub(crate) mod elements;
 pub(crate) mod train_shape;

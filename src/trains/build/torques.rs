@@ -1,0 +1,62 @@
+//! Torques of a train.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::excitation::wave::Wave;
+use crate::model::equations::Channel;
+use crate::trains::build::assemble::{Assembly, once};
+use crate::trains::build::fraction::Fraction;
+use crate::trains::build::train_error::TrainError;
+use crate::trains::parts::collection::{Course, TorquePart};
+use crate::trains::shape::elements::Motor;
+
+impl<N: Nonlinearity + Clone> Assembly<'_, N> {
+    /// Torques: waves and motors first, then those that are constant.
+    pub(crate) fn torques(&mut self) -> Result<(), TrainError> {
+        let parts = self.layout.parts;
+        let constant = |torque: &&TorquePart| torque.course == Course::Constant;
+        let waves = parts.torques.iter().filter(|torque| matches!(torque.course, Course::OfAngle(_)));
+        let motors = parts.torques.iter().filter(|torque| matches!(torque.course, Course::Motor { .. }));
+        for (place, torque) in waves.chain(motors).enumerate() {
+            let body = self.names.place(&torque.name, &torque.body)?;
+            // A torque drives: its pull is that of a force against its row.
+            let row = self.layout.own(body, -1.0);
+            let pulls = self.pulls(&row);
+            let pulls = self.kept(&pulls);
+            match &torque.course {
+                Course::OfAngle(wave) => {
+                    let wave = self.turning(&torque.name, wave, self.orders.turn(body))?;
+                    let wave = once(&mut self.shape.single, wave);
+                    self.shape.torque_waves.push((wave, place, pulls));
+                }
+                Course::Motor { breakdown_slip, synchronous } => self.shape.motors.push(Motor {
+                    at: self.layout.angle[body].unwrap_or(0),
+                    pulls,
+                    ratio: self.layout.kinematics.speeds[body].value().abs() / self.orders.ratio,
+                    torque: place,
+                    breakdown_slip: *breakdown_slip,
+                    synchronous: *synchronous,
+                }),
+                Course::Constant => {}
+            }
+            self.shape.torques.push(Vec::new());
+            self.torque_values.push((Channel::new(&torque.name, "N m"), torque.value));
+        }
+        for torque in parts.torques.iter().filter(constant) {
+            let body = self.names.place(&torque.name, &torque.body)?;
+            let row = self.layout.own(body, 1.0);
+            self.shape.torques.push(if self.dropped.is_some() { self.pulls(&row) } else { row.0 });
+            self.torque_values.push((Channel::new(&torque.name, "N m"), torque.value));
+        }
+        Ok(())
+    }
+
+    /// A wave over the turn of a body or over a mesh angle as a wave of φ.
+    pub(crate) fn turning(
+        &self,
+        part: &str,
+        wave: &Wave,
+        order: Option<Fraction>,
+    ) -> Result<Wave, TrainError> {
+        self.orders.wave(part, wave, order)
+    }
+}

@@ -1,0 +1,254 @@
+//! The accelerations and contacts of a train.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::MeshDrives;
+use crate::contact::piece_choice::PieceChoice;
+use crate::contact::tooth::Contact;
+use crate::model::shape::Drives;
+use crate::scalar::Scalar;
+use crate::trains::shape::elements::Tooth;
+use crate::trains::shape::train_shape::TrainShape;
+use std::ops::Range;
+
+/// The drives of a train by their meaning.
+pub(crate) struct At<'u, S> {
+    single: &'u [S],
+    pub(crate) errors: &'u [[S; 2]],
+    /// Edges of laws without a half width of their own: lower, upper and their rates over φ.
+    edges: &'u [[S; 4]],
+    pub(crate) speed: S,
+    net: &'u [S],
+    torques: &'u [S],
+    damping: &'u [S],
+    /// b of each contact.
+    half: &'u [S],
+    friction: &'u [S],
+}
+
+/// The index, kept as a loop over elements for lanes: see [`keep_rolled`](crate::scalar::keep_rolled).
+#[inline(always)]
+fn kept<S>(index: usize) -> usize {
+    if const { size_of::<S>() == size_of::<f64>() } { index } else { crate::scalar::keep_rolled(index) }
+}
+
+impl<N: Nonlinearity> TrainShape<N> {
+    /// The drives by their meaning.
+    #[inline(always)]
+    pub(crate) fn drives<'u, S: Scalar>(&self, u: Drives<'u, S>) -> At<'u, S> {
+        let (n, contacts) = (self.per_inertia.len(), self.teeth.len() + self.journals.len());
+        let (single, rest) = u.all_waves().split_at(self.single.len());
+        let (errors, edges) = rest.split_at(2 * self.errors.len());
+        let (net, rest) = u.all_constants().split_at(n);
+        let (torques, rest) = rest.split_at(self.torque_waves.len() + self.motors.len());
+        let (damping, rest) = rest.split_at(contacts);
+        let (half, friction) = rest.split_at(contacts);
+        let (errors, edges) = (errors.as_chunks().0, edges.as_chunks().0);
+        At { single, errors, edges, speed: u.speed(), net, torques, damping, half, friction }
+    }
+
+    /// Deflection and rate of tooth i. `WIDE`: whether its row may have more than two numbers.
+    #[inline(always)]
+    fn deflection<const WIDE: bool, S: Scalar>(
+        &self,
+        i: usize,
+        tooth: &Tooth<N>,
+        at: &At<S>,
+        q: &[S],
+        v: &[S],
+    ) -> [S; 2] {
+        let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
+        let [e, rate] = at.errors[tooth.error as usize];
+        let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
+        if WIDE {
+            for entry in &self.entries[self.rests[i].more_levers.clone()] {
+                d = d + q[entry.at] * entry.by;
+                dv = dv + v[entry.at] * entry.by;
+            }
+        }
+        [d, dv]
+    }
+
+    /// Force of tooth i. `WIDE`: whether its damping may act in contact alone.
+    #[inline(always)]
+    fn force<const WIDE: bool, S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        tooth: &Tooth<N>,
+        at: &At<S>,
+        [d, rate]: [S; 2],
+    ) -> S {
+        let [lower, upper] =
+            if N::HALF_WIDTH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
+        let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
+        if WIDE {
+            let drives = MeshDrives { stiffness, damping, lower, upper };
+            return self.rests[i].mesh.force(law, i, d, rate, rate, drives);
+        }
+        stiffness * law.force(i, &tooth.law, d, rate, lower, upper) + damping * rate
+    }
+
+    /// Contact i as the solvers see it.
+    #[inline(always)]
+    pub(crate) fn touch<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        at: &At<S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let Some(tooth) = self.teeth.get(i) else {
+            return self.journal_contact(law, i, at, q, v);
+        };
+        let [deflection, rate] = self.deflection::<true, S>(i, tooth, at, q, v);
+        let force = self.force::<true, S, L>(law, i, tooth, at, [deflection, rate]);
+        if N::HALF_WIDTH {
+            let half = at.half[i];
+            return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
+        }
+        let [lower, upper, lower_rate, upper_rate] = at.edges[i];
+        let (lower_rate, upper_rate) = (lower_rate * at.speed, upper_rate * at.speed);
+        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
+    }
+
+    /// r = √(x² + y²), its rate and the force along r, of contact i.
+    #[inline(never)]
+    fn journal_contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        at: &At<S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let journal = &self.journals[i - self.teeth.len()];
+        let [[x, vx], [y, vy]] = journal.levers.each_ref().map(|levers| self.row(levers.clone(), q, v));
+        let r = (x * x + y * y + S::from(journal.least)).sqrt();
+        let half = at.half[i];
+        let rate = (x * vx + y * vy) / r;
+        let force = law.force(i, &journal.law, r, rate, -half, half) * journal.stiffness;
+        Contact { deflection: r, rate, lower: -half, upper: half, force, ..Contact::default() }
+    }
+
+    /// The equations of [`Train`].
+    #[inline(always)]
+    pub(crate) fn accelerate<const WIDE: bool, S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
+        let n = self.per_inertia.len();
+        let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
+        let (net, per_inertia) = (&at.net[..n], &self.per_inertia[..n]);
+        for j in 0..n {
+            let j = kept::<S>(j);
+            a[j] = net[j] * per_inertia[j];
+        }
+        for spring in &self.springs {
+            let [j, k] = spring.ends.map(|end| kept::<S>(end as usize));
+            let (x, y) = if WIDE {
+                let [r, s] = spring.levers;
+                (q[j] * r + q[k] * s, v[j] * r + v[k] * s)
+            } else {
+                (q[j] - q[k], v[j] - v[k])
+            };
+            let force = x * spring.stiffness + y * spring.damping;
+            a[j] = a[j] - force * spring.pulls[0];
+            a[k] = a[k] - force * spring.pulls[1];
+        }
+        // Slices of one length: their bounds are checked once.
+        let teeth = &self.teeth[..];
+        let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
+        let at = At { damping, half, ..at };
+        for i in 0..teeth.len() {
+            let i = kept::<S>(i);
+            let tooth = &teeth[i];
+            let deflection = self.deflection::<WIDE, S>(i, tooth, &at, q, v);
+            let w = self.force::<WIDE, S, L>(law, i, tooth, &at, deflection);
+            let [j, k] = tooth.at.map(|at| at as usize);
+            a[j] = a[j] - w * tooth.pulls[0];
+            a[k] = a[k] - w * tooth.pulls[1];
+            if WIDE {
+                self.pull(self.rests[i].more_pulls.clone(), w, a);
+            }
+        }
+        if WIDE {
+            let at = self.drives(u);
+            self.others(law, &at, q, v, a);
+        }
+    }
+
+    /// [`accelerate`](TrainShape::accelerate) with everything, compiled once and not into every loop of the solvers.
+    #[inline(never)]
+    pub(crate) fn accelerate_apart<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
+        self.accelerate::<true, S, L>(law, u, q, v, a);
+    }
+
+    /// Σ lever q and Σ lever v.
+    #[inline(always)]
+    fn row<S: Scalar>(&self, levers: Range<usize>, q: &[S], v: &[S]) -> [S; 2] {
+        let mut sums = [S::from(0.0); 2];
+        for entry in &self.entries[levers] {
+            sums = [sums[0] + q[entry.at] * entry.by, sums[1] + v[entry.at] * entry.by];
+        }
+        sums
+    }
+    /// a -= w pulls.
+    #[inline(always)]
+    fn pull<S: Scalar>(&self, pulls: Range<usize>, w: S, a: &mut [S]) {
+        for entry in &self.entries[pulls] {
+            a[entry.at] = a[entry.at] - w * entry.by;
+        }
+    }
+
+    /// Everything but torques, two-ended springs and mesh forces. It is compiled once for each number type: inlined
+    /// into all loops of the lanes it would take minutes to compile.
+    #[inline(never)]
+    fn others<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, q: &[S], v: &[S], a: &mut [S]) {
+        for spring in &self.row_springs {
+            let [x, rate] = self.row(spring.levers.clone(), q, v);
+            self.pull(spring.pulls.clone(), x * spring.stiffness + rate * spring.damping, a);
+        }
+        let omega = at.speed * self.frame_ratio;
+        for term in &self.rotating {
+            let x =
+                q[term.j] * term.damping + v[term.j] * term.gyroscopic + omega * q[term.j] * term.centripetal;
+            a[term.i] = a[term.i] - omega * x;
+        }
+        for (friction, mu) in self.frictions.iter().zip(at.friction) {
+            let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
+            let d = self.deflection::<true, S>(i, tooth, at, q, v);
+            let w = self.force::<true, S, L>(law, i, tooth, at, d);
+            self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
+        }
+        for (i, journal) in self.journals.iter().enumerate() {
+            let i = self.teeth.len() + i;
+            let contact = self.journal_contact(law, i, at, q, v);
+            let along = contact.force / contact.deflection;
+            for (levers, pulls) in journal.levers.iter().zip(&journal.pulls) {
+                let [x, rate] = self.row(levers.clone(), q, v);
+                self.pull(pulls.clone(), along * x + at.damping[i] * rate, a);
+            }
+        }
+        for (wave, constant, pulls) in &self.torque_waves {
+            self.pull(pulls.clone(), at.single[*wave] * at.torques[*constant], a);
+        }
+        for motor in &self.motors {
+            let slip = S::from(1.0) - (at.speed * motor.ratio + v[motor.at]) * (1.0 / motor.synchronous);
+            let most = slip * slip + S::from(motor.breakdown_slip * motor.breakdown_slip);
+            let torque = at.torques[motor.torque] * slip * (2.0 * motor.breakdown_slip) / most;
+            self.pull(motor.pulls.clone(), torque, a);
+        }
+    }
+}
