@@ -88,6 +88,11 @@ pub use num_complex;
 ///
 /// - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
+/// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts, bearings, meshes
+///   and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),
+///   [`Planetary`](trains::Planetary) and others.
+/// - **Linear analysis** of any model: [`Modes`](linear::Modes), [`Campbell`](linear::Campbell),
+///   [`static_state`](linear::static_state).
 /// - **Gear models**: [`NfgPair`] and [`NfgPair2`](models::nfg::NfgPair2) (Liu 2021), [`Ring`] (Yao 2020).
 /// - **Functions of an angle**: [`Wave`] and [`Excitation`](excitation::Excitation), with
 ///   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
@@ -136,6 +141,8 @@ pub mod guide {
     pub mod results {}
     #[doc = include_str!("../docs/contact-laws.md")]
     pub mod contact_laws {}
+    #[doc = include_str!("../docs/trains.md")]
+    pub mod trains {}
     #[doc = include_str!("../docs/teeth.md")]
     pub mod teeth {}
     #[doc = include_str!("../docs/balance.md")]

@@ -21,5 +21,5 @@ pub use crate::teeth::geometry::gear::InvoluteGear;
 pub use crate::teeth::geometry::pair::GearPair;
 pub use crate::teeth::stiffness::iso6336::{MethodB, MethodBNote, MethodBStiffness};
 pub use crate::teeth::stiffness::piecewise::Piecewise;
-pub use crate::teeth::stiffness::potential::{Foundation, PairStiffness, PotentialEnergy, Reading};
-pub use crate::teeth::stiffness::tooth::{RootCurve, ToothModel, ToothStiffness};
+pub use crate::teeth::stiffness::potential::{Foundation, PairStiffness, PotentialEnergy};
+pub use crate::teeth::stiffness::tooth::{Reading, RootCurve, ToothModel, ToothStiffness};

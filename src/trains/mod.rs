@@ -1,12 +1,12 @@
 //! Gear trains from bodies, shafts, bearings, meshes and torques.
 
-pub(crate) mod build;
+pub(crate) mod assembly;
 pub(crate) mod kinds;
 pub(crate) mod parts;
 pub(crate) mod ready;
 pub(crate) mod shape;
 
-pub use crate::trains::build::train_error::{TrainError, Warning};
+pub use crate::trains::assembly::train_error::{TrainError, Warning};
 pub use crate::trains::kinds::ModeKind;
 pub use crate::trains::parts::body::{Bearing, Body};
 pub use crate::trains::parts::collection::{Coordinates, Parts};

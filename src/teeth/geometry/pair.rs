@@ -140,7 +140,7 @@ impl GearPair {
         let length = own[1] - own[0];
         let contact_ratio = length / gears[0].base_pitch();
         let pair = GearPair { gears, working_angle, centre_distance, reach, contact_ratio };
-        checks::mesh(&pair)?;
+        pair.check()?;
         Ok(pair)
     }
 

@@ -5,7 +5,9 @@ use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::pair::GearPair;
 use crate::teeth::stiffness::piecewise::Piecewise;
-use crate::teeth::stiffness::tooth::{Hub, Profile, RootCurve, ToothModel, ToothStiffness, check_poisson};
+use crate::teeth::stiffness::tooth::{
+    Hub, Profile, Reading, RootCurve, ToothModel, ToothStiffness, check_poisson,
+};
 use std::f64::consts::{PI, TAU};
 
 /// Where the elastic gear bodies below the teeth count.
@@ -26,25 +28,6 @@ pub enum Foundation {
     /// the shares s_i = k_i/Σ k_i of the load. In double contact a force on one tooth moves its neighbour as
     /// much as itself, which makes the mesh too compliant.
     PerBody,
-}
-
-/// How the geometry of Ma et al. 2014 is read.
-///
-/// ```
-/// use gear_dynamics::teeth::{PotentialEnergy, Reading};
-/// assert_eq!(PotentialEnergy::tian_2004().reading(), Reading::Exact);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
-    /// The exact geometry: the tangent of the pressure angle grows in proportion to the rotation, contact begins
-    /// where the tip of the driven gear begins it, the root angle is that of the transition curve, and the
-    /// foundation is loaded where the line of action crosses the centre line of the tooth.
-    Exact,
-    /// As the code of ROSS 2 (docs/errata.md): the pressure angle itself grows in proportion to the rotation,
-    /// from the start of the involute of the driving gear to its tip and, on the driven gear, downwards from
-    /// the tip; the root angle takes the addendum for the dedendum; the foundation is loaded at the height of
-    /// the point of contact.
-    Ross,
 }
 
 /// Stiffness of one pair of teeth in contact `[N/m]`.

@@ -4,9 +4,27 @@ use crate::error::ParameterError;
 use crate::teeth::error::{TeethError, method_range};
 use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::involute;
-use crate::teeth::stiffness::potential::Reading;
 use crate::teeth::stiffness::quadrature::integrals;
 use std::f64::consts::FRAC_PI_2;
+
+/// How the geometry of Ma et al. 2014 is read.
+///
+/// ```
+/// use gear_dynamics::teeth::{PotentialEnergy, Reading};
+/// assert_eq!(PotentialEnergy::tian_2004().reading(), Reading::Exact);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// The exact geometry: the tangent of the pressure angle grows in proportion to the rotation, contact begins
+    /// where the tip of the driven gear begins it, the root angle is that of the transition curve, and the
+    /// foundation is loaded where the line of action crosses the centre line of the tooth.
+    Exact,
+    /// As the code of ROSS 2 (docs/errata.md): the pressure angle itself grows in proportion to the rotation,
+    /// from the start of the involute of the driving gear to its tip and, on the driven gear, downwards from
+    /// the tip; the root angle takes the addendum for the dedendum; the foundation is loaded at the height of
+    /// the point of contact.
+    Ross,
+}
 
 /// The shape of a tooth below its involute.
 ///

@@ -1,13 +1,10 @@
 //! The parts of a train, as they are stated.
 
 use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
-use crate::trains::build::assemble;
-use crate::trains::build::train_error::{TrainError, Warning};
+use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::shape::train_shape::Train;
 
 /// A shaft between two bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -218,18 +215,5 @@ impl<N> Parts<N> {
         self.accepted.extend(other.accepted);
         self.rotating = self.rotating.take().or(other.rotating.map(renamed));
         self
-    }
-}
-
-impl<N: Nonlinearity + Clone> Parts<N> {
-    /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of all
-    /// others follow from tooth numbers.
-    ///
-    /// # Errors
-    /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh of a
-    /// body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases that contradict
-    /// tooth numbers; planets that do not assemble; [`Warning`]s that have not been accepted.
-    pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
-        assemble::build(self, body, speed)
     }
 }

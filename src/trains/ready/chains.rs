@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::excitation::wave::Wave;
-use crate::trains::build::train_error::Warning;
+use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;

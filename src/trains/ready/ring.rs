@@ -2,7 +2,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::models::ring::ring_params::RingParams;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::MeshPart;

@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
 use crate::excitation::wave::Wave;
-use crate::trains::build::train_error::Warning;
+use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;

@@ -6,23 +6,32 @@ use crate::error::check;
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
-use crate::trains::build::checks;
-use crate::trains::build::kinematics::Kinematics;
-use crate::trains::build::names::Names;
-use crate::trains::build::orders::Orders;
-use crate::trains::build::places::{Planet, planets};
-use crate::trains::build::rows::{Layout, Row};
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::checks;
+use crate::trains::assembly::kinematics::Kinematics;
+use crate::trains::assembly::names::Names;
+use crate::trains::assembly::orders::Orders;
+use crate::trains::assembly::places::{Planet, planets};
+use crate::trains::assembly::rows::{Layout, Row};
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::shape::elements::{Entry, PlanetPlace, RowSpring, Spring};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use std::ops::Range;
 
-pub(crate) fn build<N: Nonlinearity + Clone>(
-    parts: &Parts<N>,
-    body: &str,
-    speed: f64,
-) -> Result<Train<N>, TrainError> {
+impl<N: Nonlinearity + Clone> Parts<N> {
+    /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of all
+    /// others follow from tooth numbers.
+    ///
+    /// # Errors
+    /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh of a
+    /// body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases that contradict
+    /// tooth numbers; planets that do not assemble; [`Warning`]s that have not been accepted.
+    pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
+        build(self, body, speed)
+    }
+}
+
+fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
     checks::values(parts)?;
     let names = Names::of(parts)?;
     let reference = names.place("the reference", body)?;

@@ -1,9 +1,9 @@
 //! Rows of a train: how far each coordinate moves a contact, a bearing or a shaft.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::trains::build::kinematics::Kinematics;
-use crate::trains::build::places::{Planets, centre};
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::kinematics::Kinematics;
+use crate::trains::assembly::places::{Planets, centre};
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
 use crate::trains::shape::elements::Entry;

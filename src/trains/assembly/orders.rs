@@ -2,10 +2,10 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
-use crate::trains::build::fraction::Fraction;
-use crate::trains::build::kinematics::Kinematics;
-use crate::trains::build::names::Names;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::fraction::Fraction;
+use crate::trains::assembly::kinematics::Kinematics;
+use crate::trains::assembly::names::Names;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, Parts};
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.

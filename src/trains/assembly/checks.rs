@@ -3,10 +3,10 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::check;
 use crate::excitation::side::Side;
-use crate::trains::build::names::Names;
-use crate::trains::build::places::SAME;
-use crate::trains::build::rows::Layout;
-use crate::trains::build::train_error::{TrainError, Warning};
+use crate::trains::assembly::names::Names;
+use crate::trains::assembly::places::SAME;
+use crate::trains::assembly::rows::Layout;
+use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::shape::train_shape::TrainShape;
 

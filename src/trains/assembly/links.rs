@@ -7,11 +7,11 @@ use crate::excitation::angle::Constant;
 use crate::excitation::combine::{Product, Sum};
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
-use crate::trains::build::assemble::{Assembly, once};
-use crate::trains::build::fraction::Fraction;
-use crate::trains::build::places::snapped;
-use crate::trains::build::rows::Row;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::assemble::{Assembly, once};
+use crate::trains::assembly::fraction::Fraction;
+use crate::trains::assembly::places::snapped;
+use crate::trains::assembly::rows::Row;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::shape::elements::{Entry, Friction, Journal, Rotating, Tooth, ToothRest};
 use std::f64::consts::TAU;
 

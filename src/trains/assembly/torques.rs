@@ -3,9 +3,9 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
-use crate::trains::build::assemble::{Assembly, once};
-use crate::trains::build::fraction::Fraction;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::assemble::{Assembly, once};
+use crate::trains::assembly::fraction::Fraction;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, TorquePart};
 use crate::trains::shape::elements::Motor;
 

@@ -1,8 +1,8 @@
 //! Mean speeds of all bodies, exact from tooth numbers.
 
-use crate::trains::build::fraction::Fraction;
-use crate::trains::build::names::Names;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::fraction::Fraction;
+use crate::trains::assembly::names::Names;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::Kind;
 

@@ -1,6 +1,6 @@
 //! Names of bodies.
 
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use std::collections::{HashMap, HashSet};
 

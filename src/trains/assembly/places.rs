@@ -1,9 +1,9 @@
 //! Centres of the bodies, and whether planets fit their places.
 
 use crate::error::check;
-use crate::trains::build::kinematics::Kinematics;
-use crate::trains::build::names::Names;
-use crate::trains::build::train_error::TrainError;
+use crate::trains::assembly::kinematics::Kinematics;
+use crate::trains::assembly::names::Names;
+use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
 use std::f64::consts::TAU;
