@@ -11,6 +11,7 @@ mod support;
 
 use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
 use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::linear::Modes;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Periodic, Rattle, Ring, State, Statistics};
@@ -157,7 +158,7 @@ fn main() -> Outcome<()> {
     );
     for (name, set) in sets {
         let ring = ring(&set(1000.0))?;
-        let modes = ring.modes(&ring.mean_mesh_stiffness())?;
+        let modes = Modes::mean_in_contact(&ring)?;
         let hertz: Vec<String> = modes.hertz().iter().map(|f| format!("{f:.1}")).collect();
         println!("natural frequencies of set {name} [Hz]: {}", hertz.join(", "));
     }

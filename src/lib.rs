@@ -143,6 +143,8 @@ pub mod guide {
     pub mod contact_laws {}
     #[doc = include_str!("../docs/trains.md")]
     pub mod trains {}
+    #[doc = include_str!("../docs/ready-trains.md")]
+    pub mod ready_trains {}
     #[doc = include_str!("../docs/teeth.md")]
     pub mod teeth {}
     #[doc = include_str!("../docs/balance.md")]

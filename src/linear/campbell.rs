@@ -8,11 +8,14 @@ use crate::model::shape::Shape;
 ///
 /// ```
 /// # use gear_dynamics::linear::Campbell;
-/// # use gear_dynamics::{NfgPair, NfgParams};
-/// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
+/// # use gear_dynamics::trains::{MeshPart, idler};
+/// # use gear_dynamics::Wave;
+/// let mesh = |teeth, radii| Ok::<_, gear_dynamics::ParameterError>(MeshPart::external(teeth, radii, Wave::constant(2e8)?));
+/// let meshes = [mesh([20, 30], [0.02, 0.03])?, mesh([30, 40], [0.03, 0.04])?];
+/// let train = idler([1e-3, 3e-3, 8e-3], meshes).build("driver", 100.0)?;
+/// let diagram = Campbell::of(&train, &[100.0, 1000.0], &[20.0])?; // the mesh frequency
 /// let meeting = diagram.resonances()[0];
-/// assert!((18.0 * meeting.speed - meeting.frequency).abs() < 1e-6);
+/// assert!((20.0 * meeting.speed - meeting.frequency).abs() < 1e-9 * meeting.frequency);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

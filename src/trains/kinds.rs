@@ -50,10 +50,11 @@ const PURE: f64 = 1.0 - 1e-6;
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
     /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets in inertial
-    /// coordinates has [`ModeKind::Mixed`] alone.
+    /// coordinates, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
-        let Some(set) = self.shape().sets.first().filter(|set| !set.is_empty()) else {
+        let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
+        let Some(set) = self.shape().sets.first().filter(|set| own && !set.is_empty()) else {
             return vec![ModeKind::Mixed; list.len()];
         };
         let shape = self.shape();

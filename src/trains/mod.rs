@@ -10,7 +10,7 @@ pub use crate::trains::assembly::train_error::{TrainError, Warning};
 pub use crate::trains::kinds::ModeKind;
 pub use crate::trains::parts::body::{Bearing, Body};
 pub use crate::trains::parts::collection::{Coordinates, Parts};
-pub use crate::trains::parts::mesh_part::MeshPart;
+pub use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
 pub use crate::trains::ready::chains::{geared_rotor, idler, robot_joint, split_torque, two_stage};
 pub use crate::trains::ready::planetary::{Central, Planetary};
 pub use crate::trains::ready::ring::ring_parts;

@@ -468,7 +468,7 @@ proptest! {
         if let Ok(ring) = set.params().and_then(|params| Ring::as_printed(&params)) {
             let n = ring.dof();
             prop_assert!(ring.rigid_acceleration().is_finite());
-            prop_assert!(ring.modes(&ring.mean_mesh_stiffness()).is_ok());
+            prop_assert!(gear_dynamics::linear::Modes::mean_in_contact(&ring).is_ok());
             // A short run ends with a result or a typed error; it does not panic or hang.
             let _ = Dop853::new().max_steps(300).end(&ring, &State::at_rest(n), 1e-3);
         }

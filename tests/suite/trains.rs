@@ -497,8 +497,8 @@ fn elaborate(clearance: f64) -> Parts {
         .damping(1000.0)
         .half_backlash(2e-5)
         .friction(0.08)
-        .error_of_turn(1, wave(0.0, 5e-6))
-        .stiffness_of_turn(0, wave(1.0, 0.1));
+        .error_of_turn(OfMesh::Driven, wave(0.0, 5e-6))
+        .stiffness_of_turn(OfMesh::Driver, wave(1.0, 0.1));
     parts.body("pinion", Body::new(2e-2).on(bearing(2.0)).at([0.5, 0.0]));
     parts.shaft("pinion shaft", "load", "pinion", 1e6, 20.0).mesh("output", "pinion", "flange", mesh);
     parts.motor("motor torque", "motor", 80.0, 0.2, 160.0);
@@ -515,6 +515,10 @@ fn an_elaborate_train_is_consistent() {
     assert!(findings.is_empty(), "{findings:?}");
     // The check expects forces of constant direction. That of a radial clearance turns.
     let train = elaborate(1e-5).build("motor", 150.0).unwrap();
+    // Constants that the algebra reads as they are have slots, at which random processes add to them.
+    for name in ["output damping", "output half backlash", "output friction", "load torque", "motor torque"] {
+        assert!(train.slot(name).is_ok(), "{name}");
+    }
     assert_eq!(train.contacts(), 3 + 3 + 1 + 1 + 4);
     // Two integrators that have nothing in common but the model.
     let start = State::at_rest(train.dof());

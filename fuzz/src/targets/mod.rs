@@ -10,6 +10,7 @@ mod samples;
 pub mod shapes;
 pub mod sweeps;
 mod teeth;
+mod trains;
 
 use crate::case::{Case, Run};
 
@@ -25,7 +26,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 40] = [
+pub const TARGETS: [Target; 41] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -35,6 +36,7 @@ pub const TARGETS: [Target; 40] = [
     target("geometry", 200, teeth::geometry),
     target("teeth", 50, teeth::stiffness),
     target("deviation", 200, teeth::deviations),
+    target("train", 20, trains::train),
     target("summary", 100, samples::summaries),
     target("spectrum", 50, samples::spectra),
     target("density", 50, samples::densities),

@@ -7,7 +7,6 @@ pub(crate) mod relative;
 pub(crate) mod ring_params;
 pub(crate) mod ring_shape;
 
-pub use crate::models::ring::matrices::Modes;
 pub use crate::models::ring::relative::RelativeView;
 pub use crate::models::ring::ring_params::{Gear, Load, Motor, RingParams, RingSet, Shaft};
 pub use crate::models::ring::ring_shape::{Frame, Ring, RingShape};

@@ -20,6 +20,20 @@ pub(crate) enum Kind {
     FirstInternal,
 }
 
+/// One of the two gears of a mesh.
+///
+/// ```
+/// use gear_dynamics::trains::OfMesh;
+/// assert_eq!(OfMesh::Driven as usize, 1);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OfMesh {
+    /// The first gear, which drives.
+    Driver = 0,
+    /// The second gear.
+    Driven = 1,
+}
+
 /// Tooth friction of a mesh: coefficient and sign over the mesh cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrictionPart {
@@ -145,22 +159,16 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn error(self, error: Wave) -> Self {
         MeshPart { error, ..self }
     }
-    /// The same mesh with an error `[m]` over the turn of one of its gears (0 or 1), added to the static
-    /// transmission error: eccentricity, runout, pitch errors.
-    ///
-    /// # Panics
-    /// If `gear` is above 1.
-    pub fn error_of_turn(mut self, gear: usize, error: Wave) -> Self {
-        self.runout[gear] = Some(error);
+    /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission error:
+    /// eccentricity, runout, pitch errors.
+    pub fn error_of_turn(mut self, gear: OfMesh, error: Wave) -> Self {
+        self.runout[gear as usize] = Some(error);
         self
     }
-    /// The same mesh with a factor over the turn of one of its gears (0 or 1) that multiplies the stiffness:
-    /// a cracked or spalled tooth.
-    ///
-    /// # Panics
-    /// If `gear` is above 1.
-    pub fn stiffness_of_turn(mut self, gear: usize, factor: Wave) -> Self {
-        self.faults[gear] = Some(factor);
+    /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked or spalled
+    /// tooth.
+    pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
+        self.faults[gear as usize] = Some(factor);
         self
     }
     /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,

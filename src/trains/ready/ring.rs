@@ -18,9 +18,10 @@ use crate::trains::parts::mesh_part::MeshPart;
 ///
 /// ```
 /// use gear_dynamics::models::ring::RingSet;
-/// use gear_dynamics::{Model, trains::ring_parts};
-/// let params = RingSet::set_a(4, 1000.0).params()?;
-/// let train = ring_parts(&params, 20)?.build("gear 1", params.omega / 20.0)?;
+/// use gear_dynamics::{Model, trains::{Warning, ring_parts}};
+/// let params = RingSet::set_a(4, 1000.0).params()?; // its torques accelerate it
+/// let mut parts = ring_parts(&params, 20)?;
+/// let train = parts.accept(Warning::Unbalanced).build("gear 1", params.omega / 20.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (9, 4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
