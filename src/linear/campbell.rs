@@ -33,7 +33,7 @@ pub struct Resonance {
 /// Natural frequencies over the speed, with the lines of excitation orders.
 ///
 /// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`]) at the
-/// angle 0.
+/// angle 0, matched from speed to speed by their rank. A resonance on the last speed is not listed.
 ///
 /// ```
 /// use gear_dynamics::linear::Campbell;
@@ -75,10 +75,14 @@ impl Campbell {
         }
         let mut resonances = Vec::new();
         for (speed, found) in speeds.windows(2).zip(frequencies.windows(2)) {
+            // Modes are matched by rank, which fails if one of them stops to oscillate.
+            if found[0].len() != found[1].len() {
+                continue;
+            }
             for (mode, (first, last)) in found[0].iter().zip(&found[1]).enumerate() {
                 for &order in orders {
                     let [a, b] = [first - order * speed[0], last - order * speed[1]];
-                    if a > 0.0 && b <= 0.0 || a < 0.0 && b >= 0.0 {
+                    if a >= 0.0 && b < 0.0 || a <= 0.0 && b > 0.0 {
                         // The frequency is linear between two speeds.
                         let share = a / (a - b);
                         let at = speed[0] + share * (speed[1] - speed[0]);

@@ -66,15 +66,18 @@ pub enum LinearError {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
+    /// ω², negative if the stiffness is.
+    square: f64,
     frequency: f64,
     shape: Vec<f64>,
 }
 
 impl Mode {
-    pub(crate) fn new(frequency: f64, shape: Vec<f64>) -> Self {
-        Mode { frequency, shape }
+    /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically unstable.
+    pub fn square(&self) -> f64 {
+        self.square
     }
-    /// Undamped natural frequency [rad per time unit]; 0 for a rigid motion.
+    /// Undamped natural frequency [rad per time unit]; 0 for a rigid motion and for an unstable mode.
     pub fn frequency(&self) -> f64 {
         self.frequency
     }
@@ -202,12 +205,12 @@ impl Modes {
             Some(m) => (symmetric(&stiffness, &m)?, true),
             None => (general(&stiffness)?, false),
         };
-        list.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        list.sort_by(|a, b| a.square.total_cmp(&b.square));
         let eigenvalues = damped(q, v)?;
         Ok(Modes { list, eigenvalues, symmetric })
     }
 
-    /// Modes in the order of their frequencies; rigid motions first, with the frequency 0.
+    /// Modes in the order of their frequencies; unstable modes and rigid motions first, with the frequency 0.
     ///
     /// A pair of complex frequencies of a stiffness that is not symmetric is left out; see
     /// [`eigenvalues`](Modes::eigenvalues).
@@ -216,7 +219,12 @@ impl Modes {
     }
     /// Number of rigid motions: modes below a millionth of the highest frequency.
     pub fn rigid(&self) -> usize {
-        self.list.iter().filter(|mode| mode.frequency == 0.0).count()
+        self.list.iter().filter(|mode| mode.square == 0.0).count()
+    }
+    /// Number of statically unstable modes, ω² < 0: they come first in the [`list`](Modes::list). A bearing with radial
+    /// clearance has two about its centre; use [`about`](Modes::about) with a state in which it carries.
+    pub fn unstable(&self) -> usize {
+        self.list.iter().filter(|mode| mode.square < 0.0).count()
     }
     /// Undamped natural frequencies [rad per time unit].
     pub fn frequencies(&self) -> Vec<f64> {
@@ -242,18 +250,13 @@ impl Modes {
     }
 }
 
-/// A mode of the frequency ω, with its largest entry 1.
-fn mode(frequency: f64, shape: impl Iterator<Item = f64>) -> Mode {
+/// The mode of an eigenvalue ω² among eigenvalues up to `most`, with its largest entry 1.
+fn mode(square: f64, most: f64, shape: impl Iterator<Item = f64>) -> Mode {
     let mut shape: Vec<f64> = shape.collect();
     let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
     shape.iter_mut().for_each(|x| *x /= largest);
-    Mode::new(frequency, shape)
-}
-
-/// ω from ω² by eigenvalues whose largest is `most`.
-fn frequency(square: f64, most: f64) -> f64 {
-    let omega = square.max(0.0).sqrt();
-    if omega < RIGID * most.sqrt() { 0.0 } else { omega }
+    let square = if square.abs() <= RIGID * RIGID * most { 0.0 } else { square };
+    Mode { square, frequency: square.max(0.0).sqrt(), shape }
 }
 
 /// Modes of M⁻¹ K with diagonal M, from the symmetric matrix M^(1/2) A M^(-1/2).
@@ -267,7 +270,7 @@ fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
         matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NoConvergence { rows: n })?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let most = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
-    Ok((0..n).map(|k| mode(frequency(values[k], most), (0..n).map(|i| vectors[(i, k)] / root[i]))).collect())
+    Ok((0..n).map(|k| mode(values[k], most, (0..n).map(|i| vectors[(i, k)] / root[i]))).collect())
 }
 
 /// Modes of any matrix with real positive eigenvalues.
@@ -277,7 +280,7 @@ fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
     let found = matrix.eigen().map_err(|_| LinearError::NoConvergence { rows: n })?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
-    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most && values[*k].re >= -RIGID * RIGID * most;
+    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most;
     Ok((0..n)
         .filter(real)
         .map(|k| {
@@ -289,7 +292,7 @@ fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
                 let x = vectors[(i, k)];
                 (Complex64::new(x.re, x.im) / largest).re
             });
-            mode(frequency(values[k].re, most), shape)
+            mode(values[k].re, most, shape)
         })
         .collect())
 }
@@ -298,7 +301,7 @@ fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
 fn damped(q: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Vec<Complex64>, LinearError> {
     let n = q.nrows();
     // Time in units of 1/ω, so that both halves have the same size.
-    let omega = q.amax().sqrt().max(f64::MIN_POSITIVE);
+    let omega = [q.amax().sqrt(), v.amax(), 1.0].into_iter().find(|omega| *omega > 0.0).unwrap_or(1.0);
     let matrix = faer::Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => 0.0,
         (true, false) => f64::from(u8::from(i == j - n)),

@@ -41,8 +41,13 @@ pub struct StaticState {
 /// Maximum number of contact states that are tried, and of Newton steps in each.
 const TRIES: usize = 64;
 
+/// Maximum number of iterations of a singular value decomposition.
+const SWEEPS: usize = 10_000;
+
 /// The static state of a model under the loads and drives at time t: accelerations are 0, except those of a rigid
-/// motion. Every contact that can carry load is on its upper flank at first; it changes its flank if its force pulls.
+/// motion. Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the gap if
+/// both flanks pull. The search starts at q = 0: a bearing with radial clearance has no direction there, and its static
+/// state is not found.
 ///
 /// # Errors
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap.
@@ -56,31 +61,41 @@ pub fn static_state<M: Periodic + ?Sized>(model: &M, t: f64) -> Result<StaticSta
     let rigid = DMatrix::from_fn(n, rigid.len(), |i, j| rigid[j][i]);
     let mut pieces = vec![Piece::Upper; model.contacts()];
     let mut contacts = vec![Contact::default(); pieces.len()];
-    let (mut tried, mut seen) = (0, Vec::new());
-    loop {
-        tried += 1;
+    // Flanks that a contact has left because it pulled.
+    let mut left = vec![[false; 2]; pieces.len()];
+    for _ in 0..TRIES {
         let (q, acceleration) = balanced(model, t, &u, &pieces, &rest, &rigid)?;
         model.contact(&u, &q, &rest, &mut contacts);
-        let found: Vec<Piece> = contacts.iter().map(resting).collect();
+        let found: Vec<Piece> =
+            (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
         if found == pieces {
             return Ok(StaticState { q, contacts, pieces, acceleration });
         }
-        if tried == TRIES || seen.contains(&found) {
-            return Err(LinearError::NoContactState { tried });
-        }
-        seen.push(std::mem::replace(&mut pieces, found));
+        pieces = found;
     }
+    Err(LinearError::NoContactState { tried: TRIES })
 }
 
-/// The piece of a deflection. One on its edge within rounding touches.
-fn resting(contact: &Contact) -> Piece {
+/// The piece to try after `piece`: the same if the deflection lies on it, within rounding. A flank that pulls gives
+/// way to the other flank, and to the gap if that has pulled before.
+fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
     let near = 16.0 * f64::EPSILON * contact.deflection.abs();
-    if contact.deflection >= contact.upper - near {
-        Piece::Upper
-    } else if contact.deflection <= contact.lower + near {
-        Piece::Lower
-    } else {
-        Piece::Gap
+    let upper = contact.deflection >= contact.upper - near;
+    let lower = contact.deflection <= contact.lower + near;
+    match piece {
+        Piece::Upper if upper => Piece::Upper,
+        Piece::Lower if lower => Piece::Lower,
+        Piece::Gap if upper => Piece::Upper,
+        Piece::Gap if lower => Piece::Lower,
+        Piece::Gap => Piece::Gap,
+        Piece::Upper => {
+            left[1] = true;
+            if contact.lower.is_finite() && !left[0] { Piece::Lower } else { Piece::Gap }
+        }
+        Piece::Lower => {
+            left[0] = true;
+            if contact.upper.is_finite() && !left[1] { Piece::Upper } else { Piece::Gap }
+        }
     }
 }
 
@@ -106,26 +121,41 @@ fn balanced<M: Model + ?Sized>(
         if jacobian.iter().chain(&a).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        // J dq - r α = -a: α are the accelerations along the rigid motions. Rows are scaled by their size.
-        let scale: Vec<f64> = (0..n).map(|i| 1.0 / jacobian.row(i).amax().max(f64::MIN_POSITIVE)).collect();
-        let size = 1.0 / scale.iter().fold(f64::INFINITY, |least, s| least.min(*s));
-        let matrix = DMatrix::from_fn(n, n + rigid.ncols(), |i, j| {
-            scale[i] * if j < n { jacobian[(i, j)] } else { -rigid[(i, j - n)] * size }
+        // J dq - r α = -a: α are the accelerations along the rigid motions. Rows and columns are scaled to 1.
+        let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        let scale: Vec<f64> = (0..n).map(|i| unit(jacobian.row(i).amax())).collect();
+        let mut matrix = DMatrix::from_fn(n, n + rigid.ncols(), |i, j| {
+            scale[i] * if j < n { jacobian[(i, j)] } else { -rigid[(i, j - n)] }
         });
+        let columns: Vec<f64> = matrix.column_iter().map(|column| unit(column.amax())).collect();
+        for (mut column, scale) in matrix.column_iter_mut().zip(&columns) {
+            column *= *scale;
+        }
         let right = DVector::from_fn(n, |i, _| -a[i] * scale[i]);
-        let solved = matrix.svd(true, true).solve(&right, 1e-13);
-        let Ok(step) = solved else { return Err(LinearError::NoConvergence { rows: n }) };
+        if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
+            return Err(LinearError::NotFinite { t });
+        }
+        let failed = || LinearError::NoConvergence { rows: n };
+        let svd = matrix.try_svd(true, true, f64::EPSILON, SWEEPS).ok_or_else(failed)?;
+        let mut step = svd.solve(&right, 1e-13).map_err(|_| failed())?;
+        step.iter_mut().zip(&columns).for_each(|(step, scale)| *step *= scale);
         let stepped = q.iter().zip(step.iter()).map(|(q, step)| q + step).collect();
         let change = (0..n).fold(0.0f64, |most, i| most.max(step[i].abs()));
         q = stepped;
         accelerate(model, Some(pieces), u, &q, rest, &mut a);
-        let alpha = DVector::from_fn(rigid.ncols(), |j, _| step[n + j] * size);
+        let alpha = DVector::from_fn(rigid.ncols(), |j, _| step[n + j]);
         let drift = rigid * &alpha;
         left = a.iter().zip(drift.iter()).fold(0.0f64, |most, (a, d)| most.max((a - d).abs()));
+        if q.iter().any(|q| !q.is_finite()) || !left.is_finite() {
+            return Err(LinearError::NotFinite { t });
+        }
         let most = q.iter().fold(0.0f64, |most, q| most.max(q.abs()));
         if left <= 1e-9 * load && change <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0 {
             break;
         }
+    }
+    if left.is_nan() || load.is_nan() || q.iter().any(|q| !q.is_finite()) {
+        return Err(LinearError::NotFinite { t });
     }
     if left > 1e-6 * load {
         return Err(LinearError::Free { residual: left / load });

@@ -21,13 +21,13 @@ pub(crate) fn inertias(a: &DMatrix<f64>) -> Option<Vec<f64>> {
         while let Some(i) = open.pop() {
             for j in (0..n).filter(|&j| j != i && couples(i, j)) {
                 let (ij, ji) = (a[(i, j)], a[(j, i)]);
-                // Numbers of rounding size are no couplings.
-                let scale = a[(i, i)].abs().min(a[(j, j)].abs()).max(f64::MIN_POSITIVE);
-                if (ij * ji).abs().sqrt() <= 1e-13 * scale && ij * ji <= 0.0 {
-                    continue;
-                }
                 let ratio = ij / ji;
                 if !(ratio > 0.0 && ratio.is_finite()) {
+                    // Rounding in both rows is no coupling.
+                    let rounding = |row: usize, x: f64| x.abs() <= 1e-13 * a.row(row).amax();
+                    if rounding(i, ij) && rounding(j, ji) {
+                        continue;
+                    }
                     return None;
                 }
                 let required = m[i] * ratio;

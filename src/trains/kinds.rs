@@ -3,7 +3,7 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::side::Side;
 use crate::linear::modes::{Mode, Modes};
-use crate::trains::shape::elements::{Entry, PlanetPlace};
+use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -50,11 +50,11 @@ const PURE: f64 = 1.0 - 1e-6;
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
     /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets in inertial
-    /// coordinates, or modes of another model, have [`ModeKind::Mixed`] alone.
+    /// coordinates, with unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
-        let Some(set) = self.shape().sets.first().filter(|set| own && !set.is_empty()) else {
+        let Some(set) = self.shape().sets.first().filter(|set| own && is_even(&set.planets)) else {
             return vec![ModeKind::Mixed; list.len()];
         };
         let shape = self.shape();
@@ -126,21 +126,17 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// Name of contact i.
     fn tooth_name(&self, i: usize) -> String {
         let name = &self.names[1 + self.torques.len() + i].name;
-        name.trim_end_matches(" damping").to_string()
+        name.strip_suffix(" damping").unwrap_or(name).to_string()
     }
 
     /// Bᵀ P B for the projection P on the modes of a kind, of vectors in coordinates √m q.
-    fn projected(&self, set: &[PlanetPlace], basis: &DMatrix<f64>, kind: ModeKind) -> DMatrix<f64> {
+    fn projected(&self, set: &PlanetSet, basis: &DMatrix<f64>, kind: ModeKind) -> DMatrix<f64> {
         let mut image = DMatrix::zeros(basis.nrows(), basis.ncols());
-        let planet = |row: usize| {
-            let own =
-                |p: &PlanetPlace| p.at == Some(row) || p.centre.is_some_and(|x| row == x || row == x + 1);
-            set.iter().any(own)
-        };
         let sideways = |row: usize| self.coordinates[row].unit == "m";
-        let centre_moves = (0..basis.nrows()).any(|row| !planet(row) && sideways(row));
+        let centre_moves = set.central.iter().any(|&row| sideways(row));
+        let (central, set) = (&set.central, &set.planets[..]);
         for k in 0..basis.ncols() {
-            for row in (0..basis.nrows()).filter(|&row| !planet(row)) {
+            for &row in central {
                 let own = if sideways(row) { ModeKind::Translational } else { ModeKind::Rotational };
                 if own == kind {
                     image[(row, k)] = basis[(row, k)];
@@ -186,6 +182,15 @@ impl<N: Nonlinearity> TrainShape<N> {
         let product = basis.transpose() * image;
         (&product + product.transpose()) * 0.5
     }
+}
+
+/// Whether planets, in any order, are equally spaced.
+fn is_even(planets: &[PlanetPlace]) -> bool {
+    let mut angles: Vec<f64> = planets.iter().map(|planet| planet.angle.rem_euclid(TAU)).collect();
+    angles.sort_by(f64::total_cmp);
+    let step = TAU / planets.len() as f64;
+    let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-9);
+    even && !planets.is_empty()
 }
 
 /// Angles of N equally spaced planets `[rad]`.

@@ -2,7 +2,7 @@
 
 use crate::api::*;
 use crate::data::read;
-use gear_dynamics::linear::Modes;
+use gear_dynamics::linear::{Campbell, Modes, static_state};
 use gear_dynamics::trains::*;
 use gear_dynamics::{Ring, Wave};
 use serde_json::Value;
@@ -613,11 +613,12 @@ fn forces_of_bearings_friction_and_motors() {
     near(without[0], -w * 0.02 / 1e-3);
     near(without[1], -w * sin / 2.0); // the line of action n = (sin α, cos α)
     near(without[2], -w * cos / 2.0);
-    near(with[0] - without[0], -0.1 * w * 0.02 * tan / 1e-3);
+    // At the mesh angle 0 the teeth approach the pitch point: s = -1.
+    near(with[0] - without[0], 0.1 * w * 0.02 * tan / 1e-3);
     // The second gear turns clockwise and counts its angle so.
-    near(with[3] - without[3], 0.1 * w * 0.03 * tan / 2e-3);
-    near(with[1] - without[1], 0.1 * w * cos / 2.0);
-    near(with[2] - without[2], -0.1 * w * sin / 2.0);
+    near(with[3] - without[3], -0.1 * w * 0.03 * tan / 2e-3);
+    near(with[1] - without[1], -0.1 * w * cos / 2.0);
+    near(with[2] - without[2], 0.1 * w * sin / 2.0);
 }
 
 /// Harmonic l of the transmission error drives the kinds of modes that the rule of Parker 2000 names, and no others.
@@ -701,4 +702,212 @@ fn inertias_of(train: &Train) -> Vec<f64> {
         _ => 0.7,
     };
     train.shape().coordinates().iter().map(|channel| inertia(&channel.name)).collect()
+}
+
+/// Two stages with friction: the second pinion turns clockwise. The power of friction is negative on both stages: a train
+/// that coasts without load loses energy, whichever way it turns and whichever gear is stated first.
+#[test]
+fn friction_resists_in_every_sense_of_rotation() {
+    let at = |first_turns_clockwise: bool| {
+        let mesh = |teeth: [u32; 2]| {
+            MeshPart::external(teeth, teeth.map(|z| 1e-3 * f64::from(z)), k()).friction(0.1)
+        };
+        let mut parts = Parts::new();
+        parts
+            .body("in", Body::new(1e-3))
+            .body("one", Body::new(1e-3).on(Bearing::new(2.0, 0.0)).at([0.05, 0.0]));
+        parts.body("two", Body::new(2e-3).at([0.1, 0.0]));
+        // A first mesh upstream turns gear one clockwise.
+        parts.mesh("upstream", "in", "one", MeshPart::external([20, 20], [0.02, 0.02], k()));
+        parts.mesh("mesh", "one", "two", mesh([20, 30]));
+        let reference = if first_turns_clockwise { "in" } else { "one" };
+        let train = parts.accept(Warning::Unsupported).build(reference, 10.0).unwrap();
+        let (mut u, mut a) = (vec![0.0; train.drives()], vec![0.0; train.dof()]);
+        // Only the second mesh carries: gear one ahead of gear two, with the input gear beside it.
+        let q = [1e-3, 1e-3, 0.0, 0.0, 0.0];
+        train.drive(0.0, Side::After, &mut u);
+        train.accel(&u, &q, &[0.0; 5], &mut a);
+        let with = a.clone();
+        let none = train.with("mesh friction", 0.0).unwrap();
+        none.drive(0.0, Side::After, &mut u);
+        none.accel(&u, &q, &[0.0; 5], &mut a);
+        (with[1] - a[1], with[4] - a[4], with[2] - a[2])
+    };
+    let (upright, mirrored) = (at(false), at(true));
+    // Angles along the own rotation feel the same torque; the force along the line of centres is the same.
+    assert!((upright.0 - mirrored.0).abs() < 1e-9 * upright.0.abs(), "{upright:?} {mirrored:?}");
+    assert!((upright.1 - mirrored.1).abs() < 1e-9 * upright.1.abs(), "{upright:?} {mirrored:?}");
+    assert!((upright.2 - mirrored.2).abs() < 1e-9 * upright.2.abs(), "{upright:?} {mirrored:?}");
+}
+
+#[test]
+fn static_states_find_the_loaded_flank() {
+    let loaded = |torque: f64, relative: bool| {
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+        parts.mesh(
+            "mesh",
+            "pinion",
+            "wheel",
+            MeshPart::external([20, 40], [0.03, 0.06], k()).half_backlash(4e-5),
+        );
+        parts.torque("drive", "pinion", torque).torque("load", "wheel", -2.0 * torque);
+        if relative {
+            parts.coordinates(Coordinates::Relative);
+        }
+        static_state(&parts.build("pinion", 100.0).unwrap(), 0.0).unwrap()
+    };
+    for relative in [false, true] {
+        for torque in [30.0, -30.0] {
+            let state = loaded(torque, relative);
+            let (w, d) = (torque / 0.03, torque.signum() * 4e-5 + torque / 0.03 / 2e8);
+            assert!((state.contacts[0].force - w).abs() < 1e-9 * w.abs());
+            assert!((state.contacts[0].deflection - d).abs() < 1e-12 * d.abs());
+        }
+    }
+    // An idler whose last mesh is loaded backwards.
+    let mesh = |teeth: [u32; 2]| {
+        MeshPart::external(teeth, teeth.map(|z| 1e-3 * f64::from(z)), k()).half_backlash(5e-5)
+    };
+    let mut parts = idler([1e-3, 3e-3, 8e-3], [mesh([20, 30]), mesh([30, 40])]);
+    parts.torque("t1", "driver", 30.0).torque("t2", "idler", -52.5).torque("t3", "driven", 10.0);
+    let state = static_state(&parts.build("driver", 100.0).unwrap(), 0.0).unwrap();
+    assert_eq!(state.pieces, [Piece::Upper, Piece::Lower]);
+    assert!((state.contacts[1].force + 250.0).abs() < 1e-6);
+    // A body that nothing holds in space accelerates under the mesh force.
+    let mut parts = Parts::new();
+    parts.body("one", Body::new(1e-3).on(Bearing::new(1.0, 0.0))).body("two", Body::new(2e-3).at([0.1, 0.0]));
+    parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()));
+    parts.torque("drive", "one", 10.0).torque("load", "two", -15.0).accept(Warning::Unsupported);
+    let state = static_state(&parts.build("one", 1.0).unwrap(), 0.0).unwrap();
+    assert!(state.acceleration[1].abs() > 1.0, "{:?}", state.acceleration);
+}
+
+#[test]
+fn modes_without_stiffness_unstable_and_one_way() {
+    let train = pair().build("pinion", 100.0).unwrap();
+    let free = Modes::on_pieces(&train, 0.0, &[Piece::Gap]).unwrap();
+    assert_eq!((free.rigid(), free.eigenvalues().len()), (2, 0));
+    /// q_0'' = -q_0 - 5 q_1, q_1'' = s q_1: coupled one way.
+    struct OneWay(f64);
+    impl Model for OneWay {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            (a[0], a[1]) = (-q[0] - 5.0 * q[1], self.0 * q[1]);
+        }
+    }
+    let modes = Modes::in_contact(&OneWay(-4.0), 0.0).unwrap();
+    assert!(!modes.is_symmetric());
+    assert!((modes.frequencies()[0] - 1.0).abs() < 1e-9 && (modes.frequencies()[1] - 2.0).abs() < 1e-9);
+    let unstable = Modes::in_contact(&OneWay(3.0), 0.0).unwrap();
+    assert_eq!((unstable.unstable(), unstable.rigid()), (1, 0));
+    assert!((unstable.list()[0].square() + 3.0).abs() < 1e-9);
+}
+
+/// The stiffness that a lost sun tooth leaves: each planet meets the tooth a third of a turn after the one before.
+#[test]
+fn a_cracked_sun_tooth_meets_the_planets_in_turn() {
+    let loss = Wave::new(gear_dynamics::teeth::ToothLoss::new(30, 0, 0.5).unwrap());
+    let mut parts = Parts::new();
+    parts
+        .body("sun", Body::new(1e-3))
+        .body("carrier", Body::new(1e-2))
+        .body("ring", Body::new(1e-2).locked());
+    for p in 0..3 {
+        let planet = format!("planet {p}");
+        let angle = std::f64::consts::TAU * f64::from(p) / 3.0;
+        parts.body(&planet, Body::new(1e-3).carried_by("carrier", angle));
+        let inner =
+            MeshPart::external([30, 30], [0.03, 0.03], k()).stiffness_of_turn(OfMesh::Driver, loss.clone());
+        parts.mesh(&format!("sun {p}"), "sun", &planet, inner);
+        parts.mesh(&format!("ring {p}"), &planet, "ring", MeshPart::internal([30, 90], [0.03, 0.09], k()));
+    }
+    let train = parts.build("sun", 10.0).unwrap();
+    // The sun turns 3/4 against the carrier: a period is 4/3 turns.
+    let low: Vec<f64> = (0..3)
+        .map(|p| {
+            let mut u = vec![0.0; train.drives()];
+            let mut sum = nalgebra::Complex::new(0.0, 0.0);
+            for i in 0..3000 {
+                train.drive(train.period() * (f64::from(i) + 0.5) / 3000.0, Side::After, &mut u);
+                let mut contacts = vec![Contact::default(); 6];
+                let mut q = vec![0.0; train.dof()];
+                q[0] = 1e-3;
+                train.contact(&u, &q, &vec![0.0; train.dof()], &mut contacts);
+                let force = contacts[2 * p].force;
+                if force < 0.9 * 2e8 * 0.03 * 1e-3 {
+                    sum += nalgebra::Complex::from_polar(1.0, std::f64::consts::TAU * f64::from(i) / 3000.0);
+                }
+            }
+            sum.arg() / std::f64::consts::TAU
+        })
+        .collect();
+    let after = |p: usize| (low[p] - low[0]).rem_euclid(1.0);
+    assert!((after(1) - 1.0 / 3.0).abs() < 2e-3 && (after(2) - 2.0 / 3.0).abs() < 2e-3, "{low:?}");
+}
+
+#[test]
+fn joined_sets_have_kinds_of_their_own() {
+    let set = |n: u32| {
+        let set = Planetary::torsional([30, 30, 90], n, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [k(), k()]);
+        set.unwrap().parts()
+    };
+    let mut parts = Parts::new();
+    parts.join("a", set(3)).join("b", set(4)).shaft("shaft", "a carrier", "b sun", 1e5, 0.0);
+    let train = parts.build("a sun", 100.0).unwrap();
+    let kinds = train.kinds(&Modes::in_contact(&train, 0.0).unwrap());
+    let count = |kind: ModeKind| kinds.iter().filter(|own| **own == kind).count();
+    // Two planet modes of the first set; everything else belongs to the second set or to both.
+    assert_eq!((count(ModeKind::Planet), count(ModeKind::Mixed)), (2, train.dof() - 2));
+}
+
+#[test]
+fn resonances_lie_on_orders() {
+    let train = pair().build("pinion", 100.0).unwrap();
+    let frequency = Modes::in_contact(&train, 0.0).unwrap().frequencies()[1];
+    let diagram = Campbell::of(&train, &[10.0, 500.0, 1500.0], &[20.0]).unwrap();
+    assert_eq!(diagram.resonances().len(), 1);
+    let meeting = diagram.resonances()[0];
+    assert!(
+        (meeting.frequency / frequency - 1.0).abs() < 1e-9
+            && (20.0 * meeting.speed / frequency - 1.0).abs() < 1e-9
+    );
+    assert!(Campbell::of(&train, &[10.0, 5.0], &[20.0]).is_err());
+    assert!(Campbell::of(&train, &[f64::NAN], &[20.0]).is_err());
+}
+
+#[test]
+fn further_refusals() {
+    let planetary = |bearing: Bearing| {
+        let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3; 4], [k(), k()]).unwrap();
+        set.on_bearings([Bearing::new(1.0, 1e8), bearing, Bearing::new(1.0, 1e8), Bearing::new(1.0, 1e8)])
+            .parts()
+    };
+    let error = planetary(Bearing::new(1.0, 1e8).along_y()).build("sun", 1.0).unwrap_err();
+    assert!(matches!(error, TrainError::NotIsotropic { .. }), "{error}");
+    let mut parts = planetary(Bearing::new(1.0, 1e8));
+    parts
+        .body("pinion", Body::new(1e-3).on(Bearing::new(1.0, 1e8)).at([1.0, 0.0]))
+        .body("wheel", Body::new(1e-3));
+    parts.mesh("output", "pinion", "wheel", MeshPart::external([20, 20], [0.02, 0.02], k()));
+    parts.shaft("shaft", "carrier", "pinion", 1e5, 0.0).rotating_with("carrier");
+    let error = parts.build("sun", 1.0).unwrap_err();
+    assert!(matches!(error, TrainError::NotRotating { .. }), "{error}");
+    assert!(matches!(
+        refused(|parts| {
+            parts.body("held", Body::new(1.0).held(0.0, 0.0));
+            parts.mesh("second", "wheel", "held", MeshPart::external([40, 20], [0.06, 0.03], k()));
+        }),
+        TrainError::Locked { .. } | TrainError::Warning { .. }
+    ));
+    let mut params = RingSet::set_a(4, 1000.0).params().unwrap();
+    params.gears.pop();
+    assert!(matches!(ring_parts(&params, 20), Err(TrainError::Parameter(_))));
+    let relative = refused(|parts| {
+        parts.body("motor", Body::new(1.0).drag(1.0)).shaft("shaft", "motor", "pinion", 1e4, 0.0);
+        parts.coordinates(Coordinates::Relative);
+    });
+    assert!(matches!(relative, TrainError::NotRelative { .. }), "{relative}");
 }

@@ -6,71 +6,84 @@ use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, OfMesh, Parts, Planetary, Warning};
 use gear_dynamics::{Model, ParameterError, State, Wave, excitation::Fourier};
 
+/// A number, in most cases a sensible one.
+fn number(case: &mut Case, sensible: f64) -> f64 {
+    if case.chance(0.95) { sensible * (0.5 + case.unit()) } else { case.number(sensible) }
+}
+
 fn wave(case: &mut Case, mean: f64) -> Result<Wave, ParameterError> {
     let pairs = case.pairs(2, 0.1 * mean);
-    Ok(Wave::new(Fourier::new(case.number(mean), &pairs)?))
+    Ok(Wave::new(Fourier::new(number(case, mean), &pairs)?))
 }
 
 fn body(case: &mut Case) -> Body {
-    let mut body = Body::new(case.number(1e-3)).at([case.number(0.1), case.number(0.1)]);
+    let mut body = Body::new(number(case, 1e-3)).at([number(case, 0.1), number(case, 0.1)]);
     if case.chance(0.4) {
-        let bearing = Bearing::new(case.number(1.0), case.number(1e8)).damping(case.number(100.0));
-        let bearing = if case.chance(0.3) { bearing.clearance(case.number(1e-5)) } else { bearing };
+        let bearing = Bearing::new(number(case, 1.0), number(case, 1e8)).damping(number(case, 100.0));
+        let bearing = if case.chance(0.3) { bearing.clearance(number(case, 1e-5)) } else { bearing };
         body = body.on(if case.chance(0.2) { bearing.along_y() } else { bearing });
     }
     match case.below(8) {
-        0 => body.held(case.number(1e5), case.number(1.0)),
-        1 => body.restrained(case.number(1e5), case.number(1.0)),
-        2 => body.drag(case.number(1.0)),
-        3 => body.carried_by("b0", case.number(1.0)),
+        0 => body.held(number(case, 1e5), number(case, 1.0)),
+        1 => body.restrained(number(case, 1e5), number(case, 1.0)),
+        2 => body.drag(number(case, 1.0)),
+        3 => body.carried_by("b0", number(case, 1.0)),
         4 => body.locked(),
         _ => body,
     }
 }
 
 fn mesh(case: &mut Case) -> Result<MeshPart, ParameterError> {
-    let teeth = [(); 2].map(|()| case.pick(&[0, 1, 20, 30, 60, 90, 1_000_003, u32::MAX]));
-    let module = case.number(1e-3);
+    let teeth = [(); 2].map(|()| {
+        if case.chance(0.97) { case.pick(&[20, 30, 60]) } else { case.pick(&[0, 1, 1_000_003, u32::MAX]) }
+    });
+    let module = number(case, 1e-3);
     let radii = if case.chance(0.9) {
         teeth.map(|z| module * f64::from(z))
     } else {
-        [case.number(0.03), case.number(0.06)]
+        [number(case, 0.03), number(case, 0.06)]
     };
     let new = if case.chance(0.3) { MeshPart::internal } else { MeshPart::external };
     let mut part =
-        new(teeth, radii, wave(case, 2e8)?).half_backlash(case.number(1e-5)).damping(case.number(1e3));
+        new(teeth, radii, wave(case, 2e8)?).half_backlash(number(case, 1e-5)).damping(number(case, 1e3));
     if case.chance(0.3) {
         part = part.error(wave(case, 1e-6)?);
     }
     if case.chance(0.2) {
-        part = part.friction(case.number(0.1)).phase(case.number(0.3));
+        part = part.friction(number(case, 0.1)).phase(number(case, 0.3));
     }
     if case.chance(0.2) {
         part = part
             .error_of_turn(OfMesh::Driven, wave(case, 1e-6)?)
             .stiffness_of_turn(OfMesh::Driver, wave(case, 1.0)?);
     }
-    Ok(part.pressure_angle(case.number(0.35)))
+    Ok(part.pressure_angle(number(case, 0.35)))
 }
 
 /// Parts at random, and planetary sets.
 pub fn train(case: &mut Case) -> Run {
     let mut parts = Parts::new();
     if case.chance(0.4) {
-        let teeth = [(); 3].map(|()| case.pick(&[0, 19, 20, 30, 90, 89, 1_000_000, u32::MAX]));
-        let inertias = [(); 4].map(|()| case.number(1e-3));
+        let teeth = if case.chance(0.8) {
+            case.pick(&[[30, 30, 90], [19, 17, 56], [30, 20, 70]])
+        } else {
+            [(); 3].map(|()| case.pick(&[0, 19, 20, 30, 90, 89, 1_000_000, u32::MAX]))
+        };
+        let inertias = [(); 4].map(|()| number(case, 1e-3));
         let stiffness = [wave(case, 2e8)?, wave(case, 2e8)?];
-        let set = Planetary::torsional(teeth, case.below(6) as u32, case.number(0.03), inertias, stiffness)?;
-        let set =
-            set.pressure_angle(case.number(0.35)).half_backlash(case.number(1e-5)).damping(case.number(1e3));
+        let set = Planetary::torsional(teeth, case.below(6) as u32, number(case, 0.03), inertias, stiffness)?;
+        let set = set
+            .pressure_angle(number(case, 0.35))
+            .half_backlash(number(case, 1e-5))
+            .damping(number(case, 1e3));
         let set = if case.chance(0.5) {
-            set.on_bearings([(); 4].map(|()| Bearing::new(case.number(1.0), case.number(1e8))))
+            set.on_bearings([(); 4].map(|()| Bearing::new(number(case, 1.0), number(case, 1e8))))
         } else {
             set
         };
         let angles = case.list(3, 1.0);
         let set = if case.chance(0.2) { set.at_angles(&angles) } else { set };
-        parts.join("b0", set.supports([0.0, case.number(1e6), 0.0]).parts());
+        parts.join("b0", set.supports([0.0, number(case, 1e6), 0.0]).parts());
     }
     let count = case.below(5);
     for i in 0..count {
@@ -88,12 +101,14 @@ pub fn train(case: &mut Case) -> Run {
                 &format!("s{i}"),
                 &a,
                 &b,
-                [case.number(1e4), case.number(1.0)],
-                case.number(1e-3),
+                [number(case, 1e4), number(case, 1.0)],
+                number(case, 1e-3),
             ),
-            1 => parts.torque(&format!("t{i}"), &a, case.number(10.0)),
-            2 => parts.motor(&format!("t{i}"), &a, case.number(10.0), case.number(0.2), case.number(100.0)),
-            _ => parts.shaft(&format!("s{i}"), &a, &b, case.number(1e4), case.number(1.0)),
+            1 => parts.torque(&format!("t{i}"), &a, number(case, 10.0)),
+            2 => {
+                parts.motor(&format!("t{i}"), &a, number(case, 10.0), number(case, 0.2), number(case, 100.0))
+            }
+            _ => parts.shaft(&format!("s{i}"), &a, &b, number(case, 1e4), number(case, 1.0)),
         };
     }
     if case.chance(0.2) {
@@ -106,7 +121,7 @@ pub fn train(case: &mut Case) -> Run {
         parts.accept(warning);
     }
     let reference = if case.chance(0.5) { "b0 sun".to_owned() } else { name(case) };
-    let train = parts.build(&reference, case.number(100.0))?;
+    let train = parts.build(&reference, number(case, 100.0))?;
     holds(train.dof() == train.shape().coordinates().len(), || "names of coordinates".into())?;
     speaks_numbers(&train, &State::at_rest(train.dof()))?;
     if let Some(modes) = case.accept(Modes::mean_in_contact(&train)) {

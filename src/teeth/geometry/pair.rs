@@ -9,7 +9,7 @@ use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::{inverse, involute};
 use std::f64::consts::{PI, TAU};
 
-/// The geometry of two involute gears in mesh. InvoluteGear 0 drives; either gear may be the internal one.
+/// The geometry of two involute gears in mesh. Gear 0 drives; either gear may be the internal one.
 ///
 /// The line of contact is the part of the common tangent of the base circles on which the teeth touch. A
 /// pair of teeth enters contact where it reaches the tip of the driven gear, and leaves it at the tip of the

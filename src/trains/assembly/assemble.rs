@@ -14,7 +14,7 @@ use crate::trains::assembly::places::{Planet, planets};
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Parts};
-use crate::trains::shape::elements::{Entry, PlanetPlace, RowSpring, Spring};
+use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet, RowSpring, Spring};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use std::ops::Range;
 
@@ -122,6 +122,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             single: Vec::new(),
             errors: Vec::new(),
             sets: Vec::new(),
+            fastest: 1,
             spring_names: Default::default(),
             plain: false,
             torques: Vec::new(),
@@ -182,6 +183,9 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             return;
         }
         let (levers, pulls) = (self.levers(row), self.pulls(row));
+        if levers.is_empty() && pulls.is_empty() {
+            return;
+        }
         if let Some((ends, [levers, pulls])) = pair(&levers, &pulls) {
             let ends = ends.map(|end| end as u32);
             self.shape.springs.push(Spring { ends, pulls, stiffness, damping, levers });
@@ -247,12 +251,26 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
                 },
                 angle: planet.angle,
             };
+            let parts = self.layout.parts;
             let of = |carrier: usize| {
-                let all = self.layout.planets.iter().enumerate();
-                all.filter_map(|(body, planet)| Some((body, planet.as_ref()?)))
-                    .filter(|(_, planet)| planet.carrier == carrier)
-                    .map(place)
-                    .collect()
+                let carried = |body: usize| {
+                    self.layout.planets[body].as_ref().filter(|planet| planet.carrier == carrier)
+                };
+                let mut bodies = vec![carrier];
+                for (name, ends, _) in &parts.meshes {
+                    let Ok([a, b]) = self.names.pair(name, ends) else { continue };
+                    match (carried(a), carried(b)) {
+                        (Some(_), None) => bodies.push(b),
+                        (None, Some(_)) => bodies.push(a),
+                        _ => {}
+                    }
+                }
+                bodies.sort_unstable();
+                bodies.dedup();
+                let own = |body: usize| [self.layout.angle[body]].into_iter().chain(self.layout.centre[body]);
+                let planets = (0..parts.bodies.len()).filter_map(|body| Some(place((body, carried(body)?))));
+                let central = bodies.into_iter().flat_map(own).flatten().collect();
+                PlanetSet { planets: planets.collect(), central }
             };
             shape.sets = carriers.into_iter().map(of).collect();
         }

@@ -10,7 +10,7 @@ use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::shape::train_shape::TrainShape;
 
-/// Stiffnesses of meshes of steel gears, a thousand times less to a thousand times more [N/m].
+/// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
 const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
 /// Modules of gears `[m]`.
 const MODULE: [f64; 2] = [1e-5, 0.2];
@@ -36,6 +36,12 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
             check::not_negative(format!("bearing damping of \"{name}\""), bearing.damping[axis])?;
         }
         check::not_negative(format!("clearance of \"{name}\""), bearing.clearance)?;
+        if bearing.along_y && body.place.is_some() {
+            return Err(TrainError::NotIsotropic {
+                body: name.clone(),
+                why: "a planet moves in both directions",
+            });
+        }
         let alike = [bearing.stiffness, bearing.damping].iter().all(|[x, y]| x == y);
         if bearing.clearance > 0.0 && !alike {
             let why = "it has a radial clearance";
@@ -142,8 +148,15 @@ pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<
             join(body, carrier);
         }
         let (name, part) = &parts.bodies[body];
+        let shafts = parts.shafts.iter().flat_map(|shaft| &shaft.ends);
+        if part.held && !part.locked && part.support[0] == 0.0 && shafts.into_iter().all(|end| end != name) {
+            let message = format!(
+                "nothing holds \"{name}\", which is at rest in the mean: give it a stiffness or lock it"
+            );
+            warn(Warning::Unsupported, message)?;
+        }
         if let Some(bearing) = part.bearing
-            && bearing.stiffness.contains(&0.0)
+            && (bearing.stiffness[1] == 0.0 || !bearing.along_y && bearing.stiffness[0] == 0.0)
         {
             let message = format!("the bearing of \"{name}\" has no stiffness: the body is not supported");
             warn(Warning::Unsupported, message)?;
@@ -180,9 +193,13 @@ pub(crate) fn balance<N: Nonlinearity>(
         return Ok(());
     }
     let (mut power, mut size) = (0.0, 0.0f64);
-    for torque in parts.torques.iter().filter(|torque| torque.course == Course::Constant) {
+    for torque in &parts.torques {
+        let mean = match &torque.course {
+            Course::OfAngle(factor) => crate::models::ring::ring_params::mean(factor),
+            _ => 1.0,
+        };
         let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
-        let share = layout.kinematics.speeds[body].value().abs() * torque.value;
+        let share = layout.kinematics.speeds[body].value().abs() * torque.value * mean;
         (power, size) = (power + share, size + share.abs());
     }
     if power.abs() <= BALANCED * size {

@@ -43,12 +43,12 @@ impl Kinematics {
                     [] => {
                         let (body, lever) = terms[terms.len() - 1];
                         let rest = sum(&terms[..terms.len() - 1], &speeds).and_then(|rest| rest.over(lever));
-                        let found = rest.map(|rest| -rest.value());
+                        let Some(found) = rest.and_then(|rest| Fraction::ZERO.minus(rest)) else {
+                            return Err(TrainError::NoCommonAngle { part: part.clone() });
+                        };
                         let expected = speeds[body].map_or(0.0, Fraction::value);
-                        let fits =
-                            rest.and_then(|rest| rest.plus(speeds[body]?)).is_some_and(Fraction::is_zero);
-                        if !fits {
-                            let found = found.unwrap_or(f64::INFINITY);
+                        if speeds[body] != Some(found) {
+                            let found = found.value();
                             return Err(TrainError::Locked {
                                 part: part.clone(),
                                 body: name(body),
@@ -63,7 +63,7 @@ impl Kinematics {
                         let rest =
                             sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
                         let Some(speed) = rest else {
-                            return Err(TrainError::SpeedUndetermined { body: name(body) });
+                            return Err(TrainError::NoCommonAngle { part: part.clone() });
                         };
                         speeds[body] = Some(speed);
                         queue.extend(of_body[body].iter().copied());

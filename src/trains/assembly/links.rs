@@ -34,18 +34,42 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             }
             let relative =
                 |gear: usize| self.layout.kinematics.relative(bodies[gear], carrier).map(Fraction::abs);
+            let relative_speed = |gear: usize| {
+                self.layout.kinematics.relative(bodies[gear], carrier).map_or(0.0, Fraction::value)
+            };
             let tooth = relative(0).and_then(|speed| speed.times(Fraction::whole(part.teeth[0].into())));
             let tooth_order = self.orders.order(tooth);
+            self.shape.fastest = self.shape.fastest.max(tooth_order.unwrap_or(1));
             let along = |wave: &Wave| -> Result<Wave, TrainError> {
-                Ok(self.turning(name, wave, tooth)?.with_phase(TAU * ahead)?)
+                if Wave::divisor_of_orders([wave]) == 0 {
+                    return Ok(wave.clone());
+                }
+                let shifted = wave.clone().with_phase(TAU * ahead * f64::from(wave.order()))?;
+                self.turning(name, &shifted, tooth)
+            };
+            if part.law.moves() {
+                if ahead != 0.0 {
+                    return Err(TrainError::MovingEdges { mesh: name.clone() });
+                }
+                if tooth_order.is_none() {
+                    return Err(TrainError::AtRest { part: name.clone() });
+                }
+            }
+            // A tooth of a central gear reaches the planets one after the other.
+            let turning = |gear: usize, wave: &Wave| -> Result<Wave, TrainError> {
+                let place = self.layout.planets[bodies[1 - gear]].as_ref();
+                let central = place.filter(|_| self.layout.planets[bodies[gear]].is_none());
+                let way = if relative_speed(gear) >= 0.0 { -1.0 } else { 1.0 };
+                let shift = central.map_or(0.0, |planet| way * planet.angle * f64::from(wave.order()));
+                self.turning(name, &wave.clone().with_phase(shift)?, relative(gear))
             };
             let (mut stiffness, mut error) = (vec![along(&part.stiffness)?], vec![along(&part.error)?]);
             for gear in [0, 1] {
                 if let Some(wave) = &part.faults[gear] {
-                    stiffness.push(self.turning(name, wave, relative(gear))?);
+                    stiffness.push(turning(gear, wave)?);
                 }
                 if let Some(wave) = &part.runout[gear] {
-                    error.push(self.turning(name, wave, relative(gear))?);
+                    error.push(turning(gear, wave)?);
                 }
             }
             let stiffness = one_of(stiffness, |waves| Wave::new(Product::new(waves)));
@@ -61,7 +85,8 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             if let Some(part) = &part.friction {
                 let pulls = self.pulls(&friction);
                 let pulls = self.kept(&pulls);
-                let sign = self.turning(name, &part.sign, tooth)?.with_phase(TAU * ahead)?;
+                let sign = part.sign.clone().with_phase(TAU * ahead * f64::from(part.sign.order()))?;
+                let sign = self.turning(name, &sign, tooth)?;
                 let sign = once(&mut self.shape.single, sign);
                 self.shape.frictions.push(Friction { tooth: self.shape.teeth.len() - 1, sign, pulls });
                 self.frictions.push((Channel::new(format!("{name} friction"), "1"), part.coefficient));
@@ -137,11 +162,23 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let parts = self.layout.parts;
         let Some(carrier) = &parts.rotating else { return Ok(()) };
         let carrier = self.names.place("the rotating frame", carrier)?;
+        for (name, ends, _) in &parts.meshes {
+            let pair = self.names.pair(name, ends)?;
+            let moves = pair.iter().any(|&body| parts.bodies[body].1.bearing.is_some());
+            if moves && self.names.carrier_of(parts, name, pair)? != Some(carrier) {
+                let why = "its line of action stands still";
+                return Err(TrainError::NotRotating { part: name.clone(), why });
+            }
+        }
         // x and y are counterclockwise from each other; the frame turns with the sense of the carrier.
         self.shape.frame_ratio = self.layout.kinematics.speeds[carrier].value() / self.orders.ratio;
         for (body, (name, part)) in parts.bodies.iter().enumerate() {
             let (Some(bearing), [x, Some(y)]) = (part.bearing, self.layout.centre[body]) else { continue };
             let planet = self.layout.planets[body].is_some();
+            if bearing.clearance > 0.0 && !planet {
+                let why = "a damper with a clearance has no term for the rotation";
+                return Err(TrainError::NotRotating { part: name.clone(), why });
+            }
             let [c, other] = bearing.damping;
             if !planet && (c != other || bearing.stiffness[0] != bearing.stiffness[1]) {
                 let why = "its directions turn in a rotating frame";

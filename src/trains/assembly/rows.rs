@@ -101,7 +101,10 @@ impl<N: Nonlinearity> Layout<'_, N> {
         let tan = sin / cos;
         let pitch = if mesh.kind == Kind::External { [r1 * tan, r2 * tan] } else { [r1 * tan, -r2 * tan] };
         let pitch = if mesh.kind == Kind::FirstInternal { pitch.map(|r| -r) } else { pitch };
-        let friction = self.along([-n[1], n[0]], [(a, pitch[0]), (b, pitch[1])]);
+        // The sliding of the flanks at the mean speeds reverses with the sense of rotation.
+        let [first, second] = [a, b].map(|body| self.kinematics.speeds[body].value());
+        let way = if first < second { -1.0 } else { 1.0 };
+        let friction = self.along([-way * n[1], way * n[0]], [(a, way * pitch[0]), (b, way * pitch[1])]);
         Ok([row, friction])
     }
     /// The row of two bodies along n with levers about their centres.

@@ -194,7 +194,21 @@ pub enum TrainError {
         /// The mesh or torque.
         part: String,
     },
-    /// The tooth numbers have no common angle whose orders are at most 4 294 967 295.
+    /// The contact law of a planet's mesh has edges that move with the mesh angle.
+    #[error("the contact law of \"{mesh}\" has edges that move: a mesh with a phase cannot shift them")]
+    MovingEdges {
+        /// The mesh.
+        mesh: String,
+    },
+    /// A part that does not turn with the carrier whose frame is stated.
+    #[error("\"{part}\" does not turn with the carrier of the rotating frame: {why}")]
+    NotRotating {
+        /// The part.
+        part: String,
+        /// The reason.
+        why: &'static str,
+    },
+    /// The tooth numbers have no common angle that can be computed.
     #[error("\"{part}\" has no common angle with the other waves: its tooth numbers are too large")]
     NoCommonAngle {
         /// The mesh or torque.

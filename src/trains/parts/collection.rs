@@ -190,7 +190,8 @@ impl<N> Parts<N> {
         self.accepted.push(warning);
         self
     }
-    /// Adds all parts of another train, with `name` and a space before each of their names.
+    /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings that it
+    /// accepts. Its choice of coordinates is left out.
     pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
         let renamed = |own: String| format!("{name} {own}");
         self.bodies.extend(other.bodies.into_iter().map(|(own, mut body)| {

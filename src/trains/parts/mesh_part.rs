@@ -8,6 +8,7 @@ use crate::excitation::rectangle::RectangularWave;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use crate::teeth::geometry::pair::GearPair;
+use std::f64::consts::PI;
 
 /// Which gear has internal teeth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,6 +74,8 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) phase: f64,
     pub(crate) stated_phase: Option<f64>,
     pub(crate) friction: Option<FrictionPart>,
+    /// Mesh angle of the pitch point `[rad]`.
+    pub(crate) pitch_point: f64,
 }
 
 impl MeshPart {
@@ -95,6 +98,7 @@ impl MeshPart {
             phase: 0.0,
             stated_phase: None,
             friction: None,
+            pitch_point: 0.5 * PI,
         }
     }
     /// A mesh whose gear with more teeth is internal (the second one, if the numbers are equal).
@@ -119,6 +123,7 @@ impl MeshPart {
         let radii = pair.gears().each_ref().map(|gear| gear.base_radius());
         let new = if pair.is_internal() { MeshPart::internal } else { MeshPart::external };
         let mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
+        let mesh = MeshPart { pitch_point: pair.pitch_point(), ..mesh };
         // Along the line of action.
         mesh.half_backlash((0.5 * pair.backlash() * libm::cos(pair.working_pressure_angle())).max(0.0))
     }
@@ -136,7 +141,7 @@ impl<N: Nonlinearity> MeshPart<N> {
         let upper = law.edges(0.0, Side::After).upper;
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
         let MeshPart { kind, teeth, radii, pressure_angle, stiffness, error, runout, faults, .. } = self;
-        let MeshPart { contact_damping, damping, phase, stated_phase, friction, .. } = self;
+        let MeshPart { contact_damping, damping, phase, stated_phase, friction, pitch_point, .. } = self;
         MeshPart {
             kind,
             teeth,
@@ -153,6 +158,7 @@ impl<N: Nonlinearity> MeshPart<N> {
             phase,
             stated_phase,
             friction,
+            pitch_point,
         }
     }
     /// The same mesh with a static transmission error e `[m]` over the mesh angle.
@@ -194,11 +200,17 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn stated_phase(self, cycles: f64) -> Self {
         MeshPart { stated_phase: Some(cycles), ..self }
     }
-    /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. Default sign s:
-    /// [`RectangularWave::sign`], -1 for approach and 1 for recess in turn. μ becomes the constant `<mesh>
-    /// friction`.
+    /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. The sign s is -1 in the
+    /// half cycle before the pitch point (approach) and 1 in the half cycle after it (recess). The pitch point is that of
+    /// [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the constant `<mesh> friction`.
+    ///
+    /// # Errors
+    /// None here; a coefficient out of range is an error of [`Parts::build`](crate::trains::Parts::build).
     pub fn friction(self, coefficient: f64) -> Self {
-        self.friction_with_sign(coefficient, Wave::new(RectangularWave::sign()))
+        // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
+        let sign = Wave::new(RectangularWave::sign());
+        let shifted = sign.clone().with_phase(1.5 * PI - self.pitch_point);
+        self.friction_with_sign(coefficient, shifted.unwrap_or(sign))
     }
     /// The same mesh with tooth friction whose sign over the mesh angle is given.
     pub fn friction_with_sign(self, coefficient: f64, sign: Wave) -> Self {

@@ -61,7 +61,7 @@ pub struct Planetary {
 
 impl Planetary {
     /// A torsional set: teeth of sun, planets and ring; N equally spaced planets; base radius of the sun `[m]`; moments
-    /// of inertia [kg m²] of sun, each planet, ring, and the carrier with the masses of the planets on it; stiffnesses of a
+    /// of inertia [kg m²] of sun, each planet, ring, and the carrier (with the masses of the planets, if they have no bearings); stiffnesses of a
     /// sun mesh and of a ring mesh over the mesh angle.
     ///
     /// # Errors
@@ -100,7 +100,7 @@ impl Planetary {
         Planetary { bearings: Some(bearings), ..self }
     }
     /// The same set with torsional supports of sun, ring and carrier [N m/rad]. An infinite stiffness locks the
-    /// member. Default: 0.
+    /// member. Default: 0; the member at rest is locked then.
     pub fn supports(self, supports: [f64; 3]) -> Self {
         Planetary { supports, ..self }
     }
@@ -154,6 +154,8 @@ impl Planetary {
         };
         let held = |body: Body, member: Central| match self.supports[member as usize] {
             f64::INFINITY => body.locked(),
+            // At rest without a spring.
+            0.0 if self.at_rest == Some(member) => body.locked(),
             stiffness if self.at_rest == Some(member) => body.held(stiffness, 0.0),
             stiffness => body.restrained(stiffness, 0.0),
         };

@@ -14,7 +14,7 @@ use crate::trains::parts::mesh_part::MeshPart;
 /// `gear 1`. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
 ///
 /// # Errors
-/// [`TrainError::RadiiContradictTeeth`] if the base radii do not give whole tooth numbers.
+/// Parameters that [`Ring::as_printed`](crate::Ring::as_printed) refuses; [`TrainError::RadiiContradictTeeth`] if the base radii do not give whole tooth numbers.
 ///
 /// ```
 /// use gear_dynamics::models::ring::RingSet;
@@ -26,6 +26,7 @@ use crate::trains::parts::mesh_part::MeshPart;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, TrainError> {
+    params.check()?;
     let mut parts = Parts::new();
     let n = params.gears.len();
     let shaft = params.motor.shaft;

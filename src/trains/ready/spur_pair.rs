@@ -16,8 +16,8 @@ use crate::trains::parts::mesh_part::MeshPart;
 ///
 /// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
 ///
-/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is r_1 (θ_1
-/// - θ_2 z_2/z_1)/r_1: the deviation of the driver relative to the driven gear.
+/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is θ_1 -
+/// θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
 ///
 /// ```
 /// use gear_dynamics::trains::SpurPair;

@@ -124,8 +124,13 @@ impl<N: Nonlinearity> TrainShape<N> {
     ) -> Contact<S> {
         let journal = &self.journals[i - self.teeth.len()];
         let [[x, vx], [y, vy]] = journal.levers.each_ref().map(|levers| self.row(levers.clone(), q, v));
-        let r = (x * x + y * y + S::from(journal.least)).sqrt();
         let half = at.half[i];
+        if journal.levers[0].is_empty() {
+            let force = law.force(i, &journal.law, y, vy, -half, half) * journal.stiffness;
+            let edges = Contact { lower: -half, upper: half, ..Contact::default() };
+            return Contact { deflection: y, rate: vy, force, ..edges };
+        }
+        let r = (x * x + y * y + S::from(journal.least)).sqrt();
         let rate = (x * vx + y * vy) / r;
         let force = law.force(i, &journal.law, r, rate, -half, half) * journal.stiffness;
         Contact { deflection: r, rate, lower: -half, upper: half, force, ..Contact::default() }
@@ -235,6 +240,11 @@ impl<N: Nonlinearity> TrainShape<N> {
         for (i, journal) in self.journals.iter().enumerate() {
             let i = self.teeth.len() + i;
             let contact = self.journal_contact(law, i, at, q, v);
+            if journal.levers[0].is_empty() {
+                let [_, rate] = self.row(journal.levers[1].clone(), q, v);
+                self.pull(journal.pulls[1].clone(), contact.force + at.damping[i] * rate, a);
+                continue;
+            }
             let along = contact.force / contact.deflection;
             for (levers, pulls) in journal.levers.iter().zip(&journal.pulls) {
                 let [x, rate] = self.row(levers.clone(), q, v);

@@ -101,6 +101,13 @@ pub(crate) struct Motor {
     pub(crate) synchronous: f64,
 }
 
+/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PlanetSet {
+    pub(crate) planets: Vec<PlanetPlace>,
+    pub(crate) central: Vec<usize>,
+}
+
 /// A planet: places of its angle and of x, which y follows; its angle on the carrier.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanetPlace {

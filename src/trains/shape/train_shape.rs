@@ -14,7 +14,7 @@ use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::{
-    Entry, Friction, Journal, Motor, PlanetPlace, Rotating, RowSpring, Spring, Tooth, ToothRest,
+    Entry, Friction, Journal, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest,
 };
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
@@ -80,8 +80,10 @@ pub struct TrainShape<N = Backlash> {
     /// Each wave once: stiffnesses and signs take one drive, errors two.
     pub(crate) single: Vec<Wave>,
     pub(crate) errors: Vec<Wave>,
-    /// Planets by carrier, in inertial coordinates; none in relative ones.
-    pub(crate) sets: Vec<Vec<PlanetPlace>>,
+    /// Planetary sets, in inertial coordinates; none in relative ones.
+    pub(crate) sets: Vec<PlanetSet>,
+    /// Order of the fastest mesh.
+    pub(crate) fastest: u32,
     /// Names of the springs, then of the row springs.
     pub(crate) spring_names: [Vec<String>; 2],
     /// Whether all rows have two numbers and there is nothing but springs and meshes.
@@ -109,10 +111,9 @@ impl<N: Nonlinearity> TrainShape<N> {
         self.ratio
     }
 
-    /// Mesh cycles of the fastest wave in a period: the highest order of a wave over that of their repetition.
+    /// Cycles of the fastest mesh in a period.
     pub fn cycles_in_a_period(&self) -> u32 {
-        let waves = self.single.iter().chain(&self.errors);
-        waves.map(Wave::order).max().unwrap_or(1).div_ceil(self.repeats())
+        self.fastest.div_ceil(self.repeats())
     }
 
     /// Number of contacts whose edges are waves.
@@ -218,11 +219,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
 
     fn channels(&self) -> Vec<Channel> {
         let names = self.names[1 + self.torques.len()..].iter();
-        let mesh = |name: &Channel| name.name.trim_end_matches(" damping").to_string();
-        names
-            .take(self.teeth.len())
-            .map(|name| Channel::new(format!("{} transmission error", mesh(name)), "m"))
-            .collect()
+        let of = |damping: &Channel| {
+            let unit = if damping.unit == "N s/m" { "m" } else { "rad" };
+            let name = damping.name.strip_suffix(" damping").unwrap_or(&damping.name);
+            Channel::new(format!("{name} transmission error"), unit)
+        };
+        names.take(self.teeth.len()).map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);
