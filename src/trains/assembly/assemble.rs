@@ -25,7 +25,7 @@ impl<N: Nonlinearity + Clone> Parts<N> {
     /// # Errors
     /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh of a
     /// body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases that contradict
-    /// tooth numbers; planets that do not assemble; [`Warning`]s that have not been accepted.
+    /// tooth numbers; planets that do not assemble; [`Warning`](crate::trains::Warning)s that have not been accepted.
     pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
         build(self, body, speed)
     }
