@@ -505,17 +505,13 @@ fn main() -> Outcome<()> {
                 let (reading, branch) = (READINGS[*r], BRANCHES[*b]);
                 for (x, point) in points {
                     if let (Some(point), Some(csv)) = (point, &mut csv) {
-                        let speed = if several { format!(",{}", sweep.speed) } else { String::new() };
-                        let stable = format!("{}{speed}", point.stable);
-                        csv.row(&[
-                            &reading,
-                            &branch,
-                            x,
-                            &(point.state.rsv()),
-                            &point.ppv,
-                            &point.elastic,
-                            &stable,
-                        ])?;
+                        let state = point.state.rsv();
+                        let mut row: Vec<&dyn std::fmt::Display> =
+                            vec![&reading, &branch, x, &state, &point.ppv, &point.elastic, &point.stable];
+                        if several {
+                            row.push(&sweep.speed);
+                        }
+                        csv.row(&row)?;
                     }
                 }
                 println!("  {reading:9} {branch:4} {}", spans(points, |p| p.state.to_string(), 6));
