@@ -244,7 +244,14 @@ impl Modes {
     pub fn eigenvalues(&self) -> &[Complex64] {
         &self.eigenvalues
     }
-    /// Damping ratios -Re λ/|λ|, in the order of [`eigenvalues`](Modes::eigenvalues).
+    /// Natural frequency |λ|/2π in cycles per time unit and damping ratio -Re λ/|λ| of each of the
+    /// [`eigenvalues`](Modes::eigenvalues). Rigid motions and overdamped modes are not among them: the list is
+    /// shorter than [`hertz`](Modes::hertz).
+    pub fn damped(&self) -> Vec<(f64, f64)> {
+        self.eigenvalues.iter().map(|value| value.norm() / TAU).zip(self.damping_ratios()).collect()
+    }
+    /// Damping ratios -Re λ/|λ|, in the order of [`eigenvalues`](Modes::eigenvalues), not of the
+    /// [`list`](Modes::list).
     pub fn damping_ratios(&self) -> Vec<f64> {
         self.eigenvalues.iter().map(|value| -value.re / value.norm()).collect()
     }

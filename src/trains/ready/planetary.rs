@@ -95,7 +95,7 @@ impl Planetary {
             half_backlash: 0.0,
         })
     }
-    /// The same set with bearings of sun, planets, ring and carrier: three coordinates a body.
+    /// The same set with bearings of sun, each planet, ring and carrier, in this order: three coordinates a body.
     pub fn on_bearings(self, bearings: [Bearing; 4]) -> Self {
         Planetary { bearings: Some(bearings), ..self }
     }
