@@ -203,9 +203,6 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. The sign s is -1 in the
     /// half cycle before the pitch point (approach) and 1 in the half cycle after it (recess). The pitch point is that of
     /// [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the constant `<mesh> friction`.
-    ///
-    /// # Errors
-    /// None here; a coefficient out of range is an error of [`Parts::build`](crate::trains::Parts::build).
     pub fn friction(self, coefficient: f64) -> Self {
         // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
         let sign = Wave::new(RectangularWave::sign());

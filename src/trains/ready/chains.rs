@@ -95,9 +95,7 @@ pub fn geared_rotor(inertias: [f64; 2], bearings: [Bearing; 2], mesh: MeshPart) 
 /// Angles d `[rad]` and moments W [N m] are those of the output; stiffness k [N m/rad] as a wave over a turn of the
 /// motor, damping c [N m s/rad]. Mesh: `reducer`, whose half backlash is an angle `[rad]`.   Source: Nordin and
 /// Gutman 2002, Automatica 38, 1633.
-///
-/// # Errors
-/// A stiffness or backlash out of range, or a ratio of 0, when it is built.
+/// [`Parts::build`] refuses a ratio of 0.
 ///
 /// ```
 /// use gear_dynamics::trains::robot_joint;
@@ -121,7 +119,7 @@ pub fn robot_joint(
     parts
 }
 
-/// A chain of split-torque paths: `input` drives `paths` intermediate gears in parallel, each with a shaft to a second
+/// A split-torque train: `input` drives `paths` intermediate gears in parallel, each with a shaft to a second
 /// gear that drives `output`.
 ///
 /// Bodies: `input`, `output`, and `first i` and `second i` of path i; meshes: `input i` and `output i`; shafts: `shaft
