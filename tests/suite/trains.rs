@@ -911,3 +911,61 @@ fn further_refusals() {
     });
     assert!(matches!(relative, TrainError::NotRelative { .. }), "{relative}");
 }
+
+/// With the centres on x and the line of action along y, a bearing clearance has two sides, as a mesh has.
+#[test]
+fn clearances_along_the_line_of_action_have_static_states_and_modes() {
+    let mesh = MeshPart::external([28, 28], [0.0445, 0.0445], k()).half_backlash(5e-5);
+    let mut parts = geared_rotor([1.15e-3; 2], [Bearing::new(1.84, 1e8).clearance(1e-5); 2], mesh);
+    parts.torque("drive", "driver", 44.5).torque("load", "driven", -44.5);
+    let rotor = parts.build("driver", 100.0).unwrap();
+    let state = static_state(&rotor, 0.0).unwrap();
+    // 1000 N on the mesh, and on each bearing 1e-5 past half of its clearance, on opposite sides.
+    assert_eq!(state.pieces, [Piece::Upper, Piece::Lower, Piece::Upper]);
+    for (contact, (force, depth)) in
+        state.contacts.iter().zip([(1000.0, 5.5e-5), (-1000.0, -2e-5), (1000.0, 2e-5)])
+    {
+        assert!(
+            (contact.force - force).abs() < 1e-6 && (contact.deflection - depth).abs() < 1e-12,
+            "{contact:?}"
+        );
+    }
+    let modes = Modes::in_contact(&rotor, 0.0).unwrap();
+    assert_eq!((modes.unstable(), modes.rigid(), modes.list().len()), (0, 0, 3));
+}
+
+#[test]
+fn parts_that_cannot_be_placed_are_refused() {
+    let on = || Body::new(1e-3).on(Bearing::new(1.0, 1e8));
+    let mut parts = Parts::new();
+    parts.body("one", on()).body("two", on());
+    parts.mesh("mesh", "one", "two", MeshPart::external([20, 20], [0.02, 0.02], k()));
+    assert_eq!(parts.build("one", 1.0).unwrap_err(), TrainError::SameCentre { mesh: "mesh".into() });
+
+    let mut parts = Parts::new();
+    parts.body("one", Body::new(1.0)).body("two", Body::new(1.0));
+    parts.shaft_with_clearance("coupling", "one", "two", [1e4, 1.0], 1e-3);
+    let error = parts.build("one", 1.0).unwrap_err();
+    assert_eq!(error, TrainError::CouplingAlone { shaft: "coupling".into() });
+
+    let mut parts = Parts::new();
+    for carrier in ["a", "b"] {
+        parts.body(carrier, Body::new(1.0));
+        parts.body(&format!("planet {carrier}"), Body::new(1.0).carried_by(carrier, 0.0).at_radius(0.1));
+    }
+    parts.mesh("mesh", "planet a", "planet b", MeshPart::external([20, 20], [0.02, 0.02], k()));
+    assert_eq!(parts.build("a", 1.0).unwrap_err(), TrainError::TwoCarriers { mesh: "mesh".into() });
+
+    let varying = Wave::new(Fourier::new(1e-5, &[[2e-6, 0.0]]).unwrap());
+    let mut parts = Parts::<VaryingBacklash>::default();
+    parts.body("one", Body::new(1e-3)).body("two", Body::new(1e-3));
+    let mesh = MeshPart::external([20, 20], [0.02, 0.02], k()).phase(0.25).law(VaryingBacklash::new(varying));
+    parts.mesh("mesh", "one", "two", mesh);
+    assert_eq!(parts.build("one", 1.0).unwrap_err(), TrainError::MovingEdges { mesh: "mesh".into() });
+
+    let locked = refused(|parts| {
+        parts.body("rail", Body::new(1.0).locked()).torque("torque", "rail", 1.0);
+        parts.accept(Warning::Disconnected);
+    });
+    assert_eq!(locked, TrainError::AtRest { part: "torque".into() });
+}
