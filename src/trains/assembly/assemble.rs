@@ -54,7 +54,6 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
         centre.push([place("x", bearing.is_some_and(|b| !b.along_y)), place("y", bearing.is_some())]);
     }
     let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
-    checks::train(&layout, &names)?;
     let orders = Orders::of(parts, &names, &kinematics)?;
     let mut assembly = Assembly::new(&layout, &names, &orders, coordinates);
     assembly.linear()?;

@@ -170,14 +170,6 @@ pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<
     })
 }
 
-/// What needs the layout of the train.
-pub(crate) fn train<N: Nonlinearity>(layout: &Layout<'_, N>, names: &Names) -> Result<(), TrainError> {
-    if let Some(carrier) = &layout.parts.rotating {
-        names.place("the rotating frame", carrier)?;
-    }
-    Ok(())
-}
-
 /// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
 const BALANCED: f64 = 1e-6;
 

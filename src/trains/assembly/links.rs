@@ -45,7 +45,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                     return Ok(wave.clone());
                 }
                 let shifted = wave.clone().with_phase(TAU * ahead * f64::from(wave.order()))?;
-                self.turning(name, &shifted, tooth)
+                self.orders.wave(name, &shifted, tooth)
             };
             if part.law.moves() {
                 if ahead != 0.0 {
@@ -61,7 +61,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                 let central = place.filter(|_| self.layout.planets[bodies[gear]].is_none());
                 let way = if relative_speed(gear) >= 0.0 { -1.0 } else { 1.0 };
                 let shift = central.map_or(0.0, |planet| way * planet.angle * f64::from(wave.order()));
-                self.turning(name, &wave.clone().with_phase(shift)?, relative(gear))
+                self.orders.wave(name, &wave.clone().with_phase(shift)?, relative(gear))
             };
             let (mut stiffness, mut error) = (vec![along(&part.stiffness)?], vec![along(&part.error)?]);
             for gear in [0, 1] {
@@ -86,7 +86,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                 let pulls = self.pulls(&friction);
                 let pulls = self.kept(&pulls);
                 let sign = part.sign.clone().with_phase(TAU * ahead * f64::from(part.sign.order()))?;
-                let sign = self.turning(name, &sign, tooth)?;
+                let sign = self.orders.wave(name, &sign, tooth)?;
                 let sign = once(&mut self.shape.single, sign);
                 self.shape.frictions.push(Friction { tooth: self.shape.teeth.len() - 1, sign, pulls });
                 self.frictions.push((Channel::new(format!("{name} friction"), "1"), part.coefficient));

@@ -1,10 +1,8 @@
 //! Torques of a train.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
-use crate::trains::assembly::fraction::Fraction;
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, TorquePart};
 use crate::trains::shape::elements::Motor;
@@ -24,7 +22,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let pulls = self.kept(&pulls);
             match &torque.course {
                 Course::OfAngle(wave) => {
-                    let wave = self.turning(&torque.name, wave, self.orders.turn(body))?;
+                    let wave = self.orders.wave(&torque.name, wave, self.orders.turn(body))?;
                     let wave = once(&mut self.shape.single, wave);
                     self.shape.torque_waves.push((wave, place, pulls));
                 }
@@ -48,15 +46,5 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             self.torque_values.push((Channel::new(&torque.name, "N m"), torque.value));
         }
         Ok(())
-    }
-
-    /// A wave over the turn of a body or over a mesh angle as a wave of φ.
-    pub(crate) fn turning(
-        &self,
-        part: &str,
-        wave: &Wave,
-        order: Option<Fraction>,
-    ) -> Result<Wave, TrainError> {
-        self.orders.wave(part, wave, order)
     }
 }

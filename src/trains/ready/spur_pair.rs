@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
 use crate::excitation::wave::Wave;
+use crate::models::ring::ring_params::mean;
 use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
@@ -187,10 +188,4 @@ impl SpurPair {
         }
         Ok(parts)
     }
-}
-
-/// Mean of a wave over its period: exact for constants and Fourier series, otherwise by 4096 samples a period
-/// between its edges.
-fn mean(wave: &Wave) -> f64 {
-    crate::models::ring::ring_params::mean(wave)
 }
