@@ -6,6 +6,7 @@
 //! list by purpose.
 
 pub mod analysis;
+pub mod branches;
 pub mod check;
 pub mod contact;
 pub mod drives;

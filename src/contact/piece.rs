@@ -9,6 +9,7 @@
 /// assert_eq!(Piece::Lower as usize, 0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Piece {
     /// Lower flank: the deflection is below the lower edge.
     Lower,

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
+use crate::model::constants::Constants;
 use crate::model::expansion::expand::Expand;
 use nalgebra::DMatrix;
 
@@ -121,6 +122,12 @@ pub trait Model {
         None
     }
 
+    /// Returns the model as one with named constants, for exact derivatives with respect to them. Default:
+    /// `None`. A [`Machine`](crate::Machine) returns itself.
+    fn named_constants(&self) -> Option<&dyn Constants> {
+        None
+    }
+
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`.
     ///
     /// For a stop the method replaces the velocities `v` before the impact by those after it and returns
@@ -195,6 +202,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn expand(&self) -> Option<&dyn Expand> {
         (**self).expand()
+    }
+    fn named_constants(&self) -> Option<&dyn Constants> {
+        (**self).named_constants()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         (**self).impact(contact, on, u, q, v)

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::dual::Dual;
 use crate::model::equations::Jacobian;
-use crate::model::shape::{Drives, Shape};
+use crate::model::shape::{Drives, Shape, Size};
 
 /// Writes the Jacobian of a shape by dual numbers, exact to rounding: by deflection or on given pieces.
 pub(crate) fn dual_jacobian<G: Shape>(
@@ -19,6 +19,53 @@ pub(crate) fn dual_jacobian<G: Shape>(
         None => slopes(shape, &ByDeflection, u, q, v, out),
         Some(pieces) => slopes(shape, &FixedPieces(pieces), u, q, v, out),
     }
+}
+
+/// Writes Σ_k ∂a/∂u_k w_k by dual numbers, exact to rounding: by deflection or on given pieces.
+pub(crate) fn slope_along<G: Shape>(
+    shape: &G,
+    along: &[f64],
+    pieces: Option<&[Piece]>,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut [f64],
+) {
+    let needed = u.len() + 3 * shape.size().dof;
+    let zero = Dual::from(0.0);
+    let mut write = |numbers: &mut [Dual]| match pieces {
+        None => slope_along_in(numbers, shape, &ByDeflection, along, u, q, v, out),
+        Some(pieces) => slope_along_in(numbers, shape, &FixedPieces(pieces), along, u, q, v, out),
+    };
+    if needed <= SMALL {
+        write(&mut [zero; SMALL][..needed])
+    } else if needed <= LARGER {
+        write(&mut [zero; LARGER][..needed])
+    } else {
+        write(&mut vec![zero; needed])
+    }
+}
+
+#[allow(clippy::too_many_arguments, reason = "the arguments of an acceleration, a direction and scratch")]
+fn slope_along_in<G: Shape, L: PieceChoice<Dual>>(
+    numbers: &mut [Dual],
+    shape: &G,
+    law: &L,
+    along: &[f64],
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    out: &mut [f64],
+) {
+    let Size { dof: n, waves, .. } = shape.size();
+    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
+        *number = x.into();
+    }
+    numbers.iter_mut().zip(along).for_each(|(number, slope)| number.slope = [*slope]);
+    let (u, rest) = numbers.split_at_mut(u.len());
+    let (y, a) = rest.split_at_mut(2 * n);
+    shape.accel(law, Drives::new(waves, u), &y[..n], &y[n..], a);
+    out.iter_mut().zip(a).for_each(|(out, a)| *out = a.slope[0]);
 }
 
 /// Length of the array on the stack for small models. Models that fit on the stack need no allocation.

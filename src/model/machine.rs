@@ -7,6 +7,7 @@ use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
+use crate::model::constants::{Constants, place_of};
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
 use crate::model::expansion::wave_table::WaveTable;
@@ -118,8 +119,12 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// A name that the shape does not have; a value out of range; an acceleration that is not finite at rest.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
+        self.with_at(self.fixed.place(name)?, value)
+    }
+    /// [`with`](Machine::with) for the constant at index `place`.
+    pub(crate) fn with_at(&self, place: usize, value: f64) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
-        constants[self.fixed.place(name)?] = check::quantity(name, value)?;
+        constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;
         let machine = Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()?;
         machine.check_at_rest()?;
         Ok(machine)
@@ -227,12 +232,12 @@ impl<G: Shape> Machine<G> {
         }
     }
     /// The index of a prepared constant among the drives.
-    fn slot_of(&self, prepared: usize) -> usize {
+    pub(crate) fn slot_of(&self, prepared: usize) -> usize {
         self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
     }
 
     /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
-    fn along(&self, place: usize) -> Vec<Dual> {
+    pub(crate) fn along(&self, place: usize) -> Vec<Dual> {
         let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
         self.constants.iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
     }
@@ -243,17 +248,13 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// A name that the shape does not have; drives, coordinates or velocities of the wrong number.
     pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        let (place, Size { dof, waves, .. }) = (self.fixed.place(name)?, self.size());
+        let (place, dof) = (self.fixed.place(name)?, self.size().dof);
         check::length("drives", u.len(), self.drives())?;
         check::length("coordinates", q.len(), dof)?;
         check::length("velocities", v.len(), dof)?;
-        let lift = |x: &[f64]| -> Vec<Dual> { x.iter().map(|x| Dual::from(*x)).collect() };
-        let (mut lifted, mut a) = (lift(u), lift(q));
-        for (i, x) in self.shape().prepare(&self.along(place)).into_iter().enumerate() {
-            lifted[self.slot_of(i)].slope = x.slope;
-        }
-        self.shape().accel(&ByDeflection, Drives::new(waves, &lifted), &lift(q), &lift(v), &mut a);
-        Ok(a.iter().map(|a| a.slope[0]).collect())
+        let mut a = vec![0.0; dof];
+        self.accel_along(&self.drive_slope(place).drives, None, u, q, v, &mut a);
+        Ok(a)
     }
 
     /// Writes the drives at an angle that turns with the given speed and acceleration.
@@ -281,11 +282,7 @@ impl<G: Shape> Machine<G> {
 impl<G> Fixed<G> {
     /// Index of a constant.
     fn place(&self, name: &str) -> Result<usize, ParameterError> {
-        let found = self.names.iter().position(|channel| channel.name == name);
-        found.ok_or_else(|| {
-            let known: Vec<&str> = self.names.iter().map(|channel| channel.name.as_str()).collect();
-            ParameterError::NoSuchConstant { name: name.into(), known: known.join(", ") }
-        })
+        place_of(&self.names, name)
     }
 }
 
@@ -349,6 +346,9 @@ impl<G: Shape> Model for Machine<G> {
         true
     }
     fn expand(&self) -> Option<&dyn Expand> {
+        Some(self)
+    }
+    fn named_constants(&self) -> Option<&dyn Constants> {
         Some(self)
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {

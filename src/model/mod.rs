@@ -1,10 +1,12 @@
 //! Models: traits of the equations of motion, shapes and machines.
 
+pub(crate) mod constants;
 pub(crate) mod couplings;
 pub(crate) mod equations;
 pub(crate) mod expansion;
 pub(crate) mod jacobian;
 pub(crate) mod machine;
+pub(crate) mod machine_constants;
 pub(crate) mod offers;
 pub(crate) mod rigid;
 pub(crate) mod shape;
@@ -12,6 +14,7 @@ pub(crate) mod shape_checks;
 pub(crate) mod slopes;
 
 pub use crate::dual::Dual;
+pub use crate::model::constants::{Constants, DriveSlope};
 pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
 pub use crate::model::expansion::every_piece::EveryPiece;
 pub use crate::model::expansion::expand::{Expand, Recorded};

@@ -1,6 +1,7 @@
 //! Numerical tools that several modules use.
 
 pub(crate) mod bracket;
+pub(crate) mod brent;
 pub(crate) mod gauss;
 pub(crate) mod norms;
 pub(crate) mod spread;

@@ -1,24 +1,36 @@
 //! The derivative of a tape: a tape of the motion together with small differences of it.
 
+use crate::model::constants::DriveSlope;
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Parity, Tape};
 use crate::tape::recording::Recording;
 
 /// The tape of q'' = a(u, q, v) together with δq'' = ∂a/∂q δq + ∂a/∂v δv for a number of differences δ.
 ///
-/// Coordinates and velocities are (q, δq_1, δq_2, ...). The distances are those of the motion alone.
-pub(crate) fn tangent(tape: &Tape, columns: usize) -> Tape {
+/// Coordinates and velocities are (q, δq_1, δq_2, ...). The distances are those of the motion alone. The last
+/// differences are those with respect to the parameters `forced`, at a fixed phase: with ε = -T'/T, their
+/// velocities are δv - ε v, and δq'' = ∂a/∂q δq + ∂a/∂v δv + ∂a/∂u u' - 2 ε a.
+pub(crate) fn tangent(tape: &Tape, columns: usize, forced: &[DriveSlope]) -> Tape {
     let n = tape.dof;
     let all = n * (1 + columns);
+    let free = columns - forced.len();
     let recording = Recording::new(all, tape.drives);
     let mut slots = Slots { recording, columns, forms: Vec::new() };
     // Forms of each slot of the tape: its value, then its differences.
     for (half, i) in [0, 1].into_iter().flat_map(|half| (0..n).map(move |i| (half, i))) {
-        let forms = (0..=columns).map(|k| Form::slot((half * all + k * n + i) as u32)).collect();
-        slots.forms.push(forms);
+        let form = |k: usize| {
+            let own = Form::slot((half * all + k * n + i) as u32);
+            match k.checked_sub(1 + free) {
+                Some(by) if half == 1 => own.plus(&Form::slot((all + i) as u32), forced[by].speed),
+                _ => own,
+            }
+        };
+        slots.forms.push((0..=columns).map(form).collect());
     }
     for u in 0..tape.drives {
-        slots.forms.push(slots.still(Form::slot((2 * all + u) as u32)));
+        let mut forms = slots.still(Form::slot((2 * all + u) as u32));
+        forms[1 + free..].iter_mut().zip(forced).for_each(|(form, by)| *form = Form::constant(by.drives[u]));
+        slots.forms.push(forms);
     }
     let needed = tape.needed();
     for (i, (op, guard)) in tape.ops.iter().enumerate() {
@@ -36,7 +48,12 @@ pub(crate) fn tangent(tape: &Tape, columns: usize) -> Tape {
     }
     let mut accelerations = vec![0; all];
     for (i, &a) in tape.accelerations.iter().enumerate() {
-        for (k, form) in slots.of(&tape.forms[a]).into_iter().enumerate() {
+        let forms = slots.of(&tape.forms[a]);
+        for (k, form) in forms.iter().enumerate() {
+            let form = match k.checked_sub(1 + free) {
+                Some(by) => form.plus(&forms[0], -2.0 * forced[by].speed),
+                None => form.clone(),
+            };
             accelerations[k * n + i] = slots.recording.keep(form);
         }
     }

@@ -46,16 +46,21 @@ impl Prepared {
     /// # Errors
     /// [`IntegrateError::NoSeries`], [`IntegrateError::DriveWithoutSeries`].
     pub(crate) fn new(model: &dyn Model) -> Result<Self, IntegrateError> {
-        Prepared::with(model, |tape| tape)
+        Prepared::with(model, &|_| false, |tape| tape)
     }
 
-    /// The tape that `change` makes of the one of the model.
+    /// The tape that `change` makes of the one of the model. `moving`: drives that are slots of the tape
+    /// although they are constants of the model.
     ///
     /// # Errors
     /// Those of [`new`](Prepared::new).
-    pub(crate) fn with(model: &dyn Model, change: impl FnOnce(Tape) -> Tape) -> Result<Self, IntegrateError> {
+    pub(crate) fn with(
+        model: &dyn Model,
+        moving: &dyn Fn(usize) -> bool,
+        change: impl FnOnce(Tape) -> Tape,
+    ) -> Result<Self, IntegrateError> {
         let expanded = expanded(model)?;
-        let recorded = expanded.record(&|_| false);
+        let recorded = expanded.record(moving);
         if let Some(what) = recorded.0.kink() {
             return Err(IntegrateError::NoSeries { what });
         }
@@ -70,7 +75,7 @@ impl Prepared {
         }
         let mut series = vec![Series::from(0.0); model.drives()];
         expanded.drive_series(0.0, SHORT, &mut series);
-        let (tape, moving) = (change(recorded.0), moving(&series).collect::<Vec<bool>>());
+        let (tape, moving) = (change(recorded.0), self::moving(&series).collect::<Vec<bool>>());
         let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
         let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
         prepared.refusal().map_or(Ok(prepared), Err)

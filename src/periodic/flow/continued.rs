@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
+use crate::model::constants::Constants;
 use crate::model::equations::{Jacobian, Model};
 use crate::model::expansion::expand::Expand;
 use crate::model::offers::Offers;
@@ -194,6 +195,9 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     }
     fn expand(&self) -> Option<&dyn Expand> {
         if self.own { self.model.expand() } else { None }
+    }
+    fn named_constants(&self) -> Option<&dyn Constants> {
+        if self.own { self.model.named_constants() } else { None }
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, q, v)

@@ -1,5 +1,6 @@
 //! The method by which a flow and its derivative are integrated.
 
+use crate::model::constants::DriveSlope;
 use crate::model::equations::Model;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::taylor::integrate::Prepared;
@@ -45,19 +46,22 @@ impl fmt::Display for FlowMethod {
 pub(crate) struct Expansion(pub(crate) Option<RefCell<Prepared>>);
 
 impl Expansion {
-    /// The expansion for a number of differences. `wanted`: the method, if it is not chosen by the model.
+    /// The expansion for a number of differences, the last ones with respect to the parameters `forced`.
+    /// `wanted`: the method, if it is not chosen by the model.
     ///
     /// # Errors
     /// [`IntegrateError::NoSeries`] and [`IntegrateError::DriveWithoutSeries`] if `wanted` is Taylor.
     pub(crate) fn new(
         model: &dyn Model,
         columns: usize,
+        forced: &[DriveSlope],
         wanted: Option<FlowMethod>,
     ) -> Result<Self, IntegrateError> {
         if wanted == Some(FlowMethod::Dop853) {
             return Ok(Expansion(None));
         }
-        match (Prepared::with(model, |tape| tangent(&tape, columns)), wanted) {
+        let moving = |drive: usize| forced.iter().any(|by| by.drives[drive] != 0.0);
+        match (Prepared::with(model, &moving, |tape| tangent(&tape, columns, forced)), wanted) {
             (Ok(prepared), _) => Ok(Expansion(Some(RefCell::new(prepared)))),
             (Err(error), Some(_)) => Err(error),
             (Err(_), None) => Ok(Expansion(None)),

@@ -5,14 +5,10 @@ use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
-use crate::periodic::flow::saltation::{Saltation, distance, edge_rate};
+use crate::periodic::flow::saltation::{CENTRAL, Saltation, distance, edge_rate};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const STEP: f64 = 3e-4;
-
-/// Places and weights of a central difference of fourth order.
-const CENTRAL: [(f64, f64); 4] =
-    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
 
 /// A start at this distance from a stop, as a share of the deflection, is on the stop `[1]`.
 const ON_STOP: f64 = 1e-12;
@@ -49,6 +45,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// contact comes to rest on the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons
     /// Fractals 5, 1671 (1995).
     ///
+    /// For a difference with respect to a parameter, ∇h·δq contains ∂h/∂u u', and the direction contains u'.
+    ///
     /// For one coordinate and a stop at rest the saltation matrix is [[-e, 0], [(a⁺ + e a)/v, -e]].
     pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
         let n = self.n;
@@ -61,18 +59,24 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.impact.after.copy_from_slice(v);
         self.model.impact(contact, on, &self.u, q, &mut self.impact.after);
         self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.impact.after, &mut self.jump);
+        self.along_drives(contact, lower);
+        let first = self.q.len() / n - self.forced.len();
         for k in (n..self.q.len()).step_by(n) {
-            let sooner = dot(&self.gradient[..n], &self.q[k..k + n]) / rate;
+            let parameter = (k / n).checked_sub(first);
+            let speed = parameter.map_or(0.0, |p| self.forced[p].speed);
+            let by_drives = parameter.map_or(0.0, |p| self.by_drives[p]);
+            let sooner = (dot(&self.gradient[..n], &self.q[k..k + n]) + by_drives) / rate;
             for i in 0..n {
+                self.v[k + i] += speed * self.v[i];
                 self.q[k + i] -= sooner * self.v[i];
                 self.v[k + i] -= sooner * self.before[i];
                 self.impact.direction[0][i] = self.q[k + i];
                 self.impact.direction[1][i] = self.v[k + i];
             }
-            self.along(contact, on, t, -sooner);
+            self.along(contact, on, t, -sooner, parameter);
             for i in 0..n {
                 self.q[k + i] += sooner * self.impact.after[i];
-                self.v[k + i] = self.impact.slope[i] + sooner * self.jump[i];
+                self.v[k + i] = self.impact.slope[i] + sooner * self.jump[i] - speed * self.impact.after[i];
             }
         }
         self.v[..n].copy_from_slice(&self.impact.after);
@@ -83,8 +87,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
     }
 
-    /// Derivative of the velocities after an impact along (dt, direction); stored in `impact.slope`.
-    fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64) {
+    /// Derivative of the velocities after an impact along (dt, direction), and along the change of the drives
+    /// by a parameter; stored in `impact.slope`.
+    fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64, parameter: Option<usize>) {
+        let forced = self.forced;
+        let along = parameter.map_or(&[][..], |p| &forced[p].drives);
         let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) =
             (self.model, self.n, &mut self.impact);
         let (of_q, of_v) = self.scale.split_at(n);
@@ -92,7 +99,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         // Size of dt: the motion during dt, as a share of the size of the coordinates.
         let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
-        let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time);
+        let by_drives = self.u.iter().zip(along).fold(0.0, |m: f64, (u, w)| {
+            if *w == 0.0 { m } else { m.max(w.abs() / u.abs().max(w.abs())) }
+        });
+        let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time).max(by_drives);
         slope.fill(0.0);
         if length == 0.0 {
             return;
@@ -107,6 +117,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
         for (place, weight) in CENTRAL {
             model.drive(t + place * step * dt, Side::Before, u);
+            u.iter_mut().zip(along).for_each(|(u, w)| *u += place * step * w);
             for i in 0..n {
                 q[i] = self.on_edge[i] + place * step * dq[i];
                 v[i] = self.on_edge[n + i] + place * step * dv[i];

@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
+use crate::model::constants::DriveSlope;
 use crate::model::equations::Model;
 use crate::numeric::norms::dot;
 use crate::ode::step::Step;
@@ -14,7 +15,7 @@ use crate::periodic::flow::impact::Impact;
 /// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and
 /// h' = ∇h·f⁻ + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection
 /// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
-/// differences do not change.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+/// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
 /// Systems, Sect. 7.4.
 pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) model: &'t M,
@@ -36,6 +37,12 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
     /// Coordinates and velocities of the motion and its differences after the edges.
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
+    /// Drives shifted for ∂h/∂u.
+    pub(crate) moved_drives: Vec<f64>,
+    /// Scratch: ∂h/∂u u' for each of the last differences.
+    pub(crate) by_drives: Vec<f64>,
+    /// Slopes of the drives for the last differences.
+    pub(crate) forced: &'t [DriveSlope],
     /// Edges that are rigid stops; empty if there are none.
     pub(crate) rigid: Vec<[bool; 2]>,
     /// Contact that came to rest on its stop.
@@ -53,6 +60,13 @@ const BACK: f64 = 1e-3;
 
 /// Minimum of this spacing, as a share of the time `[1]`.
 const LEAST: f64 = 1e-8;
+
+/// Step of the differences with respect to the drives, as a share of the drives `[1]`.
+const DRIVE_STEP: f64 = 1e-3;
+
+/// Places and weights of a central difference of fourth order.
+pub(crate) const CENTRAL: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
 
 /// Weights of a one-sided difference of third order.
 const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
@@ -162,6 +176,28 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         by_time + dot(by_q, &self.v[..n]) + dot(by_v, &self.before)
     }
 
+    /// Computes ∂h/∂u u' of a contact for each parameter, by central differences of fourth order. Most
+    /// deflections and edges are linear in the drives; the differences are then exact to rounding.
+    pub(crate) fn along_drives(&mut self, contact: usize, lower: bool) {
+        for (by, out) in self.forced.iter().zip(&mut self.by_drives) {
+            let share = |(u, w): (&f64, &f64)| if *w == 0.0 { 0.0 } else { w.abs() / u.abs().max(w.abs()) };
+            let largest = self.u.iter().zip(&by.drives).map(share).fold(0.0, f64::max);
+            *out = 0.0;
+            if largest == 0.0 {
+                continue;
+            }
+            let step = DRIVE_STEP / largest;
+            for (place, weight) in CENTRAL {
+                self.moved_drives.iter_mut().zip(self.u.iter().zip(&by.drives)).for_each(|(moved, (u, w))| {
+                    *moved = u + place * step * w;
+                });
+                let (q, v) = (&self.q[..self.n], &self.v[..self.n]);
+                self.model.contact(&self.moved_drives, q, v, &mut self.contacts);
+                *out += weight * distance(&self.contacts[contact], lower) / step;
+            }
+        }
+    }
+
     /// Reads a contact at time `t`, before the drives jump.
     pub(crate) fn look(&mut self, contact: usize, t: f64) -> Contact {
         let n = self.n;
@@ -196,14 +232,20 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             return false;
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
-        let (dq, dv, mut changed) = (&self.q[n..], &mut self.v[n..], false);
+        self.along_drives(contact, lower);
+        let (dq, (motion, dv), mut changed) = (&self.q[n..], self.v.split_at_mut(n), false);
         let largest =
             |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         let (of_q, of_v) = self.scale.split_at(n);
         let jump = largest(&self.jump, of_v);
         let (by_q, by_v) = self.gradient.split_at(n);
-        for (dq, dv) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)) {
-            let along = dot(by_q, dq) + if by_velocity { dot(by_v, dv) } else { 0.0 };
+        let free = dq.len() / n - self.forced.len();
+        for (k, (dq, dv)) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)).enumerate() {
+            let mut along = dot(by_q, dq) + if by_velocity { dot(by_v, dv) } else { 0.0 };
+            if let Some(by) = k.checked_sub(free).map(|k| &self.forced[k]) {
+                along += self.by_drives[k - free];
+                along += if by_velocity { by.speed * dot(by_v, motion) } else { 0.0 };
+            }
             let share = along / rate;
             changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
             dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);

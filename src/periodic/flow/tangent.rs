@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
+use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::offers::Offers;
@@ -26,13 +27,17 @@ use std::ops::ControlFlow;
 
 /// q'' = a(u, q, q') together with δq'' = ∂a/∂q δq + ∂a/∂v δv, for any number of differences.
 ///
-/// The coordinates are (q, δq_1, δq_2, ...); the velocities have the same order. The contacts are those of
-/// the model alone. The Jacobian is that of the model on fixed pieces, or central differences if the model
+/// The last differences are those with respect to parameters, at a fixed phase (see
+/// [`tangent`](crate::tape::tangent::tangent)). The coordinates are (q, δq_1, δq_2, ...); the velocities have
+/// the same order. The contacts are those of the model alone. The Jacobian is that of the model on fixed pieces, or central differences if the model
 /// has none.
 pub(crate) struct Tangent<'m, M: ?Sized> {
     pub(crate) model: Continued<'m, M>,
     pub(crate) n: usize,
+    /// Number of all differences.
     pub(crate) columns: usize,
+    /// Slopes of the drives with respect to the parameters of the last differences.
+    pub(crate) forced: &'m [DriveSlope],
     /// Sizes of coordinates and velocities.
     pub(crate) scale: &'m [f64],
     slopes: RefCell<Slopes<'m, M>>,
@@ -67,6 +72,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         columns: usize,
+        forced: &'m [DriveSlope],
         scale: &'m [f64],
         tolerance: f64,
         expansion: &'m Expansion,
@@ -74,7 +80,8 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         let n = model.dof();
         let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
         let order = Taylor::order_for(tolerance);
-        Tangent { model: Continued::new(model, scale), n, columns, scale, slopes, expansion, order }
+        let model = Continued::new(model, scale);
+        Tangent { model, n, columns, forced, scale, slopes, expansion, order }
     }
 
     /// Absolute tolerances from the tolerance of the motion, as a share of `scale` but not below rounding.
@@ -128,23 +135,37 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 
     /// Start of the motion and its small differences. Components are the n coordinates, then the n
-    /// velocities; difference k is `scale[k]` in component k and 0 elsewhere.
+    /// velocities; difference k is `scale[k]` in component k and 0 elsewhere. The start does not depend on a
+    /// parameter.
     pub(crate) fn start(&self, state: &State) -> State {
         let (mut q, mut v) = (state.q.clone(), state.v.clone());
         q.resize(self.n * (1 + self.columns), 0.0);
         v.resize(self.n * (1 + self.columns), 0.0);
-        for k in 0..self.columns.min(2 * self.n) {
+        let free = self.free();
+        for k in 0..free.min(2 * self.n) {
             let column = self.n * (1 + k);
             let half = if k < self.n { &mut q } else { &mut v };
             half[column + k % self.n] = self.scale[k];
         }
+        for (k, by) in self.forced.iter().enumerate() {
+            let column = self.n * (1 + free + k);
+            (0..self.n).for_each(|i| v[column + i] = -by.speed * state.v[i]);
+        }
         State { t: state.t, q, v }
+    }
+
+    /// Number of differences with respect to the start.
+    pub(crate) fn free(&self) -> usize {
+        self.columns - self.forced.len()
     }
 
     /// Component i of difference k, in units of `scale`.
     pub(crate) fn scaled(&self, state: &State, i: usize, k: usize) -> f64 {
-        let half = if i < self.n { &state.q } else { &state.v };
-        half[self.n * (1 + k) + i % self.n] / self.scale[i]
+        if i < self.n {
+            return state.q[self.n * (1 + k) + i] / self.scale[i];
+        }
+        let turned = self.forced.get(k.wrapping_sub(self.free())).map_or(0.0, |by| by.speed);
+        (state.v[self.n * (1 + k) + i - self.n] + turned * state.v[i - self.n]) / self.scale[i]
     }
 
     /// The motion without its differences.
@@ -251,6 +272,22 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         }
     }
 
+    /// Writes ∂a/∂u u' for the slope u' of the drives.
+    fn along_drives(
+        &self,
+        by: &DriveSlope,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut [f64],
+    ) {
+        match self.model.named_constants() {
+            Some(constants) => constants.accel_along(&by.drives, pieces, u, q, v, out),
+            None => out.fill(0.0),
+        }
+    }
+
     fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         let n = self.n;
         let ((q, dq), (v, dv), (a, da)) = (q.split_at(n), v.split_at(n), a.split_at_mut(n));
@@ -260,12 +297,26 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         let mut slopes = self.slopes.borrow_mut();
         slopes.read(&self.model, pieces, u, q, v);
         let (by_q, by_v) = (slopes.jacobian.q.as_slice(), slopes.jacobian.v.as_slice());
-        for ((dq, dv), da) in dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)) {
-            da.fill(0.0);
+        let free = self.free();
+        for (k, ((dq, dv), da)) in
+            dq.chunks_exact(n).zip(dv.chunks_exact(n)).zip(da.chunks_exact_mut(n)).enumerate()
+        {
+            let turned = match k.checked_sub(free).map(|k| &self.forced[k]) {
+                Some(by) => {
+                    self.along_drives(by, pieces, u, q, v, da);
+                    da.iter_mut().zip(&*a).for_each(|(da, a)| *da -= 2.0 * by.speed * a);
+                    by.speed
+                }
+                None => {
+                    da.fill(0.0);
+                    0.0
+                }
+            };
             for j in 0..n {
                 let (column_q, column_v) = (&by_q[j * n..][..n], &by_v[j * n..][..n]);
+                let dv = dv[j] + turned * v[j];
                 for i in 0..n {
-                    da[i] += column_q[i] * dq[j] + column_v[i] * dv[j];
+                    da[i] += column_q[i] * dq[j] + column_v[i] * dv;
                 }
             }
         }
@@ -314,7 +365,7 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
 impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
     fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
         match self.model.expand() {
-            Some(expanded) => Recorded(tangent(&expanded.record(moving).0, self.columns)),
+            Some(expanded) => Recorded(tangent(&expanded.record(moving).0, self.columns, self.forced)),
             None => Recorded(Recording::new(self.dof(), self.drives()).finish(Vec::new(), Vec::new())),
         }
     }
@@ -387,8 +438,11 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             before: vec![0.0; n],
             jump: vec![0.0; n],
             moved: vec![0.0; 2 * n],
+            moved_drives: vec![0.0; model.drives()],
             q: vec![0.0; n * (1 + tangent.columns)],
             v: vec![0.0; n * (1 + tangent.columns)],
+            forced: tangent.forced,
+            by_drives: vec![0.0; tangent.forced.len()],
             rigid: Offers::of(model).rigid_edges(),
             rests: None,
             impact: Impact::new(model),

@@ -96,8 +96,8 @@ impl Variation {
         metered(start, self.method, model, start, t_end, &mut observers, &meter)?;
         sizes.see(start.t, &start.q, &start.v);
         let scale = rounding.units(&sizes.ranges(), self.tolerance);
-        let expansion = Expansion::new(model, scale.len(), self.method)?;
-        let flow = Tangent::new(model, scale.len(), &scale, self.tolerance, &expansion);
+        let expansion = Expansion::new(model, scale.len(), &[], self.method)?;
+        let flow = Tangent::new(model, scale.len(), &[], &scale, self.tolerance, &expansion);
         let (state, scaled, crossings) = transition(&flow, self.tolerance, start, t_end, &meter)?;
         Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings, method: expansion.method() })
     }
@@ -174,8 +174,8 @@ pub(crate) fn metered(
     }
 }
 
-/// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)), and the number of
-/// crossings.
+/// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)) followed by the
+/// columns S⁻¹ ∂x/∂p of the parameters, and the number of crossings.
 pub(crate) fn transition<M: Model + ?Sized>(
     tangent: &Tangent<'_, M>,
     tolerance: f64,
@@ -185,7 +185,7 @@ pub(crate) fn transition<M: Model + ?Sized>(
 ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
     let scale = tangent.scale;
     let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter)?;
-    let matrix = DMatrix::from_fn(scale.len(), scale.len(), |i, k| tangent.scaled(&end, i, k));
+    let matrix = DMatrix::from_fn(scale.len(), tangent.columns, |i, k| tangent.scaled(&end, i, k));
     Ok((tangent.motion(&end), matrix, crossings))
 }
 

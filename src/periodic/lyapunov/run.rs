@@ -172,12 +172,12 @@ impl Lyapunov {
             return Err(failure.with(exponents));
         }
         let scale = sizes.ranges();
-        let expansion = match Expansion::new(model, count, self.method) {
+        let expansion = match Expansion::new(model, count, &[], self.method) {
             Ok(expansion) => expansion,
             Err(error) => return Err(Failure::from(error).with(exponents)),
         };
         exponents.method = expansion.method();
-        let tangent = Tangent::new(model, count, &scale, self.tolerance, &expansion);
+        let tangent = Tangent::new(model, count, &[], &scale, self.tolerance, &expansion);
         exponents.floor = FLOOR * self.tolerance;
         let mut flow = Flow {
             tangent: &tangent,

@@ -176,6 +176,13 @@ impl Shooting {
         Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
+    pub(crate) fn correction_tolerance(&self) -> f64 {
+        self.tolerance
+    }
+    pub(crate) fn method(&self) -> Option<FlowMethod> {
+        self.method
+    }
+
     fn check(&self, dof: usize) -> Result<(), ShootingError> {
         let segments = self.segments.unwrap_or(1);
         let counts = [
@@ -201,12 +208,12 @@ impl Shooting {
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
         let expansion =
-            Expansion::new(model, 2 * model.dof(), self.method).map_err(|error| ShootingError::Flow {
+            Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| ShootingError::Flow {
                 segment: 0,
                 error,
                 last: Iterate { states: guess.states.clone(), corrections: Vec::new() },
             })?;
-        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, expansion);
+        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), expansion);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));
         let fail = |states: &[State], corrections: &[f64]| Iterate {

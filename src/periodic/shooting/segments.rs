@@ -1,5 +1,6 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
+use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
@@ -22,6 +23,8 @@ pub(crate) struct Segments<'m, M: ?Sized> {
     /// Rigid modes in units of `range`, orthonormal.
     rigid_of_range: DMatrix<f64>,
     end: f64,
+    /// Slopes of the drives with respect to parameters.
+    forced: Vec<DriveSlope>,
     expansion: Expansion,
 }
 
@@ -32,6 +35,8 @@ pub(crate) struct Round {
     pub(crate) transitions: Vec<DMatrix<f64>>,
     /// Defects x_{i+1} - φ(x_i): the right-hand sides of the Newton equations.
     pub(crate) defects: Vec<DVector<f64>>,
+    /// ∂φ(x_i)/∂p at fixed phases, one column for each parameter.
+    pub(crate) by_parameters: Vec<DMatrix<f64>>,
     pub(crate) crossings: u64,
 }
 
@@ -41,10 +46,11 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         [scale, range]: [Vec<f64>; 2],
         modes: &[Vec<f64>],
         end: f64,
+        forced: Vec<DriveSlope>,
         expansion: Expansion,
     ) -> Self {
         let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
-        Segments { model, scale, range, rigid, rigid_of_range, end, expansion }
+        Segments { model, scale, range, rigid, rigid_of_range, end, forced, expansion }
     }
 
     pub(crate) fn method(&self) -> FlowMethod {
@@ -76,14 +82,17 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) =
             (Vec::with_capacity(count), Vec::with_capacity(count), 0);
-        let flow = Tangent::new(self.model, self.scale.len(), &self.scale, tolerance, &self.expansion);
+        let (m, all) = (self.scale.len(), self.scale.len() + self.forced.len());
+        let flow = Tangent::new(self.model, all, &self.forced, &self.scale, tolerance, &self.expansion);
+        let mut by_parameters = Vec::with_capacity(count);
         for (i, state) in states.iter().enumerate() {
             let next = states.get(i + 1).unwrap_or(&states[0]);
             let until = if i + 1 < count { next.t } else { self.end };
             match transition(&flow, tolerance, state, until, meter) {
                 Ok((end, matrix, crossed)) => {
                     crossings += crossed;
-                    transitions.push(matrix);
+                    by_parameters.push(matrix.columns(m, self.forced.len()).into_owned());
+                    transitions.push(matrix.resize_horizontally(m, 0.0));
                     defects.push(self.difference(next, &end));
                 }
                 Err(error) => return Err((i, error, states)),
@@ -97,7 +106,26 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         if let Some(last) = defects.last_mut() {
             *last += &self.rigid * &slack;
         }
-        Ok(Round { states, slack, transitions, defects, crossings })
+        Ok(Round { states, slack, transitions, defects, by_parameters, crossings })
+    }
+
+    /// The ends of all segments.
+    pub(crate) fn ends(
+        &self,
+        states: &[State],
+        tolerance: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Vec<State>, (usize, IntegrateError, Vec<State>)> {
+        let flow = Tangent::new(self.model, 0, &[], &self.scale, tolerance, &self.expansion);
+        let mut ends = Vec::with_capacity(states.len());
+        for (i, state) in states.iter().enumerate() {
+            let until = states.get(i + 1).map_or(self.end, |next| next.t);
+            match transition(&flow, tolerance, state, until, meter) {
+                Ok((end, ..)) => ends.push(end),
+                Err(error) => return Err((i, error, states.to_vec())),
+            }
+        }
+        Ok(ends)
     }
 
     /// a - b in units of `scale`.
@@ -166,7 +194,7 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
 }
 
 /// Orthonormal rigid modes along the coordinates, then along the velocities, with each component in its unit.
-fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
+pub(crate) fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
     let (m, n) = (unit.len(), unit.len() / 2);
     let mut rigid: Vec<DVector<f64>> = Vec::new();
     for half in 0..2 {

@@ -49,6 +49,22 @@ pub struct ShootingOrbit {
     pub(crate) method: FlowMethod,
 }
 
+/// The parts of an orbit found by continuation.
+pub(crate) struct OrbitParts {
+    pub(crate) states: Vec<State>,
+    pub(crate) end: f64,
+    pub(crate) multiple: usize,
+    pub(crate) scale: Vec<f64>,
+    pub(crate) range: Vec<f64>,
+    pub(crate) drift: [Vec<f64>; 2],
+    pub(crate) monodromy: DMatrix<f64>,
+    pub(crate) multipliers: Multipliers,
+    pub(crate) corrections: Vec<f64>,
+    pub(crate) crossings: u64,
+    pub(crate) flow: f64,
+    pub(crate) method: FlowMethod,
+}
+
 /// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
 const REPEATS: f64 = 1e-8;
 
@@ -103,6 +119,25 @@ impl ShootingOrbit {
             }
         }
         Ok(cycle)
+    }
+
+    pub(crate) fn from_parts(parts: OrbitParts) -> Self {
+        ShootingOrbit {
+            states: parts.states,
+            end: parts.end,
+            multiple: parts.multiple,
+            least: parts.multiple,
+            scale: parts.scale,
+            range: parts.range,
+            drift: parts.drift,
+            monodromy: parts.monodromy,
+            multipliers: parts.multipliers,
+            first: parts.corrections.first().copied().unwrap_or(0.0),
+            corrections: parts.corrections,
+            crossings: parts.crossings,
+            flow: parts.flow,
+            method: parts.method,
+        }
     }
 
     /// States at the nodes, over one period of the orbit.

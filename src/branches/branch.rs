@@ -1,0 +1,279 @@
+//! A branch of periodic orbits.
+
+use crate::branches::curve::equations::CurveError;
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::points::kind::PointKind;
+use crate::error::ParameterError;
+use crate::export::table::ResultTable;
+use crate::model::equations::Channel;
+use crate::ode::budget::Exhausted;
+use crate::periodic::multipliers::Stability;
+use crate::periodic::shooting::failure::ShootingError;
+use std::fmt;
+use thiserror::Error;
+
+/// A curve of periodic orbits over a parameter: its points in order, the located ones among them.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, branches::{BranchEnd, ByConstant, Continuation}};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let family = ByConstant::new(&pair, "speed")?;
+/// let branch = Continuation::new(100.0, 101.0).run(&family, &[pair.static_start()?])?;
+/// assert_eq!(branch.end(), &BranchEnd::Bound);
+/// assert_eq!(branch.located().count(), 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Branch {
+    pub(crate) parameter: StoredChannel,
+    pub(crate) channels: Vec<String>,
+    pub(crate) points: Vec<BranchPoint>,
+    pub(crate) notes: Vec<BranchNote>,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) end: BranchEnd,
+    /// dp/ds at the last point, over the unit of the parameter: the direction in which a continuation resumes.
+    pub(crate) heading: f64,
+}
+
+/// Name and unit of the parameter.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct StoredChannel {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+}
+
+/// Why a branch ends.
+///
+/// ```
+/// use gear_dynamics::branches::BranchEnd;
+/// assert_eq!(BranchEnd::Bound.to_string(), "a bound of the parameter is reached");
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum BranchEnd {
+    /// The branch is still being followed, or was read from a file.
+    #[default]
+    Open,
+    /// A bound of the parameter is reached. The last point lies on it.
+    Bound,
+    /// The branch is closed: its last point repeats the first.
+    Closed,
+    /// The maximum number of points is reached.
+    Points {
+        /// The maximum.
+        limit: usize,
+    },
+    /// The step became too short.
+    StepUnderflow {
+        /// The last step `[1]`.
+        step: f64,
+        /// Why the step to the next point failed.
+        error: CurveError,
+    },
+    /// There is no model beyond the last point.
+    Model {
+        /// The first parameter that failed.
+        parameter: f64,
+        /// The reason.
+        error: ParameterError,
+    },
+    /// A limit of the budget is reached.
+    Exhausted(Exhausted),
+}
+
+impl fmt::Display for BranchEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BranchEnd::Open => f.write_str("open"),
+            BranchEnd::Bound => f.write_str("a bound of the parameter is reached"),
+            BranchEnd::Closed => f.write_str("the branch is closed"),
+            BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
+            BranchEnd::StepUnderflow { step, error } => {
+                write!(f, "the step became too short ({step:e}): {error}")
+            }
+            BranchEnd::Model { parameter, error } => {
+                write!(f, "there is no model with the parameter {parameter}: {error}")
+            }
+            BranchEnd::Exhausted(exhausted) => exhausted.fmt(f),
+        }
+    }
+}
+
+/// A change along a branch that could not be located.
+///
+/// ```
+/// use gear_dynamics::branches::BranchNote;
+/// let note = BranchNote { parameters: [1.0, 1.1], what: "the contact sequence changed".into() };
+/// assert_eq!(note.to_string(), "between 1 and 1.1: the contact sequence changed, which was not resolved");
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BranchNote {
+    /// Parameters of the two points between which it happened.
+    pub parameters: [f64; 2],
+    /// What happened.
+    pub what: String,
+}
+
+impl fmt::Display for BranchNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [from, to] = self.parameters;
+        write!(f, "between {from} and {to}: {}, which was not resolved", self.what)
+    }
+}
+
+/// Errors at the start of a continuation. Later failures end the branch; see [`BranchEnd`].
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, branches::{BranchError, ByConstant, Continuation}};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let family = ByConstant::new(&pair, "speed")?;
+/// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.static_start()?]).unwrap_err();
+/// assert!(matches!(error, BranchError::EmptyRange { value: 100.0 }));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BranchError {
+    /// A setting is not valid.
+    #[error("continuation: {0}")]
+    Parameter(#[from] ParameterError),
+    /// The range of the parameter has length zero.
+    #[error("the continuation starts and ends at the same parameter {value}: the ends must differ")]
+    EmptyRange {
+        /// Start and end.
+        value: f64,
+    },
+    /// The bounds are reversed or do not contain the start.
+    #[error("the bounds of the parameter are {low} .. {high}: the lower one must be smaller, and {start} must lie between them")]
+    Bounds {
+        /// Lower bound.
+        low: f64,
+        /// Upper bound.
+        high: f64,
+        /// Start of the continuation.
+        start: f64,
+    },
+    /// The start is no orbit.
+    #[error("no orbit at the start of the branch: {0}")]
+    Start(#[from] ShootingError),
+    /// The first point has no tangent, or is no point of a branch.
+    #[error("no branch at its start: {0}")]
+    Curve(#[from] CurveError),
+    /// A branch without points cannot be resumed, and a point that is no such bifurcation cannot be switched at.
+    #[error("{what}")]
+    NoPoint {
+        /// What is missing.
+        what: &'static str,
+    },
+}
+
+impl Branch {
+    pub(crate) fn new(parameter: Channel, channels: Vec<String>) -> Self {
+        let parameter = StoredChannel { name: parameter.name, unit: parameter.unit };
+        let (points, notes) = (Vec::new(), Vec::new());
+        Branch { parameter, channels, points, notes, end: BranchEnd::Open, heading: 0.0 }
+    }
+    /// This branch in reverse, followed by another one from the same start.
+    pub(crate) fn reversed_before(mut self, forward: Branch) -> Branch {
+        for point in &mut self.points {
+            point.arclength = -point.arclength;
+            if let Some(PointKind::Grazing { rattle, .. }) = &mut point.kind {
+                rattle.reverse();
+            }
+        }
+        self.points.reverse();
+        self.points.extend(forward.points.into_iter().skip(1));
+        self.notes.extend(forward.notes);
+        Branch { end: forward.end, heading: forward.heading, ..self }
+    }
+    /// Name and unit of the parameter.
+    pub fn parameter(&self) -> Channel {
+        Channel::new(self.parameter.name.as_str(), self.parameter.unit.as_str())
+    }
+    /// Names of the measured channels.
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+    /// All points, in order along the branch.
+    pub fn points(&self) -> &[BranchPoint] {
+        &self.points
+    }
+    /// The located points with their kinds.
+    pub fn located(&self) -> impl Iterator<Item = (&PointKind, &BranchPoint)> {
+        self.points.iter().filter_map(|point| point.kind.as_ref().map(|kind| (kind, point)))
+    }
+    /// The located points of one kind by its [name](PointKind::name): `branch.of_kind("fold")`.
+    pub fn of_kind(&self, name: &str) -> Vec<&BranchPoint> {
+        self.located().filter(|(kind, _)| kind.name() == name).map(|(_, point)| point).collect()
+    }
+    /// Why the branch ends.
+    pub fn end(&self) -> &BranchEnd {
+        &self.end
+    }
+    /// Changes that were noticed and not resolved.
+    pub fn notes(&self) -> &[BranchNote] {
+        &self.notes
+    }
+    /// The points with a parameter between those of two neighbouring points: linear interpolation is not
+    /// used; the orbits nearest to `parameter` on every pass of the branch are returned.
+    pub fn near(&self, parameter: f64) -> Vec<&BranchPoint> {
+        let passes = self.points.windows(2).filter_map(|two| {
+            let [a, b] = [two[0].parameter - parameter, two[1].parameter - parameter];
+            (a * b <= 0.0).then(|| if a.abs() <= b.abs() { &two[0] } else { &two[1] })
+        });
+        let mut near: Vec<&BranchPoint> = passes.collect();
+        near.dedup_by(|a, b| std::ptr::eq(*a, *b));
+        near
+    }
+
+    /// One row per point: parameter, arclength, then for each channel `mean`, `rms`, `peak-to-peak`, then the
+    /// largest |μ|, the stability (1 stable, -1 unstable, 0 undecided) and the rattle state of each contact.
+    ///
+    /// # Errors
+    /// [`ParameterError::Twice`] for a channel measured twice.
+    pub fn table(&self) -> Result<ResultTable, ParameterError> {
+        let mut columns = vec![self.parameter(), Channel::new("arclength", "1")];
+        for channel in &self.channels {
+            for figure in ["mean", "rms", "peak-to-peak"] {
+                columns.push(Channel::new(format!("{channel} {figure}"), ""));
+            }
+        }
+        columns.extend(["largest multiplier", "stability"].map(|name| Channel::new(name, "1")));
+        let contacts = self.points.first().map_or(0, |point| point.rattle.len());
+        columns.extend((0..contacts).map(|i| Channel::new(format!("rattle {}", i + 1), "1")));
+        let mut table = ResultTable::new(columns)?;
+        for point in &self.points {
+            let mut row = vec![point.parameter, point.arclength];
+            row.extend(point.summaries.iter().flat_map(|s| [s.mean, s.rms, s.peak_to_peak()]));
+            row.push(point.multipliers().largest());
+            row.push(match point.stability() {
+                Stability::Stable => 1.0,
+                Stability::Unstable => -1.0,
+                Stability::Undecided => 0.0,
+            });
+            row.extend(point.rattle.iter().map(|state| f64::from(state.rsv())));
+            table.push(&row)?;
+        }
+        Ok(table)
+    }
+}
+
+/// A summary that a person can read: the range, the located points, notes, and why the branch ends.
+impl fmt::Display for Branch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let range = self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
+            [low.min(point.parameter), high.max(point.parameter)]
+        });
+        writeln!(f, "{} points, {} = {} .. {}", self.points.len(), self.parameter(), range[0], range[1])?;
+        for (kind, point) in self.located() {
+            writeln!(f, "  {:>18.12}  peak-to-peak {:<12.6}  {kind}", point.parameter, point.peak_to_peak())?;
+        }
+        for note in &self.notes {
+            writeln!(f, "  note: {note}")?;
+        }
+        write!(f, "  end: {}", self.end)
+    }
+}

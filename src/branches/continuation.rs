@@ -1,0 +1,195 @@
+//! Settings of a continuation.
+
+use crate::branches::branch::{Branch, BranchEnd, BranchError};
+use crate::branches::family::Family;
+use crate::branches::following::Following;
+use crate::error::check;
+use crate::model::equations::State;
+use crate::ode::budget::Budget;
+use crate::periodic::shooting::multiple::Shooting;
+
+/// Follows periodic orbits along a parameter by pseudo-arclength.
+///
+/// Each point solves the equations of multiple shooting together with a condition on the distance from the
+/// point before: the branch turns at folds and continues as unstable orbits. Tooth edges are located in every
+/// integration, so that the sequence of contacts is found anew at every point and no orbit violates a stop.
+///
+/// Folds, period doublings, Neimark-Sacker points, branch points and grazings between two points are located
+/// to the tolerance of the shooting. A step over which the branch turns by more than 0.5 rad, or over which
+/// the multipliers change in a way that the located points do not explain, is halved.   Source: Keller,
+/// Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems, 1977; Govaerts, Numerical Methods for
+/// Bifurcations of Dynamical Equilibria, Ch. 2.
+///
+/// The default solver of the first orbit is [`Shooting`] with its default settings.
+///
+/// ```
+/// use gear_dynamics::branches::{ByFunction, Continuation};
+/// use gear_dynamics::{Model, Periodic, State};
+/// struct Duffing { omega: f64 } // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
+/// impl Model for Duffing {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = 0.18 * (self.omega * u[0]).cos() - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3);
+///     }
+/// }
+/// impl Periodic for Duffing {
+///     fn period(&self) -> f64 { std::f64::consts::TAU / self.omega }
+/// }
+/// let family = ByFunction::new("speed", "1", |omega| Ok(Duffing { omega }));
+/// let branch = Continuation::new(1.0, 1.6).run(&family, &[State::at_rest(1)])?;
+/// let folds: Vec<f64> = branch.of_kind("fold").iter().map(|point| point.parameter).collect();
+/// assert!((folds[0] - 1.269_601_955_5).abs() < 1e-9 && (folds[1] - 1.115_700_251_8).abs() < 1e-9);
+/// # Ok::<(), gear_dynamics::branches::BranchError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continuation {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) bounds: Option<[f64; 2]>,
+    both_ways: bool,
+    pub(crate) first_step: f64,
+    pub(crate) max_step: f64,
+    pub(crate) min_step: f64,
+    pub(crate) max_points: usize,
+    pub(crate) channels: Option<Vec<String>>,
+    pub(crate) shooting: Shooting,
+    pub(crate) budget: Budget,
+}
+
+impl Continuation {
+    /// A continuation from the parameter `from` towards `to`.
+    ///
+    /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, the
+    /// first deflection as the measured channel (`q1` for a model without contacts), default [`Shooting`],
+    /// default [`Budget`].
+    pub fn new(from: f64, to: f64) -> Self {
+        Continuation {
+            from,
+            to,
+            bounds: None,
+            both_ways: false,
+            first_step: 0.01,
+            max_step: 0.05,
+            min_step: 1e-9,
+            max_points: 2000,
+            channels: None,
+            shooting: Shooting::new(),
+            budget: Budget::new(),
+        }
+    }
+    /// Bounds of the parameter at which the branch ends. Default: the two ends of the continuation.
+    pub fn bounds(self, low: f64, high: f64) -> Self {
+        Continuation { bounds: Some([low, high]), ..self }
+    }
+    /// Follows the branch from its start in both directions. The points are in order along the branch.
+    pub fn both_ways(self) -> Self {
+        Continuation { both_ways: true, ..self }
+    }
+    /// Length of the first step `[1]`. The length is √(Σ (Δx_i/range_i)²/n + (Δp/(to - from))²), with the n
+    /// coordinates and velocities x_i at the nodes. Default: 0.01.
+    pub fn first_step(self, first_step: f64) -> Self {
+        Continuation { first_step, ..self }
+    }
+    /// Maximum length of a step `[1]`. Default: 0.05.
+    pub fn max_step(self, max_step: f64) -> Self {
+        Continuation { max_step, ..self }
+    }
+    /// Minimum length of a step `[1]`. Default: 1e-9.
+    pub fn min_step(self, min_step: f64) -> Self {
+        Continuation { min_step, ..self }
+    }
+    /// Maximum number of points, located points included. Default: 2000.
+    pub fn max_points(self, max_points: usize) -> Self {
+        Continuation { max_points, ..self }
+    }
+    /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
+    /// the deflection of the first contact, or `q1` without contacts.
+    pub fn measure(self, channels: &[&str]) -> Self {
+        Continuation { channels: Some(channels.iter().map(|name| (*name).to_owned()).collect()), ..self }
+    }
+    /// The solver of the first orbit. Its period multiple, segments, tolerances and flow method are those of
+    /// the whole branch.
+    pub fn shooting(self, shooting: Shooting) -> Self {
+        Continuation { shooting, ..self }
+    }
+    /// Maximum number of integration steps and maximum time of the whole continuation.
+    pub fn budget(self, budget: Budget) -> Self {
+        Continuation { budget, ..self }
+    }
+
+    /// Follows a branch from the orbit near a guess at the parameter `from`: states at increasing times
+    /// within one period, or one state.
+    ///
+    /// # Errors
+    /// [`BranchError`]: settings out of range, or no orbit near the guess. What fails later ends the branch,
+    /// see [`Branch::end`].
+    pub fn run(&self, family: &dyn Family, guess: &[State]) -> Result<Branch, BranchError> {
+        let mut following = self.begin(family, guess)?;
+        following.by_ref().for_each(drop);
+        let forward = following.into_branch();
+        if !self.both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
+            return Ok(forward);
+        }
+        let start = &forward.points[0];
+        let mut back = self.from_orbit(family, start.parameter, &start.orbit, -self.heading())?;
+        back.by_ref().for_each(drop);
+        Ok(back.into_branch().reversed_before(forward))
+    }
+
+    /// Starts a continuation that yields its points one by one. It can be stopped at any point; see
+    /// [`resume`](Continuation::resume).
+    ///
+    /// # Errors
+    /// As [`run`](Continuation::run).
+    pub fn begin<'f>(&'f self, family: &'f dyn Family, guess: &[State]) -> Result<Following<'f>, BranchError> {
+        self.check()?;
+        let model = family.at(self.from)?;
+        let orbit = self.shooting.run(&*model, guess)?;
+        drop(model);
+        self.from_orbit(family, self.from, &orbit, self.heading())
+    }
+
+    /// Continues a branch from its last point in the direction in which it was followed. The result begins
+    /// with that point.
+    ///
+    /// # Errors
+    /// As [`run`](Continuation::run); also for a branch without points.
+    pub fn resume<'f>(&'f self, family: &'f dyn Family, branch: &Branch) -> Result<Following<'f>, BranchError> {
+        self.check()?;
+        let none = BranchError::NoPoint { what: "a branch without points cannot be resumed" };
+        let last = branch.points.last().ok_or(none)?;
+        let mut following = self.from_orbit(family, last.parameter, &last.orbit, branch.heading)?;
+        following.shift(last.arclength);
+        Ok(following)
+    }
+
+    /// Sign of the first change of the parameter.
+    pub(crate) fn heading(&self) -> f64 {
+        (self.to - self.from).signum()
+    }
+
+    pub(crate) fn low_and_high(&self) -> [f64; 2] {
+        self.bounds.unwrap_or([self.from.min(self.to), self.from.max(self.to)])
+    }
+
+    /// Unit of the parameter in the length of a step.
+    pub(crate) fn unit(&self) -> f64 {
+        (self.to - self.from).abs()
+    }
+
+    pub(crate) fn check(&self) -> Result<(), BranchError> {
+        check::all_finite("ends of the continuation", &[self.from, self.to])?;
+        if self.from == self.to {
+            return Err(BranchError::EmptyRange { value: self.from });
+        }
+        let [low, high] = self.low_and_high();
+        check::all_finite("bounds of the parameter", &[low, high])?;
+        if !(low < high && (low..=high).contains(&self.from)) {
+            return Err(BranchError::Bounds { low, high, start: self.from });
+        }
+        check::positive("first_step", self.first_step)?;
+        check::positive("max_step", self.max_step)?;
+        check::positive("min_step", self.min_step)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! Points of a curve by pseudo-arclength.
+
+use crate::branches::curve::bordered::Bordered;
+use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use nalgebra::{DMatrix, DVector};
+
+/// A point of a curve, with its unit tangent in scaled unknowns.
+#[derive(Clone, Debug)]
+pub(crate) struct CurvePoint<S> {
+    pub(crate) x: DVector<f64>,
+    pub(crate) p: f64,
+    /// Tangent (dx/ds over the units, dp/ds over the unit of p), of length 1.
+    pub(crate) tangent: DVector<f64>,
+    /// Units of the unknowns, then of p, in which the tangent is measured.
+    pub(crate) units: DVector<f64>,
+    /// Sign of det [J; tᵀ].
+    pub(crate) sign: f64,
+    /// ln |det [J; tᵀ]|, with the tangent t of the point from which this one was corrected.
+    pub(crate) logarithm: f64,
+    pub(crate) corrections: Vec<f64>,
+    pub(crate) solution: S,
+}
+
+impl<S> CurvePoint<S> {
+    /// dp/ds over the unit of p.
+    pub(crate) fn slope(&self) -> f64 {
+        self.tangent[self.tangent.len() - 1]
+    }
+    /// The components of a vector of changes of (x, p) in the units of the point.
+    fn scaled(&self, x: &DVector<f64>, p: f64) -> DVector<f64> {
+        let n = self.x.len();
+        DVector::from_fn(n + 1, |i, _| if i < n { (x[i] - self.x[i]) / self.units[i] } else { (p - self.p) / self.units[n] })
+    }
+    /// The change from this point to another in the units of this point.
+    pub(crate) fn scaled_difference(&self, other: &CurvePoint<S>) -> DVector<f64> {
+        self.scaled(&other.x, other.p)
+    }
+    /// (x, p) at the distance `ds` along a direction in scaled unknowns.
+    pub(crate) fn along(&self, direction: &DVector<f64>, ds: f64) -> (DVector<f64>, f64) {
+        let n = self.x.len();
+        let x = DVector::from_fn(n, |i, _| self.x[i] + ds * direction[i] * self.units[i]);
+        (x, self.p + ds * direction[n] * self.units[n])
+    }
+}
+
+/// Finds points of a curve.
+pub(crate) struct Engine<C> {
+    pub(crate) curve: C,
+    /// Unit of the parameter.
+    pub(crate) unit: f64,
+    /// Largest accepted last correction `[1]`.
+    pub(crate) tolerance: f64,
+    pub(crate) max_corrections: usize,
+}
+
+/// A correction below this that no longer decreases is noise of the integration.
+const NOISE: f64 = 1e-9;
+
+/// A correction that exceeds the one before by this factor ends the corrections.
+const GROWS: f64 = 2.0;
+
+/// Maximum correction `[1]`: a larger one leads to another branch.
+const LARGEST: f64 = 3.0;
+
+impl<C: Curve> Engine<C> {
+    /// The derivative in scaled unknowns, bordered by the direction `row`.
+    fn bordered(&self, linear: &Linear<C::Solution>, units: &DVector<f64>, row: &DVector<f64>) -> Option<Bordered> {
+        let n = linear.residual.len();
+        Bordered::new(DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+            (true, true) => linear.by_x[(i, j)] * units[j],
+            (true, false) => linear.by_p[i] * units[n],
+            (false, _) => row[j],
+        }))
+    }
+
+    fn units(&self) -> DVector<f64> {
+        let own = self.curve.units();
+        let n = own.len();
+        own.insert_row(n, self.unit)
+    }
+
+    /// The point of a solution x at the parameter p, with its tangent towards increasing p.
+    pub(crate) fn start(&mut self, x: DVector<f64>, p: f64) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let linear = self.curve.linearise(&x, p)?;
+        let units = self.units();
+        let n = x.len();
+        let up = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
+        let bordered = self.bordered(&linear, &units, &up).ok_or(CurveError::Singular)?;
+        let tangent = bordered.solve(up).normalize();
+        let (sign, logarithm) = (bordered.sign, bordered.logarithm);
+        let corrections = Vec::new();
+        Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution })
+    }
+
+    /// The point at the distance `ds` from `from` along its tangent.
+    pub(crate) fn advance(
+        &mut self,
+        from: &CurvePoint<C::Solution>,
+        ds: f64,
+    ) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let (x, p) = from.along(&from.tangent, ds);
+        let direction = from.tangent.clone();
+        self.correct(from, &direction, ds, x, p)
+    }
+
+    /// The point whose distance from `from` along `direction` is `ds`, by Newton's method from (x, p).
+    pub(crate) fn correct(
+        &mut self,
+        from: &CurvePoint<C::Solution>,
+        direction: &DVector<f64>,
+        ds: f64,
+        mut x: DVector<f64>,
+        mut p: f64,
+    ) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let n = x.len();
+        let count = (n as f64).sqrt();
+        let mut corrections: Vec<f64> = Vec::new();
+        loop {
+            let linear = self.curve.linearise(&x, p)?;
+            let bordered = self.bordered(&linear, &from.units, direction).ok_or(CurveError::Singular)?;
+            let behind = ds - direction.dot(&from.scaled(&x, p));
+            let right = DVector::from_fn(n + 1, |i, _| if i < n { -linear.residual[i] } else { behind });
+            let step = bordered.solve(right);
+            // The units contain the square root of the number of unknowns.
+            let size = step.rows(0, n).amax() * count;
+            let size = size.max(step[n].abs());
+            let before = corrections.last().copied().unwrap_or(f64::INFINITY);
+            corrections.push(size);
+            let stalled = size > 0.5 * before;
+            if size <= self.tolerance || (stalled && size <= NOISE) {
+                let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
+                let tangent = bordered.solve(ahead).normalize();
+                let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());
+                return Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution });
+            }
+            let hopeless = size > GROWS * before || !size.is_finite() || size > LARGEST;
+            if hopeless || corrections.len() >= self.max_corrections {
+                return Err(CurveError::NotConverged { corrections });
+            }
+            for i in 0..n {
+                x[i] += step[i] * from.units[i];
+            }
+            p += step[n] * from.units[n];
+        }
+    }
+
+    /// Distance of a point from another along the tangent of the other.
+    pub(crate) fn distance(&self, from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
+        from.tangent.dot(&from.scaled_difference(to))
+    }
+
+    /// Expresses the tangent of a point in the present units of the curve.
+    pub(crate) fn rescale(&self, point: &mut CurvePoint<C::Solution>) {
+        let units = self.units();
+        point.tangent.component_mul_assign(&point.units);
+        point.tangent.component_div_assign(&units);
+        point.tangent.normalize_mut();
+        point.units = units;
+    }
+
+    /// The angle between the tangents of two points, in the units of the first `[rad]`.
+    pub(crate) fn angle(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
+        let mut other = to.tangent.clone();
+        other.component_mul_assign(&to.units);
+        other.component_div_assign(&from.units);
+        from.tangent.dot(&other.normalize()).clamp(-1.0, 1.0).acos()
+    }
+}

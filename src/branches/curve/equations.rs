@@ -1,0 +1,83 @@
+//! Equations whose solutions form a curve.
+
+use crate::error::ParameterError;
+use crate::ode::budget::Exhausted;
+use crate::ode::integrate_error::IntegrateError;
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// G(x, p) = 0 with as many equations as unknowns x.
+pub(crate) trait Curve {
+    /// What an evaluation computes besides G: for orbits, the states and transition matrices.
+    type Solution: Clone;
+
+    /// Evaluates G and its derivatives.
+    fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Self::Solution>, CurveError>;
+    /// Size of each unknown, over the square root of the number of unknowns: the unit in which steps are
+    /// measured.
+    fn units(&self) -> DVector<f64>;
+}
+
+/// G and its derivatives at one place.
+#[derive(Clone, Debug)]
+pub(crate) struct Linear<S> {
+    /// G, in units of the size of each equation.
+    pub(crate) residual: DVector<f64>,
+    /// ∂G/∂x.
+    pub(crate) by_x: DMatrix<f64>,
+    /// ∂G/∂p.
+    pub(crate) by_p: DVector<f64>,
+    pub(crate) solution: S,
+}
+
+/// Reasons for which a point of a curve was not found.
+///
+/// ```
+/// use gear_dynamics::branches::CurveError;
+/// let error = CurveError::NotConverged { corrections: vec![0.1, 0.2] };
+/// assert_eq!(error.to_string(), "2 corrections did not converge; the last one is 2e-1 of the size of the orbit");
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CurveError {
+    /// There is no model with this parameter.
+    #[error("no model with the parameter {parameter}: {error}")]
+    Model {
+        /// The parameter.
+        parameter: f64,
+        /// The reason.
+        error: ParameterError,
+    },
+    /// An integration along the orbit failed.
+    #[error("the integration over segment {segment} failed: {error}")]
+    Flow {
+        /// Index of the segment, from 0.
+        segment: usize,
+        /// The reason.
+        error: IntegrateError,
+    },
+    /// The equations do not determine the point: more than one direction is free.
+    #[error("the equations with the arclength condition are singular: the point is a branch point")]
+    Singular,
+    /// The corrections do not become small.
+    #[error(
+        "{} corrections did not converge; the last one is {:e} of the size of the orbit",
+        corrections.len(), corrections.last().copied().unwrap_or(f64::NAN)
+    )]
+    NotConverged {
+        /// Size of each correction, as a share of the range of motion `[1]`.
+        corrections: Vec<f64>,
+    },
+    /// The curve turned by too large an angle over the step: another branch was reached, or the step is too
+    /// long.
+    #[error("the tangent turned by {angle} rad over a step of {step:e}")]
+    Turned {
+        /// The angle `[rad]`.
+        angle: f64,
+        /// Length of the step `[1]`.
+        step: f64,
+    },
+    /// A limit of the budget was reached.
+    #[error("{0}")]
+    Exhausted(#[from] Exhausted),
+}

@@ -1,0 +1,6 @@
+//! Solution curves of G(x, p) = 0: corrector, step control, location of points.
+
+pub(crate) mod bordered;
+pub(crate) mod engine;
+pub(crate) mod equations;
+pub(crate) mod locate;

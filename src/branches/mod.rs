@@ -1,0 +1,17 @@
+//! Branches of periodic orbits: continuation, located bifurcations.
+
+pub(crate) mod branch;
+pub(crate) mod continuation;
+pub(crate) mod curve;
+pub(crate) mod family;
+pub(crate) mod following;
+pub(crate) mod orbits;
+pub(crate) mod points;
+
+pub use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
+pub use crate::branches::continuation::Continuation;
+pub use crate::branches::curve::equations::CurveError;
+pub use crate::branches::family::{ByConstant, ByFunction, Family};
+pub use crate::branches::following::Following;
+pub use crate::branches::points::branch_point::BranchPoint;
+pub use crate::branches::points::kind::PointKind;

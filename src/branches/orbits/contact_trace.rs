@@ -1,0 +1,163 @@
+//! Extremes of the distance of contacts from their edges: what touches an edge at a grazing.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::numeric::brent::Brent;
+use crate::ode::probe::Probe;
+use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::saltation::{distance, edge_rate};
+use std::ops::ControlFlow;
+
+/// A local extremum of the distance of a contact from one of its edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extremum {
+    pub(crate) contact: usize,
+    pub(crate) lower: bool,
+    pub(crate) maximum: bool,
+    /// Time of the extremum over the period of the orbit, from its start.
+    pub(crate) phase: f64,
+    /// Deflection minus edge. At a rebound from a rigid stop: the square of the impact speed, with the sign
+    /// of a motion past the stop.
+    pub(crate) distance: f64,
+}
+
+impl Extremum {
+    /// Whether both extremes belong to the same edge and are of the same kind.
+    pub(crate) fn is_like(&self, other: &Extremum) -> bool {
+        (self.contact, self.lower, self.maximum) == (other.contact, other.lower, other.maximum)
+    }
+    /// Distance of two phases on the circle.
+    pub(crate) fn apart(&self, phase: f64) -> f64 {
+        let d = (self.phase - phase).rem_euclid(1.0);
+        d.min(1.0 - d)
+    }
+    /// The edge that the contact approaches.
+    pub(crate) fn edge(&self) -> Piece {
+        if self.lower { Piece::Lower } else { Piece::Upper }
+    }
+}
+
+/// The extremes of one orbit, and how often each edge of each contact was crossed or struck.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ContactTrace {
+    pub(crate) extremes: Vec<Extremum>,
+    /// For each contact the number of crossings of its lower and its upper edge.
+    pub(crate) crossings: Vec<[u32; 2]>,
+}
+
+impl ContactTrace {
+    /// The extremum like `near` with the nearest phase.
+    pub(crate) fn nearest(&self, near: &Extremum) -> Option<&Extremum> {
+        let like = self.extremes.iter().filter(|other| other.is_like(near));
+        like.min_by(|a, b| a.apart(near.phase).total_cmp(&b.apart(near.phase)))
+    }
+}
+
+/// Observer that finds the extremes along an orbit.
+pub(crate) struct Tracer<'m, M: ?Sized> {
+    probe: Probe<'m, M>,
+    start: f64,
+    period: f64,
+    y: Vec<f64>,
+    /// Rates relative to the edges at the end of the last step; NaN before the first step.
+    last: Vec<[f64; 2]>,
+    pub(crate) trace: ContactTrace,
+}
+
+/// Number of samples in each part of a step.
+const SAMPLES: usize = 3;
+
+/// Accuracy of the time of an extremum, as a share of the step `[1]`.
+const CLOSE: f64 = 1e-12;
+
+/// Distance and rate with respect to the lower (0) and the upper edge (1).
+fn relative(c: &Contact, edge: usize) -> (f64, f64) {
+    let lower = edge == 0;
+    (distance(c, lower), c.rate - edge_rate(c, lower))
+}
+
+impl<'m, M: Model + ?Sized> Tracer<'m, M> {
+    pub(crate) fn new(model: &'m M, start: f64, period: f64) -> Self {
+        let contacts = model.contacts();
+        Tracer {
+            probe: Probe::new(model),
+            start,
+            period,
+            y: vec![0.0; 2 * model.dof()],
+            last: vec![[f64::NAN; 2]; contacts],
+            trace: ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts] },
+        }
+    }
+
+    fn keep(&mut self, contact: usize, edge: usize, maximum: bool, t: f64, distance: f64) {
+        if distance.is_finite() {
+            let phase = (t - self.start) / self.period;
+            self.trace.extremes.push(Extremum { contact, lower: edge == 0, maximum, phase, distance });
+        }
+    }
+
+    /// The contact at the time `t` of a step.
+    fn at(&mut self, step: &mut Step<'_>, contact: usize, t: f64) -> Contact {
+        let side = if t == step.t1() { Side::Before } else { Side::After };
+        step.at(t, &mut self.y);
+        let (q, v) = self.y.split_at(self.y.len() / 2);
+        self.probe.read_contacts(t, side, q, v)[contact]
+    }
+
+    /// Locates the extremum between two times at which the rate has different signs.
+    fn refine(&mut self, step: &mut Step<'_>, contact: usize, edge: usize, from: [f64; 2], to: [f64; 2]) {
+        let mut brent = Brent::new(from, to, CLOSE * (step.t1() - step.t0()));
+        while let Some(t) = brent.next() {
+            let c = self.at(step, contact, t);
+            brent.take(t, relative(&c, edge).1);
+        }
+        let c = self.at(step, contact, brent.best());
+        self.keep(contact, edge, from[1] > 0.0, brent.best(), relative(&c, edge).0);
+    }
+}
+
+impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let parts = step.parts() * SAMPLES;
+        for contact in 0..self.last.len() {
+            let mut before = step.t0();
+            let c = self.at(step, contact, before);
+            let mut rates = [relative(&c, 0).1, relative(&c, 1).1];
+            for edge in 0..2 {
+                // A rate that jumps, at a kink of an edge.
+                let last = self.last[contact][edge];
+                if last * rates[edge] < 0.0 {
+                    self.keep(contact, edge, last > 0.0, before, relative(&c, edge).0);
+                }
+            }
+            for k in 1..=parts {
+                let t = if k == parts { step.t1() } else { step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64) };
+                let c = self.at(step, contact, t);
+                for edge in 0..2 {
+                    let rate = relative(&c, edge).1;
+                    if rates[edge] * rate < 0.0 {
+                        self.refine(step, contact, edge, [before, rates[edge]], [t, rate]);
+                    }
+                    rates[edge] = rate;
+                }
+                before = t;
+            }
+            self.last[contact] = rates;
+        }
+        for crossing in step.crossings() {
+            let contact = crossing.contact;
+            let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
+            let edge = usize::from(!lower);
+            self.trace.crossings[contact][edge] += 1;
+            if crossing.rebounds {
+                let speed = self.last[contact][edge];
+                let way = if lower { -1.0 } else { 1.0 };
+                self.keep(contact, edge, !lower, step.t1(), way * speed * speed);
+                self.last[contact] = [f64::NAN; 2];
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,89 @@
+//! What is measured along an orbit: statistics of channels, rattle states, extremes, ranges of motion.
+
+use crate::analysis::contacts::rattle::{Rattle, RattleState};
+use crate::analysis::statistics::{Statistics, Summary};
+use crate::branches::curve::equations::CurveError;
+use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
+use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
+use crate::model::equations::Model;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::step::{Observer, Step};
+use crate::ode::taylor::integrate::Prepared;
+use crate::ode::taylor::settings::Taylor;
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::flow::motion_size::Sizes;
+use crate::periodic::flow::tangent::{NONE, finest};
+use std::ops::ControlFlow;
+
+/// Figures of one orbit.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Measured {
+    /// One for each channel.
+    pub(crate) summaries: Vec<Summary>,
+    /// One for each contact.
+    pub(crate) rattle: Vec<RattleState>,
+    pub(crate) trace: ContactTrace,
+}
+
+/// Integrates once along an orbit, from node to node, and measures it. Returns the ranges of motion too.
+pub(crate) fn measure(
+    curve: &OrbitCurve<'_>,
+    p: f64,
+    passage: &Passage,
+    channels: &[String],
+) -> Result<(Measured, Vec<f64>), CurveError> {
+    let model = curve.model(p)?;
+    let plain: &dyn Model = &*model;
+    let (start, period) = (passage.states[0].t, passage.end - passage.states[0].t);
+    let names: Vec<&str> = channels.iter().map(String::as_str).collect();
+    let mut statistics =
+        Statistics::new(plain, &names).map_err(|error| CurveError::Model { parameter: p, error })?;
+    let mut rattle = Rattle::new(plain);
+    let mut tracer = Tracer::new(plain, start, period);
+    let mut sizes = Sizes::new(plain.dof(), curve.modes());
+    {
+        let mut first = (&mut statistics, &mut rattle);
+        let mut second = (&mut tracer, &mut sizes);
+        pass(curve, plain, passage, &mut (&mut first, &mut second))?;
+    }
+    let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
+    let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
+    Ok((Measured { summaries, rattle, trace: tracer.trace }, sizes.ranges()))
+}
+
+/// Integrates over all segments of an orbit.
+fn pass(
+    curve: &OrbitCurve<'_>,
+    model: &dyn Model,
+    passage: &Passage,
+    observer: &mut dyn Observer,
+) -> Result<(), CurveError> {
+    let (scale, tolerance, meter) = (curve.scale(), curve.flow_tolerance(), curve.meter());
+    let continued = Continued::new(model, scale);
+    let mut prepared = match passage.method() {
+        FlowMethod::Taylor => Prepared::new(&continued).ok(),
+        FlowMethod::Dop853 => None,
+    };
+    let mut spend = meter;
+    let mut watch = |step: &mut Step<'_>| {
+        if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
+    };
+    for (i, state) in passage.states.iter().enumerate() {
+        let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);
+        let values = state.q.iter().chain(&state.v);
+        let atol: Vec<f64> = scale.iter().zip(values).map(|(s, y)| finest(tolerance * s, *y)).collect();
+        let run = match &mut prepared {
+            Some(prepared) => {
+                let settings = Taylor::new().rtol(NONE).atol_each(&atol).order(Taylor::order_for(tolerance));
+                prepared.run(&settings, &continued, state, until, &mut watch)
+            }
+            None => Dop853::new().rtol(NONE).atol_each(&atol).run(&continued, state, until, &mut watch),
+        };
+        run.map_err(|error: IntegrateError| CurveError::Flow { segment: i, error })?;
+        meter.left()?;
+    }
+    Ok(())
+}

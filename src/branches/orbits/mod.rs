@@ -1,0 +1,5 @@
+//! Periodic orbits as points of a curve, and what is measured along them.
+
+pub(crate) mod contact_trace;
+pub(crate) mod measure;
+pub(crate) mod orbit_curve;

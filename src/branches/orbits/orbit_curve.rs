@@ -1,0 +1,305 @@
+//! The equations of multiple shooting over a parameter.
+
+use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::family::Family;
+use crate::model::equations::{Model, Periodic, State};
+use crate::model::rigid::rigid_modes;
+use crate::ode::budget::Meter;
+use crate::ode::integrate_error::IntegrateError;
+use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::variation::unscaled;
+use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::segments::{Round, Segments, orthonormal};
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use nalgebra::{DMatrix, DVector};
+use std::rc::Rc;
+
+/// φ(x_i; p) - x_{i+1} = 0 at fixed phases of the period T(p), with x_N = x_0 + B s and Bᵀ (x_0 - x_ref) = 0.
+///
+/// Unknowns: coordinates and velocities at the nodes, one node after the other, then the slacks s along the
+/// rigid motions B.
+pub(crate) struct OrbitCurve<'f> {
+    pub(crate) family: &'f dyn Family,
+    pub(crate) multiple: usize,
+    /// Times of the nodes over the period of the orbit.
+    phases: Vec<f64>,
+    /// Units of coordinates and velocities, and their ranges of motion.
+    scale: Vec<f64>,
+    range: Vec<f64>,
+    /// Units below which the rounding of the integration does not allow to go.
+    floor: Vec<f64>,
+    modes: Vec<Vec<f64>>,
+    /// The position along the rigid motions, in units of the model.
+    reference: State,
+    flow_tolerance: f64,
+    wanted: Option<FlowMethod>,
+    /// Unit of the parameter.
+    unit: f64,
+    /// Step of the differences with respect to a parameter without exact derivative.
+    difference: f64,
+    meter: Rc<Meter<'f>>,
+}
+
+/// What one evaluation of the equations computes besides them.
+#[derive(Clone)]
+pub(crate) struct Passage {
+    pub(crate) states: Vec<State>,
+    pub(crate) end: f64,
+    slack: DVector<f64>,
+    /// Monodromy matrix in the units `scale`.
+    monodromy: DMatrix<f64>,
+    scale: Vec<f64>,
+    pub(crate) multipliers: Option<Multipliers>,
+    crossings: u64,
+    method: FlowMethod,
+}
+
+impl Passage {
+    pub(crate) fn method(&self) -> FlowMethod {
+        self.method
+    }
+}
+
+/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
+const LOOSER: f64 = 100.0;
+
+/// A unit above the range by more than this factor is a bound by rounding.
+const RAISED: f64 = 1.0 + 1e-9;
+
+/// Step of the differences, as a share of the unit of the parameter.
+const STEP: f64 = 1e-5;
+
+impl<'f> OrbitCurve<'f> {
+    /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
+    pub(crate) fn new(
+        family: &'f dyn Family,
+        (p, unit): (f64, f64),
+        orbit: &ShootingOrbit,
+        shooting: &Shooting,
+        meter: Rc<Meter<'f>>,
+    ) -> Result<Self, CurveError> {
+        let model = family.at(p).map_err(|error| CurveError::Model { parameter: p, error })?;
+        let period = orbit.period();
+        let floor = orbit.scale.iter().zip(&orbit.range);
+        Ok(OrbitCurve {
+            family,
+            multiple: orbit.period_multiple(),
+            phases: orbit.states().iter().map(|state| state.t / period).collect(),
+            scale: orbit.scale.clone(),
+            range: orbit.range.clone(),
+            floor: floor.map(|(s, r)| if *s > RAISED * r { *s } else { 0.0 }).collect(),
+            modes: rigid_modes(&*model, period),
+            reference: orbit.states()[0].clone(),
+            flow_tolerance: orbit.flow,
+            wanted: shooting.method(),
+            unit,
+            difference: STEP * unit.max(p.abs()),
+            meter,
+        })
+    }
+
+    /// The unknowns of an orbit on the same nodes.
+    pub(crate) fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
+        let [of_q, of_v] = &orbit.drift;
+        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
+        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
+        let rigid = orthonormal(&self.modes, &self.scale);
+        let slack = rigid.tr_mul(&DVector::from_vec(drift));
+        let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
+        let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
+        DVector::from_vec(all)
+    }
+
+    pub(crate) fn flow_tolerance(&self) -> f64 {
+        self.flow_tolerance
+    }
+    pub(crate) fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+    pub(crate) fn modes(&self) -> &[Vec<f64>] {
+        &self.modes
+    }
+    pub(crate) fn meter(&self) -> &Meter<'f> {
+        &self.meter
+    }
+
+    /// Sets the ranges of motion, which are the units of steps and tolerances.
+    pub(crate) fn set_ranges(&mut self, ranges: Vec<f64>) {
+        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
+        self.range = ranges;
+    }
+
+    pub(crate) fn model(&self, p: f64) -> Result<Box<dyn Periodic + 'f>, CurveError> {
+        self.family.at(p).map_err(|error| CurveError::Model { parameter: p, error })
+    }
+
+    fn states(&self, x: &DVector<f64>, period: f64) -> Vec<State> {
+        let m = self.scale.len();
+        let node = |(i, phase): (usize, &f64)| {
+            let node = &x.as_slice()[i * m..(i + 1) * m];
+            State::new(phase * period, &node[..m / 2], &node[m / 2..])
+        };
+        self.phases.iter().enumerate().map(node).collect()
+    }
+
+    fn end(&self, period: f64) -> f64 {
+        (self.phases[0] + 1.0) * period
+    }
+
+    fn segments<'s>(
+        &self,
+        model: &'s dyn Model,
+        period: f64,
+        columns: usize,
+        parameter: Option<usize>,
+    ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
+        let slope = parameter.and_then(|i| model.named_constants().map(|constants| constants.drive_slope(i).times(self.unit)));
+        let forced: Vec<_> = slope.into_iter().collect();
+        let expansion = Expansion::new(model, columns + forced.len(), &forced, self.wanted)
+            .map_err(|error| CurveError::Flow { segment: 0, error })?;
+        let scales = [self.scale.clone(), self.range.clone()];
+        Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
+    }
+
+    fn failed(error: (usize, IntegrateError, Vec<State>)) -> CurveError {
+        match error {
+            (_, IntegrateError::Budget { exhausted, .. }, _) => CurveError::Exhausted(exhausted),
+            (segment, error, _) => CurveError::Flow { segment, error },
+        }
+    }
+
+    /// All segments at the parameter `p`, with the given flow tolerance.
+    fn round(&self, x: &DVector<f64>, p: f64, tolerance: f64) -> Result<(Round, Vec<f64>, FlowMethod, f64), CurveError> {
+        let (model, m) = (self.model(p)?, self.scale.len());
+        let period = self.multiple as f64 * model.period();
+        let segments = self.segments(&*model, period, m, self.family.constant())?;
+        let slack = x.rows(self.phases.len() * m, x.len() - self.phases.len() * m).into_owned();
+        let round = segments.round(self.states(x, period), Some(&slack), tolerance, &self.meter);
+        Ok((round.map_err(Self::failed)?, self.scale.clone(), segments.method(), segments.end()))
+    }
+
+    /// ∂φ/∂p of all segments by central differences, in units of `scale`; one-sided at the end of the family.
+    fn differences(&self, x: &DVector<f64>, p: f64) -> Result<Vec<DVector<f64>>, CurveError> {
+        let ends = |p: f64| -> Result<Vec<State>, CurveError> {
+            let model = self.model(p)?;
+            let period = self.multiple as f64 * model.period();
+            let segments = self.segments(&*model, period, 0, None)?;
+            segments.ends(&self.states(x, period), self.flow_tolerance, &self.meter).map_err(Self::failed)
+        };
+        let h = self.difference;
+        let (low, high, width) = match (ends(p - h), ends(p + h)) {
+            (Ok(low), Ok(high)) => (low, high, (p + h) - (p - h)),
+            (Ok(low), Err(_)) => (low, ends(p)?, p - (p - h)),
+            (Err(_), high) => (ends(p)?, high?, (p + h) - p),
+        };
+        let m = self.scale.len();
+        let all = |s: &State, i: usize| if i < m / 2 { s.q[i] } else { s.v[i - m / 2] };
+        let slope = |(low, high): (&State, &State)| {
+            DVector::from_fn(m, |i, _| (all(high, i) - all(low, i)) / (self.scale[i] * width))
+        };
+        Ok(low.iter().zip(&high).map(slope).collect())
+    }
+
+    /// The orbit of a point, with the error of its multipliers.
+    pub(crate) fn orbit(
+        &self,
+        x: &DVector<f64>,
+        p: f64,
+        passage: &Passage,
+        corrections: &[f64],
+    ) -> Result<ShootingOrbit, CurveError> {
+        let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
+        let multipliers = passage.multipliers.clone().ok_or_else(none)?;
+        let rigid = orthonormal(&self.modes, &passage.scale);
+        let looser = self.round(x, p, LOOSER * self.flow_tolerance);
+        if let Err(CurveError::Exhausted(exhausted)) = looser {
+            return Err(exhausted.into());
+        }
+        let other = looser.ok().and_then(|(round, scale, ..)| {
+            let product = product(&round.transitions, scale.len());
+            Multipliers::without(&product, &orthonormal(&self.modes, &scale), 0.0)
+        });
+        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
+        let drift = &rigid * &passage.slack;
+        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
+        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
+        Ok(ShootingOrbit::from_parts(OrbitParts {
+            states: passage.states.clone(),
+            end: passage.end,
+            multiple: self.multiple,
+            scale: passage.scale.clone(),
+            range: self.range.clone(),
+            drift: [of_q.to_vec(), of_v.to_vec()],
+            monodromy: unscaled(&passage.monodromy, &passage.scale),
+            multipliers: multipliers.with_error(error),
+            corrections: corrections.to_vec(),
+            crossings: passage.crossings,
+            flow: self.flow_tolerance,
+            method: passage.method,
+        }))
+    }
+}
+
+/// X_{N-1} ... X_1 X_0.
+fn product(transitions: &[DMatrix<f64>], m: usize) -> DMatrix<f64> {
+    transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
+}
+
+impl Curve for OrbitCurve<'_> {
+    type Solution = Passage;
+
+    fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Passage>, CurveError> {
+        let (round, scale, method, end) = self.round(x, p, self.flow_tolerance)?;
+        let (m, count, n) = (scale.len(), self.phases.len(), x.len());
+        let rigid = orthonormal(&self.modes, &scale);
+        let k = rigid.ncols();
+        let mut by_p = DVector::zeros(n);
+        let exact = round.by_parameters[0].ncols() > 0;
+        let slopes = if exact {
+            round.by_parameters.iter().map(|columns| columns.column(0) / self.unit).collect()
+        } else {
+            self.differences(x, p)?
+        };
+        let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        for i in 0..count {
+            residual.rows_mut(i * m, m).copy_from(&-&round.defects[i]);
+            by_p.rows_mut(i * m, m).copy_from(&slopes[i]);
+            by_x.view_mut((i * m, i * m), (m, m)).copy_from(&round.transitions[i]);
+            let next = (i + 1) % count;
+            for j in 0..m {
+                by_x[(i * m + j, next * m + j)] -= 1.0;
+            }
+        }
+        // Bᵀ (x_0 - x_ref) = 0 and the drift of the last node.
+        let at = |state: &State, i: usize| if i < m / 2 { state.q[i] } else { state.v[i - m / 2] };
+        let off = DVector::from_fn(m, |i, _| (x[i] - at(&self.reference, i)) / scale[i]);
+        residual.rows_mut(count * m, k).copy_from(&rigid.tr_mul(&off));
+        by_x.view_mut((count * m, 0), (k, m)).copy_from(&rigid.transpose());
+        by_x.view_mut(((count - 1) * m, count * m), (m, k)).copy_from(&-&rigid);
+        for i in 0..count {
+            for (j, scale) in scale.iter().enumerate() {
+                by_x.column_mut(i * m + j).unscale_mut(*scale);
+            }
+        }
+        let monodromy = product(&round.transitions, m);
+        let solution = Passage {
+            multipliers: Multipliers::without(&monodromy, &rigid, 0.0),
+            monodromy,
+            slack: round.slack,
+            states: round.states,
+            crossings: round.crossings,
+            end,
+            scale,
+            method,
+        };
+        Ok(Linear { residual, by_x, by_p, solution })
+    }
+
+    fn units(&self) -> DVector<f64> {
+        let (m, count) = (self.range.len(), self.phases.len());
+        let k = 2 * self.modes.len();
+        let share = ((m * count + k) as f64).sqrt();
+        DVector::from_fn(m * count + k, |i, _| if i < m * count { self.range[i % m] * share } else { share })
+    }
+}

@@ -1,0 +1,90 @@
+//! What changes between two neighbouring points of a branch.
+
+use crate::branches::curve::engine::CurvePoint;
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::orbit_curve::Passage;
+use crate::branches::points::tests::{below, outside, pairs_outside};
+
+/// A change between two points that is to be located.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Change {
+    Fold,
+    Branch,
+    PeriodDoubling,
+    NeimarkSacker,
+    /// An extremum passes through its edge.
+    Grazing(Extremum),
+}
+
+/// The changes between two points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Changes {
+    pub(crate) all: Vec<Change>,
+    /// What the changes do not explain.
+    pub(crate) unexplained: Option<&'static str>,
+}
+
+/// Distance of two phases up to which extremes of neighbouring orbits are the same one.
+const NEAR: f64 = 0.1;
+
+pub(crate) fn changes(
+    a: (&CurvePoint<Passage>, &ContactTrace),
+    b: (&CurvePoint<Passage>, &ContactTrace),
+) -> Changes {
+    let mut all = Vec::new();
+    if a.0.slope() * b.0.slope() < 0.0 {
+        all.push(Change::Fold);
+    }
+    if a.0.sign != b.0.sign {
+        all.push(Change::Branch);
+    }
+    let mut unexplained = None;
+    if let (Some(ma), Some(mb)) = (&a.0.solution.multipliers, &b.0.solution.multipliers) {
+        let doublings = below(ma).abs_diff(below(mb));
+        if doublings == 1 {
+            all.push(Change::PeriodDoubling);
+        } else if doublings > 1 {
+            unexplained = Some("several multipliers passed -1");
+        }
+        let single = all.len();
+        if pairs_outside(ma) != pairs_outside(mb) {
+            all.push(Change::NeimarkSacker);
+        }
+        let double = all.len() - single;
+        let change = outside(ma).abs_diff(outside(mb));
+        if change > single + 2 * double {
+            unexplained = Some("the number of multipliers outside the unit circle changed");
+        }
+    }
+    let grazings = grazings(a.1, b.1);
+    let crossed = |trace: &ContactTrace| trace.crossings.clone();
+    if crossed(a.1) != crossed(b.1) && grazings.is_empty() {
+        unexplained = Some("the contact sequence changed");
+    }
+    if !grazings.is_empty() {
+        // At a grazing the multipliers may jump.
+        unexplained = unexplained.filter(|what| *what == "the contact sequence changed");
+    }
+    all.extend(grazings.into_iter().map(Change::Grazing));
+    Changes { all, unexplained }
+}
+
+/// Extremes of the second orbit that lie on the other side of their edge in the first.
+fn grazings(a: &ContactTrace, b: &ContactTrace) -> Vec<Extremum> {
+    let mut found = Vec::new();
+    for (contact, (from, to)) in a.crossings.iter().zip(&b.crossings).enumerate() {
+        for edge in 0..2 {
+            if from[edge] == to[edge] {
+                continue;
+            }
+            let of = |extremum: &&Extremum| extremum.contact == contact && extremum.lower == (edge == 0);
+            for after in b.extremes.iter().filter(of) {
+                let before = a.nearest(after).filter(|before| before.apart(after.phase) < NEAR);
+                if before.is_some_and(|before| before.distance * after.distance < 0.0) {
+                    found.push(*after);
+                }
+            }
+        }
+    }
+    found
+}
