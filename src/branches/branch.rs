@@ -9,6 +9,7 @@ use crate::model::equations::Channel;
 use crate::ode::budget::Exhausted;
 use crate::periodic::multipliers::Stability;
 use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::fmt;
 use thiserror::Error;
 
@@ -25,10 +26,10 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Branch {
+pub struct Branch<O = ShootingOrbit> {
     pub(crate) parameter: StoredChannel,
     pub(crate) channels: Vec<String>,
-    pub(crate) points: Vec<BranchPoint>,
+    pub(crate) points: Vec<BranchPoint<O>>,
     pub(crate) notes: Vec<BranchNote>,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) end: BranchEnd,
@@ -147,7 +148,9 @@ pub enum BranchError {
         value: f64,
     },
     /// The bounds are reversed or do not contain the start.
-    #[error("the bounds of the parameter are {low} .. {high}: the lower one must be smaller, and {start} must lie between them")]
+    #[error(
+        "the bounds of the parameter are {low} .. {high}: the lower one must be smaller, and {start} must lie between them"
+    )]
     Bounds {
         /// Lower bound.
         low: f64,
@@ -170,14 +173,14 @@ pub enum BranchError {
     },
 }
 
-impl Branch {
+impl<O> Branch<O> {
     pub(crate) fn new(parameter: Channel, channels: Vec<String>) -> Self {
         let parameter = StoredChannel { name: parameter.name, unit: parameter.unit };
         let (points, notes) = (Vec::new(), Vec::new());
         Branch { parameter, channels, points, notes, end: BranchEnd::Open, heading: 0.0 }
     }
     /// This branch in reverse, followed by another one from the same start.
-    pub(crate) fn reversed_before(mut self, forward: Branch) -> Branch {
+    pub(crate) fn reversed_before(mut self, forward: Self) -> Self {
         for point in &mut self.points {
             point.arclength = -point.arclength;
             if let Some(PointKind::Grazing { rattle, .. }) = &mut point.kind {
@@ -198,15 +201,15 @@ impl Branch {
         &self.channels
     }
     /// All points, in order along the branch.
-    pub fn points(&self) -> &[BranchPoint] {
+    pub fn points(&self) -> &[BranchPoint<O>] {
         &self.points
     }
     /// The located points with their kinds.
-    pub fn located(&self) -> impl Iterator<Item = (&PointKind, &BranchPoint)> {
+    pub fn located(&self) -> impl Iterator<Item = (&PointKind, &BranchPoint<O>)> {
         self.points.iter().filter_map(|point| point.kind.as_ref().map(|kind| (kind, point)))
     }
     /// The located points of one kind by its [name](PointKind::name): `branch.of_kind("fold")`.
-    pub fn of_kind(&self, name: &str) -> Vec<&BranchPoint> {
+    pub fn of_kind(&self, name: &str) -> Vec<&BranchPoint<O>> {
         self.located().filter(|(kind, _)| kind.name() == name).map(|(_, point)| point).collect()
     }
     /// Why the branch ends.
@@ -219,12 +222,12 @@ impl Branch {
     }
     /// The points with a parameter between those of two neighbouring points: linear interpolation is not
     /// used; the orbits nearest to `parameter` on every pass of the branch are returned.
-    pub fn near(&self, parameter: f64) -> Vec<&BranchPoint> {
+    pub fn near(&self, parameter: f64) -> Vec<&BranchPoint<O>> {
         let passes = self.points.windows(2).filter_map(|two| {
             let [a, b] = [two[0].parameter - parameter, two[1].parameter - parameter];
             (a * b <= 0.0).then(|| if a.abs() <= b.abs() { &two[0] } else { &two[1] })
         });
-        let mut near: Vec<&BranchPoint> = passes.collect();
+        let mut near: Vec<&BranchPoint<O>> = passes.collect();
         near.dedup_by(|a, b| std::ptr::eq(*a, *b));
         near
     }
@@ -248,7 +251,7 @@ impl Branch {
         for point in &self.points {
             let mut row = vec![point.parameter, point.arclength];
             row.extend(point.summaries.iter().flat_map(|s| [s.mean, s.rms, s.peak_to_peak()]));
-            row.push(point.multipliers().largest());
+            row.push(point.multipliers.largest());
             row.push(match point.stability() {
                 Stability::Stable => 1.0,
                 Stability::Unstable => -1.0,
@@ -262,7 +265,7 @@ impl Branch {
 }
 
 /// A summary that a person can read: the range, the located points, notes, and why the branch ends.
-impl fmt::Display for Branch {
+impl<O> fmt::Display for Branch<O> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let range = self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
             [low.min(point.parameter), high.max(point.parameter)]

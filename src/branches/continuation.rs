@@ -124,16 +124,13 @@ impl Continuation {
     /// [`BranchError`]: settings out of range, or no orbit near the guess. What fails later ends the branch,
     /// see [`Branch::end`].
     pub fn run(&self, family: &dyn Family, guess: &[State]) -> Result<Branch, BranchError> {
-        let mut following = self.begin(family, guess)?;
-        following.by_ref().for_each(drop);
-        let forward = following.into_branch();
+        let forward = self.begin(family, guess)?.finish();
         if !self.both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
         let start = &forward.points[0];
-        let mut back = self.from_orbit(family, start.parameter, &start.orbit, -self.heading())?;
-        back.by_ref().for_each(drop);
-        Ok(back.into_branch().reversed_before(forward))
+        let back = self.from_orbit(family, start.parameter, &start.orbit, -self.heading())?.finish();
+        Ok(back.reversed_before(forward))
     }
 
     /// Starts a continuation that yields its points one by one. It can be stopped at any point; see
@@ -141,7 +138,11 @@ impl Continuation {
     ///
     /// # Errors
     /// As [`run`](Continuation::run).
-    pub fn begin<'f>(&'f self, family: &'f dyn Family, guess: &[State]) -> Result<Following<'f>, BranchError> {
+    pub fn begin<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        guess: &[State],
+    ) -> Result<Following<'f>, BranchError> {
         self.check()?;
         let model = family.at(self.from)?;
         let orbit = self.shooting.run(&*model, guess)?;
@@ -154,12 +155,16 @@ impl Continuation {
     ///
     /// # Errors
     /// As [`run`](Continuation::run); also for a branch without points.
-    pub fn resume<'f>(&'f self, family: &'f dyn Family, branch: &Branch) -> Result<Following<'f>, BranchError> {
+    pub fn resume<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        branch: &Branch,
+    ) -> Result<Following<'f>, BranchError> {
         self.check()?;
         let none = BranchError::NoPoint { what: "a branch without points cannot be resumed" };
         let last = branch.points.last().ok_or(none)?;
         let mut following = self.from_orbit(family, last.parameter, &last.orbit, branch.heading)?;
-        following.shift(last.arclength);
+        following.tracker.shift(last.arclength);
         Ok(following)
     }
 

@@ -1,22 +1,8 @@
-//! A continuation in progress.
+//! A continuation in progress, as the user holds it.
 
-use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
-use crate::branches::continuation::Continuation;
-use crate::branches::curve::engine::{CurvePoint, Engine};
-use crate::branches::curve::equations::CurveError;
-use crate::branches::family::Family;
-use crate::branches::orbits::contact_trace::Extremum;
-use crate::branches::orbits::measure::{Measured, measure};
-use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
+use crate::branches::branch::Branch;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::detect::{Change, changes};
-use crate::branches::points::kind::PointKind;
-use crate::branches::points::tests::{doubling, torus};
-use crate::error::ParameterError;
-use crate::model::equations::Model;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use std::collections::VecDeque;
-use std::rc::Rc;
 
 /// A continuation that yields its points one by one, from [`Continuation::begin`].
 ///
@@ -32,330 +18,39 @@ use std::rc::Rc;
 /// assert_eq!(rest.last().ok_or("a point")?.parameter, 120.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Following<'f> {
-    settings: &'f Continuation,
-    engine: Engine<OrbitCurve<'f>>,
-    branch: Branch,
-    /// The last regular point.
-    last: Node,
-    /// The first point and its figures, to notice a closed branch.
-    first: CurvePoint<Passage>,
-    step: f64,
-    arclength: f64,
-    /// Points that are found and not yet yielded.
-    waiting: VecDeque<BranchPoint>,
+pub struct Following<'f, O = ShootingOrbit> {
+    pub(crate) tracker: Box<dyn Track<O> + 'f>,
 }
 
-/// A point of the curve with what is measured along its orbit.
-struct Node {
-    point: CurvePoint<Passage>,
-    measured: Measured,
+/// A continuation by any method whose orbits are of type `O`.
+pub(crate) trait Track<O> {
+    fn next_point(&mut self) -> Option<BranchPoint<O>>;
+    fn branch(&self) -> &Branch<O>;
+    fn into_branch(self: Box<Self>) -> Branch<O>;
+    /// Adds to the arclength of all further points.
+    fn shift(&mut self, arclength: f64);
 }
 
-type Found = CurvePoint<Passage>;
-
-/// Maximum angle by which the branch may turn over a step `[rad]`.
-const TURN: f64 = 0.5;
-
-/// Angle below which the next step is longer `[rad]`.
-const STRAIGHT: f64 = 0.2;
-
-/// Length of a step below which an angle is that of a corner of the branch `[1]`.
-const CORNER: f64 = 1e-5;
-
-/// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
-const SEPARATE: f64 = 1e-3;
-
-/// Number of corrections up to which the next step is longer.
-const FEW: usize = 5;
-
-impl Continuation {
-    /// A continuation from an orbit. `heading`: sign of the first change of the parameter.
-    pub(crate) fn from_orbit<'f>(
-        &'f self,
-        family: &'f dyn Family,
-        p: f64,
-        orbit: &ShootingOrbit,
-        heading: f64,
-    ) -> Result<Following<'f>, BranchError> {
-        let mut engine = self.engine(family, p, orbit)?;
-        let x = engine.curve.unknowns(orbit);
-        let mut point = engine.start(x, p)?;
-        if heading < 0.0 {
-            point.tangent.neg_mut();
-            point.sign = -point.sign;
-        }
-        self.follow(engine, point)
-    }
-
-    pub(crate) fn engine<'f>(
-        &'f self,
-        family: &'f dyn Family,
-        p: f64,
-        orbit: &ShootingOrbit,
-    ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
-        let meter = Rc::new(self.budget.begin());
-        let unit = self.unit();
-        let curve = OrbitCurve::new(family, (p, unit), orbit, &self.shooting, meter)?;
-        Ok(Engine { curve, unit, tolerance: self.shooting.correction_tolerance(), max_corrections: 10 })
-    }
-
-    /// Follows a curve from a point.
-    pub(crate) fn follow<'f>(
-        &'f self,
-        mut engine: Engine<OrbitCurve<'f>>,
-        mut point: CurvePoint<Passage>,
-    ) -> Result<Following<'f>, BranchError> {
-        let family = engine.curve.family;
-        let model = family.at(point.p)?;
-        let channels = match &self.channels {
-            Some(channels) => channels.clone(),
-            None => vec![default_channel(&*model)?],
-        };
-        let (measured, ranges) = measure(&engine.curve, point.p, &point.solution, &channels)?;
-        drop(model);
-        engine.curve.set_ranges(ranges);
-        engine.rescale(&mut point);
-        let branch = Branch::new(family.parameter(), channels);
-        let mut following = Following {
-            settings: self,
-            branch,
-            first: point.clone(),
-            step: self.first_step.min(self.max_step),
-            arclength: 0.0,
-            waiting: VecDeque::new(),
-            last: Node { point, measured },
-            engine,
-        };
-        let start = following.columns(&following.last.point, following.last.measured.clone(), 0.0, None)?;
-        following.waiting.push_back(start);
-        Ok(following)
-    }
-}
-
-/// The first deflection, or the first coordinate of a model without contacts.
-fn default_channel(model: &dyn Model) -> Result<String, ParameterError> {
-    let names = crate::ode::probe::Probe::new(model);
-    let found = names.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(found.map_or("q1".to_owned(), |channel| channel.name.clone()))
-}
-
-/// What became of an attempt to make a step.
-enum Made {
-    Step,
-    End(BranchEnd),
-    /// The step is too long, with the reason.
-    Shorter(CurveError),
-}
-
-impl Following<'_> {
+impl<O> Following<'_, O> {
     /// The branch so far.
-    pub fn branch(&self) -> &Branch {
-        &self.branch
+    pub fn branch(&self) -> &Branch<O> {
+        self.tracker.branch()
     }
-    /// The branch so far. [`Continuation::resume`] continues it.
-    pub fn into_branch(self) -> Branch {
-        self.branch
+    /// The branch so far. [`Continuation::resume`](crate::branches::Continuation::resume) continues it.
+    pub fn into_branch(self) -> Branch<O> {
+        self.tracker.into_branch()
     }
-    pub(crate) fn shift(&mut self, arclength: f64) {
-        self.arclength += arclength;
-        self.waiting.iter_mut().for_each(|point| point.arclength += arclength);
-    }
-
-    /// The columns of a point.
-    fn columns(
-        &self,
-        point: &Found,
-        measured: Measured,
-        arclength: f64,
-        kind: Option<PointKind>,
-    ) -> Result<BranchPoint, CurveError> {
-        let orbit = self.engine.curve.orbit(&point.x, point.p, &point.solution, &point.corrections)?;
-        Ok(BranchPoint {
-            parameter: point.p,
-            arclength,
-            summaries: measured.summaries,
-            rattle: measured.rattle,
-            crossings: measured.trace.crossings,
-            kind,
-            orbit,
-        })
-    }
-
-    fn measure(&self, point: &Found) -> Result<(Measured, Vec<f64>), CurveError> {
-        measure(&self.engine.curve, point.p, &point.solution, &self.branch.channels)
-    }
-
-    /// Makes one step: the next regular point and the located ones before it are put in the queue.
-    fn advance(&mut self) -> Result<Made, CurveError> {
-        let mut step = self.step;
-        let mut next = self.engine.advance(&self.last.point, step)?;
-        let angle = Engine::<OrbitCurve<'_>>::angle(&self.last.point, &next);
-        if angle > TURN && step > CORNER {
-            return Ok(Made::Shorter(CurveError::Turned { angle, step }));
-        }
-        let [low, high] = self.settings.low_and_high();
-        let mut end = None;
-        if !(low..=high).contains(&next.p) {
-            let bound = next.p.clamp(low, high);
-            let mut beyond = |_: &mut Engine<OrbitCurve<'_>>, point: &Found| Some(point.p - bound);
-            match self.engine.locate(&self.last.point, &next, step, &mut beyond)? {
-                Some(mut on_bound) => {
-                    step = self.engine.distance(&self.last.point, &on_bound);
-                    on_bound.p = bound;
-                    next = on_bound;
-                }
-                None => next = self.last.point.clone(), // the last point lies on the bound
-            }
-            end = Some(BranchEnd::Bound);
-            if step <= self.settings.min_step || next.p == self.last.point.p {
-                return Ok(Made::End(BranchEnd::Bound));
-            }
-        }
-        let (measured, ranges) = self.measure(&next)?;
-        let found = match self.between(&next, &measured, step)? {
-            Ok(found) => found,
-            Err(what) if step > SEPARATE * self.settings.max_step => {
-                let _ = what;
-                return Ok(Made::Shorter(CurveError::Turned { angle, step }));
-            }
-            Err(what) => {
-                let parameters = [self.last.point.p, next.p];
-                self.branch.notes.push(BranchNote { parameters, what: what.into() });
-                Vec::new()
-            }
-        };
-        for (sigma, point, kind) in found {
-            let (measured, _) = self.measure(&point)?;
-            let located = self.columns(&point, measured, self.arclength + sigma, Some(kind))?;
-            self.waiting.push_back(located);
-        }
-        let closed = self.closes(&next, step);
-        self.arclength += step;
-        let few = next.corrections.len() <= FEW;
-        self.engine.curve.set_ranges(ranges);
-        self.engine.rescale(&mut next);
-        let columns = self.columns(&next, measured.clone(), self.arclength, None)?;
-        self.waiting.push_back(columns);
-        self.branch.heading = next.slope();
-        self.last = Node { point: next, measured };
-        if few && angle < STRAIGHT {
-            self.step = (1.5 * self.step).min(self.settings.max_step);
-        } else if angle > STRAIGHT {
-            self.step *= 0.7;
-        }
-        Ok(match end {
-            Some(end) => Made::End(end),
-            None if closed => Made::End(BranchEnd::Closed),
-            None => Made::Step,
-        })
-    }
-
-    /// Whether the branch returns to its first point between the last point and the next one.
-    fn closes(&self, next: &Found, step: f64) -> bool {
-        if self.branch.points.len() + self.waiting.len() < 8 {
-            return false;
-        }
-        let first = &self.first;
-        let along = first.tangent.dot(&first.scaled_difference(next));
-        let before = first.tangent.dot(&first.scaled_difference(&self.last.point));
-        let near = first.scaled_difference(next).norm();
-        before < 0.0 && along >= 0.0 && near < 2.0 * step && first.tangent.dot(&next.tangent) > 0.9
-    }
-
-    /// The located points between the last point and `next`, in order. The inner error says what was not
-    /// explained or located.
-    #[allow(clippy::type_complexity, reason = "a list of distance, point and kind, or what is unexplained")]
-    fn between(
-        &mut self,
-        next: &Found,
-        measured: &Measured,
-        step: f64,
-    ) -> Result<Result<Vec<(f64, Found, PointKind)>, &'static str>, CurveError> {
-        let a = &self.last.point;
-        let changes = changes((a, &self.last.measured.trace), (next, &measured.trace));
-        if let Some(what) = changes.unexplained {
-            return Ok(Err(what));
-        }
-        let mut found = Vec::new();
-        for change in changes.all {
-            let located = match self.engine.locate(a, next, step, &mut test_of(change)) {
-                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Ok(Some(point)) => point,
-                _ => return Ok(Err(unlocated(change))),
-            };
-            let kind = match change {
-                Change::Fold => PointKind::Fold,
-                Change::Branch => PointKind::Branch,
-                Change::PeriodDoubling => PointKind::PeriodDoubling,
-                Change::NeimarkSacker => PointKind::NeimarkSacker,
-                Change::Grazing(extremum) => {
-                    let of = |m: &Measured| m.rattle[extremum.contact];
-                    let rattle = [of(&self.last.measured), of(measured)];
-                    PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle }
-                }
-            };
-            found.push((self.engine.distance(a, &located), located, kind));
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(Ok(found))
+    /// Follows the branch to its end.
+    pub fn finish(mut self) -> Branch<O> {
+        while self.tracker.next_point().is_some() {}
+        self.tracker.into_branch()
     }
 }
 
-/// The test function of a change.
-fn test_of<'f>(change: Change) -> impl FnMut(&mut Engine<OrbitCurve<'f>>, &Found) -> Option<f64> {
-    move |engine, point| match change {
-        Change::Fold => Some(point.slope()),
-        Change::Branch => Some(point.sign * point.logarithm.exp()),
-        Change::PeriodDoubling => point.solution.multipliers.as_ref().map(doubling),
-        Change::NeimarkSacker => point.solution.multipliers.as_ref().and_then(torus),
-        Change::Grazing(extremum) => distance_at(engine, point, &extremum),
-    }
-}
+impl<O> Iterator for Following<'_, O> {
+    type Item = BranchPoint<O>;
 
-/// The distance of an extremum from its edge.
-fn distance_at(engine: &Engine<OrbitCurve<'_>>, point: &Found, extremum: &Extremum) -> Option<f64> {
-    let (measured, _) = measure(&engine.curve, point.p, &point.solution, &[]).ok()?;
-    measured.trace.nearest(extremum).map(|at| at.distance)
-}
-
-fn unlocated(change: Change) -> &'static str {
-    match change {
-        Change::Fold => "a fold was passed",
-        Change::Branch => "the determinant changed its sign",
-        Change::PeriodDoubling => "a multiplier passed -1",
-        Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
-        Change::Grazing(_) => "a contact grazed an edge",
-    }
-}
-
-impl Iterator for Following<'_> {
-    type Item = BranchPoint;
-
-    fn next(&mut self) -> Option<BranchPoint> {
-        let limit = self.settings.max_points;
-        while self.waiting.is_empty() && self.branch.end == BranchEnd::Open {
-            if self.branch.points.len() >= limit {
-                self.branch.end = BranchEnd::Points { limit };
-                break;
-            }
-            match self.advance() {
-                Ok(Made::Step) => {}
-                Ok(Made::End(end)) => self.branch.end = end,
-                Err(CurveError::Exhausted(exhausted)) => self.branch.end = BranchEnd::Exhausted(exhausted),
-                Ok(Made::Shorter(error)) | Err(error) => {
-                    self.step *= 0.5;
-                    if self.step < self.settings.min_step {
-                        self.branch.end = match error {
-                            CurveError::Model { parameter, error } => BranchEnd::Model { parameter, error },
-                            error => BranchEnd::StepUnderflow { step: self.step, error },
-                        };
-                    }
-                }
-            }
-        }
-        let point = self.waiting.pop_front()?;
-        self.branch.points.push(point.clone());
-        Some(point)
+    fn next(&mut self) -> Option<BranchPoint<O>> {
+        self.tracker.next_point()
     }
 }

@@ -29,7 +29,9 @@ impl<S> CurvePoint<S> {
     /// The components of a vector of changes of (x, p) in the units of the point.
     fn scaled(&self, x: &DVector<f64>, p: f64) -> DVector<f64> {
         let n = self.x.len();
-        DVector::from_fn(n + 1, |i, _| if i < n { (x[i] - self.x[i]) / self.units[i] } else { (p - self.p) / self.units[n] })
+        DVector::from_fn(n + 1, |i, _| {
+            if i < n { (x[i] - self.x[i]) / self.units[i] } else { (p - self.p) / self.units[n] }
+        })
     }
     /// The change from this point to another in the units of this point.
     pub(crate) fn scaled_difference(&self, other: &CurvePoint<S>) -> DVector<f64> {
@@ -64,7 +66,12 @@ const LARGEST: f64 = 3.0;
 
 impl<C: Curve> Engine<C> {
     /// The derivative in scaled unknowns, bordered by the direction `row`.
-    fn bordered(&self, linear: &Linear<C::Solution>, units: &DVector<f64>, row: &DVector<f64>) -> Option<Bordered> {
+    fn bordered(
+        &self,
+        linear: &Linear<C::Solution>,
+        units: &DVector<f64>,
+        row: &DVector<f64>,
+    ) -> Option<Bordered> {
         let n = linear.residual.len();
         Bordered::new(DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => linear.by_x[(i, j)] * units[j],
@@ -131,7 +138,16 @@ impl<C: Curve> Engine<C> {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());
-                return Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution });
+                return Ok(CurvePoint {
+                    x,
+                    p,
+                    tangent,
+                    units,
+                    sign,
+                    logarithm,
+                    corrections,
+                    solution: linear.solution,
+                });
             }
             let hopeless = size > GROWS * before || !size.is_finite() || size > LARGEST;
             if hopeless || corrections.len() >= self.max_corrections {

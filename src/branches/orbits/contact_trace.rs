@@ -133,7 +133,11 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
                 }
             }
             for k in 1..=parts {
-                let t = if k == parts { step.t1() } else { step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64) };
+                let t = if k == parts {
+                    step.t1()
+                } else {
+                    step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64)
+                };
                 let c = self.at(step, contact, t);
                 for edge in 0..2 {
                     let rate = relative(&c, edge).1;

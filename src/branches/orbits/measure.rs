@@ -26,15 +26,17 @@ pub(crate) struct Measured {
     /// One for each contact.
     pub(crate) rattle: Vec<RattleState>,
     pub(crate) trace: ContactTrace,
+    /// Ranges of motion of coordinates and velocities.
+    pub(crate) ranges: Vec<f64>,
 }
 
-/// Integrates once along an orbit, from node to node, and measures it. Returns the ranges of motion too.
+/// Integrates once along an orbit, from node to node, and measures it.
 pub(crate) fn measure(
     curve: &OrbitCurve<'_>,
     p: f64,
     passage: &Passage,
     channels: &[String],
-) -> Result<(Measured, Vec<f64>), CurveError> {
+) -> Result<Measured, CurveError> {
     let model = curve.model(p)?;
     let plain: &dyn Model = &*model;
     let (start, period) = (passage.states[0].t, passage.end - passage.states[0].t);
@@ -51,7 +53,7 @@ pub(crate) fn measure(
     }
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
-    Ok((Measured { summaries, rattle, trace: tracer.trace }, sizes.ranges()))
+    Ok(Measured { summaries, rattle, trace: tracer.trace, ranges: sizes.ranges() })
 }
 
 /// Integrates over all segments of an orbit.

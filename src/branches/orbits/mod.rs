@@ -3,3 +3,4 @@
 pub(crate) mod contact_trace;
 pub(crate) mod measure;
 pub(crate) mod orbit_curve;
+pub(crate) mod orbit_method;

@@ -1,7 +1,10 @@
 //! The equations of multiple shooting over a parameter.
 
+use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
+use crate::branches::orbits::measure::{Measured, measure};
+use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
@@ -20,7 +23,7 @@ use std::rc::Rc;
 /// Unknowns: coordinates and velocities at the nodes, one node after the other, then the slacks s along the
 /// rigid motions B.
 pub(crate) struct OrbitCurve<'f> {
-    pub(crate) family: &'f dyn Family,
+    family: &'f dyn Family,
     pub(crate) multiple: usize,
     /// Times of the nodes over the period of the orbit.
     phases: Vec<f64>,
@@ -99,18 +102,6 @@ impl<'f> OrbitCurve<'f> {
         })
     }
 
-    /// The unknowns of an orbit on the same nodes.
-    pub(crate) fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
-        let [of_q, of_v] = &orbit.drift;
-        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
-        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
-        let rigid = orthonormal(&self.modes, &self.scale);
-        let slack = rigid.tr_mul(&DVector::from_vec(drift));
-        let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
-        let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
-        DVector::from_vec(all)
-    }
-
     pub(crate) fn flow_tolerance(&self) -> f64 {
         self.flow_tolerance
     }
@@ -122,12 +113,6 @@ impl<'f> OrbitCurve<'f> {
     }
     pub(crate) fn meter(&self) -> &Meter<'f> {
         &self.meter
-    }
-
-    /// Sets the ranges of motion, which are the units of steps and tolerances.
-    pub(crate) fn set_ranges(&mut self, ranges: Vec<f64>) {
-        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
-        self.range = ranges;
     }
 
     pub(crate) fn model(&self, p: f64) -> Result<Box<dyn Periodic + 'f>, CurveError> {
@@ -154,7 +139,8 @@ impl<'f> OrbitCurve<'f> {
         columns: usize,
         parameter: Option<usize>,
     ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
-        let slope = parameter.and_then(|i| model.named_constants().map(|constants| constants.drive_slope(i).times(self.unit)));
+        let slope = parameter
+            .and_then(|i| model.named_constants().map(|constants| constants.drive_slope(i).times(self.unit)));
         let forced: Vec<_> = slope.into_iter().collect();
         let expansion = Expansion::new(model, columns + forced.len(), &forced, self.wanted)
             .map_err(|error| CurveError::Flow { segment: 0, error })?;
@@ -170,7 +156,12 @@ impl<'f> OrbitCurve<'f> {
     }
 
     /// All segments at the parameter `p`, with the given flow tolerance.
-    fn round(&self, x: &DVector<f64>, p: f64, tolerance: f64) -> Result<(Round, Vec<f64>, FlowMethod, f64), CurveError> {
+    fn round(
+        &self,
+        x: &DVector<f64>,
+        p: f64,
+        tolerance: f64,
+    ) -> Result<(Round, Vec<f64>, FlowMethod, f64), CurveError> {
         let (model, m) = (self.model(p)?, self.scale.len());
         let period = self.multiple as f64 * model.period();
         let segments = self.segments(&*model, period, m, self.family.constant())?;
@@ -199,45 +190,6 @@ impl<'f> OrbitCurve<'f> {
             DVector::from_fn(m, |i, _| (all(high, i) - all(low, i)) / (self.scale[i] * width))
         };
         Ok(low.iter().zip(&high).map(slope).collect())
-    }
-
-    /// The orbit of a point, with the error of its multipliers.
-    pub(crate) fn orbit(
-        &self,
-        x: &DVector<f64>,
-        p: f64,
-        passage: &Passage,
-        corrections: &[f64],
-    ) -> Result<ShootingOrbit, CurveError> {
-        let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
-        let multipliers = passage.multipliers.clone().ok_or_else(none)?;
-        let rigid = orthonormal(&self.modes, &passage.scale);
-        let looser = self.round(x, p, LOOSER * self.flow_tolerance);
-        if let Err(CurveError::Exhausted(exhausted)) = looser {
-            return Err(exhausted.into());
-        }
-        let other = looser.ok().and_then(|(round, scale, ..)| {
-            let product = product(&round.transitions, scale.len());
-            Multipliers::without(&product, &orthonormal(&self.modes, &scale), 0.0)
-        });
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let drift = &rigid * &passage.slack;
-        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
-        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
-        Ok(ShootingOrbit::from_parts(OrbitParts {
-            states: passage.states.clone(),
-            end: passage.end,
-            multiple: self.multiple,
-            scale: passage.scale.clone(),
-            range: self.range.clone(),
-            drift: [of_q.to_vec(), of_v.to_vec()],
-            monodromy: unscaled(&passage.monodromy, &passage.scale),
-            multipliers: multipliers.with_error(error),
-            corrections: corrections.to_vec(),
-            crossings: passage.crossings,
-            flow: self.flow_tolerance,
-            method: passage.method,
-        }))
     }
 }
 
@@ -301,5 +253,73 @@ impl Curve for OrbitCurve<'_> {
         let k = 2 * self.modes.len();
         let share = ((m * count + k) as f64).sqrt();
         DVector::from_fn(m * count + k, |i, _| if i < m * count { self.range[i % m] * share } else { share })
+    }
+}
+
+impl OrbitMethod for OrbitCurve<'_> {
+    type Orbit = ShootingOrbit;
+
+    fn family(&self) -> &dyn Family {
+        self.family
+    }
+
+    fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
+        point.solution.multipliers.clone()
+    }
+
+    fn measure(&self, point: &CurvePoint<Passage>, channels: &[String]) -> Result<Measured, CurveError> {
+        measure(self, point.p, &point.solution, channels)
+    }
+
+    fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
+        let [of_q, of_v] = &orbit.drift;
+        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
+        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
+        let rigid = orthonormal(&self.modes, &self.scale);
+        let slack = rigid.tr_mul(&DVector::from_vec(drift));
+        let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
+        let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
+        DVector::from_vec(all)
+    }
+
+    fn set_ranges(&mut self, ranges: Vec<f64>) {
+        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
+        self.range = ranges;
+    }
+
+    /// The error of the multipliers is the change when the tolerance of the flow is 100 times larger.
+    fn orbit(&self, point: &CurvePoint<Passage>) -> Result<(ShootingOrbit, Multipliers), CurveError> {
+        let CurvePoint { x, p, solution: passage, corrections, .. } = point;
+        let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
+        let multipliers = passage.multipliers.clone().ok_or_else(none)?;
+        let rigid = orthonormal(&self.modes, &passage.scale);
+        let looser = self.round(x, *p, LOOSER * self.flow_tolerance);
+        if let Err(CurveError::Exhausted(exhausted)) = looser {
+            return Err(exhausted.into());
+        }
+        let other = looser.ok().and_then(|(round, scale, ..)| {
+            let product = product(&round.transitions, scale.len());
+            Multipliers::without(&product, &orthonormal(&self.modes, &scale), 0.0)
+        });
+        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
+        let drift = &rigid * &passage.slack;
+        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
+        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
+        let multipliers = multipliers.with_error(error);
+        let orbit = ShootingOrbit::from_parts(OrbitParts {
+            states: passage.states.clone(),
+            end: passage.end,
+            multiple: self.multiple,
+            scale: passage.scale.clone(),
+            range: self.range.clone(),
+            drift: [of_q.to_vec(), of_v.to_vec()],
+            monodromy: unscaled(&passage.monodromy, &passage.scale),
+            multipliers: multipliers.clone(),
+            corrections: corrections.clone(),
+            crossings: passage.crossings,
+            flow: self.flow_tolerance,
+            method: passage.method,
+        });
+        Ok((orbit, multipliers))
     }
 }

@@ -6,7 +6,8 @@ use crate::branches::points::kind::PointKind;
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
-/// One point of a [`Branch`](crate::branches::Branch).
+/// One point of a [`Branch`](crate::branches::Branch). `O`: the orbit,
+/// [`ShootingOrbit`] or [`FourierOrbit`](crate::periodic::FourierOrbit).
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, RattleState, branches::{ByConstant, Continuation}};
@@ -19,7 +20,7 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct BranchPoint {
+pub struct BranchPoint<O = ShootingOrbit> {
     /// Value of the parameter.
     pub parameter: f64,
     /// Distance along the branch from its start `[1]`.
@@ -33,18 +34,16 @@ pub struct BranchPoint {
     pub crossings: Vec<[u32; 2]>,
     /// What the point is, if it was located.
     pub kind: Option<PointKind>,
+    /// Floquet multipliers with their error.
+    pub multipliers: Multipliers,
     /// The orbit, from which [`Shooting::again`](crate::Shooting::again) and other continuations start.
-    pub orbit: ShootingOrbit,
+    pub orbit: O,
 }
 
-impl BranchPoint {
-    /// Floquet multipliers with their error.
-    pub fn multipliers(&self) -> &Multipliers {
-        self.orbit.multipliers()
-    }
+impl<O> BranchPoint<O> {
     /// Stability of the orbit. At a located bifurcation it is undecided.
     pub fn stability(&self) -> Stability {
-        self.orbit.stability()
+        self.multipliers.stability()
     }
     /// Peak-to-peak value of the first measured channel; NaN if none is measured.
     pub fn peak_to_peak(&self) -> f64 {

@@ -2,8 +2,8 @@
 
 use crate::branches::curve::engine::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::orbits::orbit_curve::Passage;
 use crate::branches::points::tests::{below, outside, pairs_outside};
+use crate::periodic::multipliers::Multipliers;
 
 /// A change between two points that is to be located.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,19 +27,23 @@ pub(crate) struct Changes {
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;
 
-pub(crate) fn changes(
-    a: (&CurvePoint<Passage>, &ContactTrace),
-    b: (&CurvePoint<Passage>, &ContactTrace),
-) -> Changes {
+/// What is compared of a point.
+pub(crate) struct Compared<'p, S> {
+    pub(crate) point: &'p CurvePoint<S>,
+    pub(crate) multipliers: Option<&'p Multipliers>,
+    pub(crate) trace: &'p ContactTrace,
+}
+
+pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
     let mut all = Vec::new();
-    if a.0.slope() * b.0.slope() < 0.0 {
+    if a.point.slope() * b.point.slope() < 0.0 {
         all.push(Change::Fold);
     }
-    if a.0.sign != b.0.sign {
+    if a.point.sign != b.point.sign {
         all.push(Change::Branch);
     }
     let mut unexplained = None;
-    if let (Some(ma), Some(mb)) = (&a.0.solution.multipliers, &b.0.solution.multipliers) {
+    if let (Some(ma), Some(mb)) = (a.multipliers, b.multipliers) {
         let doublings = below(ma).abs_diff(below(mb));
         if doublings == 1 {
             all.push(Change::PeriodDoubling);
@@ -56,9 +60,9 @@ pub(crate) fn changes(
             unexplained = Some("the number of multipliers outside the unit circle changed");
         }
     }
-    let grazings = grazings(a.1, b.1);
+    let grazings = grazings(a.trace, b.trace);
     let crossed = |trace: &ContactTrace| trace.crossings.clone();
-    if crossed(a.1) != crossed(b.1) && grazings.is_empty() {
+    if crossed(a.trace) != crossed(b.trace) && grazings.is_empty() {
         unexplained = Some("the contact sequence changed");
     }
     if !grazings.is_empty() {

@@ -99,9 +99,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         // Size of dt: the motion during dt, as a share of the size of the coordinates.
         let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
-        let by_drives = self.u.iter().zip(along).fold(0.0, |m: f64, (u, w)| {
-            if *w == 0.0 { m } else { m.max(w.abs() / u.abs().max(w.abs())) }
-        });
+        let by_drives =
+            self.u.iter().zip(along).fold(0.0, |m: f64, (u, w)| {
+                if *w == 0.0 { m } else { m.max(w.abs() / u.abs().max(w.abs())) }
+            });
         let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time).max(by_drives);
         slope.fill(0.0);
         if length == 0.0 {

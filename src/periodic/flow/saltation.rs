@@ -188,9 +188,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             }
             let step = DRIVE_STEP / largest;
             for (place, weight) in CENTRAL {
-                self.moved_drives.iter_mut().zip(self.u.iter().zip(&by.drives)).for_each(|(moved, (u, w))| {
-                    *moved = u + place * step * w;
-                });
+                self.moved_drives.iter_mut().zip(self.u.iter().zip(&by.drives)).for_each(
+                    |(moved, (u, w))| {
+                        *moved = u + place * step * w;
+                    },
+                );
                 let (q, v) = (&self.q[..self.n], &self.v[..self.n]);
                 self.model.contact(&self.moved_drives, q, v, &mut self.contacts);
                 *out += weight * distance(&self.contacts[contact], lower) / step;

@@ -207,12 +207,13 @@ impl Shooting {
         guess: Guess,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let expansion =
-            Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| ShootingError::Flow {
+        let expansion = Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| {
+            ShootingError::Flow {
                 segment: 0,
                 error,
                 last: Iterate { states: guess.states.clone(), corrections: Vec::new() },
-            })?;
+            }
+        })?;
         let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), expansion);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));

@@ -52,14 +52,7 @@ impl Shape for Oscillator {
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]
-    fn accel<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        u: Drives<'_, S>,
-        q: &[S],
-        v: &[S],
-        a: &mut [S],
-    ) {
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [cos] = u.waves();
         let [damping, linear, cubic, _, _, mean, force, inertia, _] = u.constants();
         let (x, speed) = (q[0], u.speed());

@@ -1,0 +1,31 @@
+//! What a continuation asks of the method by which orbits are computed.
+
+use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::family::Family;
+use crate::branches::orbits::measure::Measured;
+use crate::periodic::multipliers::Multipliers;
+use nalgebra::DVector;
+
+/// A curve of periodic orbits: shooting or balance.
+pub(crate) trait OrbitMethod: Curve {
+    /// The orbit that is kept for each point.
+    type Orbit: Clone;
+
+    /// The family of models.
+    fn family(&self) -> &dyn Family;
+    /// The unknowns of an orbit.
+    fn unknowns(&self, orbit: &Self::Orbit) -> DVector<f64>;
+    /// Floquet multipliers at a point; `None` if they were not found.
+    fn multipliers(&self, point: &CurvePoint<Self::Solution>) -> Option<Multipliers>;
+    /// The orbit of a point, and its multipliers with their error.
+    fn orbit(&self, point: &CurvePoint<Self::Solution>) -> Result<(Self::Orbit, Multipliers), CurveError>;
+    /// Figures of the orbit of a point.
+    fn measure(
+        &self,
+        point: &CurvePoint<Self::Solution>,
+        channels: &[String],
+    ) -> Result<Measured, CurveError>;
+    /// Takes the ranges of motion of an accepted point as units.
+    fn set_ranges(&mut self, ranges: Vec<f64>);
+}
