@@ -12,7 +12,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::detect::{Change, Compared, changes};
 use crate::branches::points::kind::PointKind;
-use crate::branches::points::tests::{doubling, torus};
+use crate::branches::points::tests::{Values, dips, doubling, torus};
 use crate::error::ParameterError;
 use crate::model::equations::Model;
 use crate::periodic::multipliers::Multipliers;
@@ -27,6 +27,8 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
     branch: Branch<C::Orbit>,
     /// The last regular point.
     last: Node<C::Solution>,
+    /// Length of the last step and the values of the tests before it.
+    before: Option<(f64, Values)>,
     /// The first point and its figures, to notice a closed branch.
     first: CurvePoint<C::Solution>,
     step: f64,
@@ -40,6 +42,14 @@ struct Node<S> {
     point: CurvePoint<S>,
     measured: Measured,
     multipliers: Option<Multipliers>,
+    values: Values,
+}
+
+impl<S> Node<S> {
+    fn new(point: CurvePoint<S>, measured: Measured, multipliers: Option<Multipliers>) -> Self {
+        let values = Values::new(point.slope(), multipliers.as_ref(), &measured.trace);
+        Node { point, measured, multipliers, values }
+    }
 }
 
 /// Maximum angle by which the branch may turn over a step `[rad]`.
@@ -110,7 +120,8 @@ impl Continuation {
             step: self.first_step.min(self.max_step),
             arclength: 0.0,
             waiting: VecDeque::new(),
-            last: Node { point, measured, multipliers },
+            before: None,
+            last: Node::new(point, measured, multipliers),
             engine,
         };
         let start = tracker.columns(&tracker.last.point, tracker.last.measured.clone(), 0.0, None)?;
@@ -188,14 +199,15 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
         let measured = self.measure(&next)?;
         let multipliers = self.engine.curve.multipliers(&next);
-        let found = match self.between(&next, (&measured, multipliers.as_ref()), step)? {
+        let reached = Node::new(next, measured, multipliers);
+        let found = match self.between(&reached, step)? {
             Ok(found) => found,
             Err(what) if step > SEPARATE * self.settings.max_step => {
                 let _ = what;
                 return Ok(Made::Shorter(CurveError::Turned { angle, step }));
             }
             Err(what) => {
-                let parameters = [self.last.point.p, next.p];
+                let parameters = [self.last.point.p, reached.point.p];
                 self.branch.notes.push(BranchNote { parameters, what: what.into() });
                 Vec::new()
             }
@@ -205,6 +217,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let located = self.columns(&point, measured, self.arclength + sigma, Some(kind))?;
             self.waiting.push_back(located);
         }
+        let Node { point: mut next, measured, multipliers, values } = reached;
         let closed = self.closes(&next, step);
         self.arclength += step;
         let few = next.corrections.len() <= FEW;
@@ -213,7 +226,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let columns = self.columns(&next, measured.clone(), self.arclength, None)?;
         self.waiting.push_back(columns);
         self.branch.heading = next.slope();
-        self.last = Node { point: next, measured, multipliers };
+        let last = Node { point: next, measured, multipliers, values };
+        self.before = Some((step, std::mem::replace(&mut self.last, last).values));
         if few && angle < STRAIGHT {
             self.step = (1.5 * self.step).min(self.settings.max_step);
         } else if angle > STRAIGHT {
@@ -238,47 +252,68 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         before < 0.0 && along >= 0.0 && near < 2.0 * step && first.tangent.dot(&next.tangent) > 0.9
     }
 
+    /// The kind of the point at which a change happens.
+    fn kind(&self, change: Change, after: &Measured) -> PointKind {
+        match change {
+            Change::Fold => PointKind::Fold,
+            Change::Branch => PointKind::Branch,
+            Change::PeriodDoubling => PointKind::PeriodDoubling,
+            Change::NeimarkSacker => PointKind::NeimarkSacker,
+            Change::Grazing(extremum) => {
+                let rattle = [&self.last.measured, after].map(|measured| measured.rattle[extremum.contact]);
+                PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle }
+            }
+        }
+    }
+
     /// The located points between the last point and `next`, in order. The inner error says what was not
     /// explained or located.
     #[allow(clippy::type_complexity, reason = "a list of distance, point and kind, or what is unexplained")]
     fn between(
         &mut self,
-        next: &CurvePoint<C::Solution>,
-        (measured, multipliers): (&Measured, Option<&Multipliers>),
+        reached: &Node<C::Solution>,
         step: f64,
     ) -> Result<Result<Vec<(f64, CurvePoint<C::Solution>, PointKind)>, &'static str>, CurveError> {
-        let a = &self.last.point;
-        let before = Compared {
-            point: a,
-            multipliers: self.last.multipliers.as_ref(),
-            trace: &self.last.measured.trace,
-        };
-        let changes = changes(before, Compared { point: next, multipliers, trace: &measured.trace });
+        let (a, next) = (&self.last.point, &reached.point);
+        let changes = changes(self.last.compared(), reached.compared());
         if let Some(what) = changes.unexplained {
             return Ok(Err(what));
         }
         let mut found = Vec::new();
-        for change in changes.all {
-            let located = match self.engine.locate(a, next, step, &mut test_of(change)) {
+        for change in &changes.all {
+            let located = match self.engine.locate(a, next, step, &mut test_of(*change)) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,
-                _ => return Ok(Err(unlocated(change))),
+                _ => return Ok(Err(unlocated(*change))),
             };
-            let kind = match change {
-                Change::Fold => PointKind::Fold,
-                Change::Branch => PointKind::Branch,
-                Change::PeriodDoubling => PointKind::PeriodDoubling,
-                Change::NeimarkSacker => PointKind::NeimarkSacker,
-                Change::Grazing(extremum) => {
-                    let of = |m: &Measured| m.rattle[extremum.contact];
-                    let rattle = [of(&self.last.measured), of(measured)];
-                    PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle }
-                }
-            };
+            let kind = self.kind(*change, &reached.measured);
             found.push((self.engine.distance(a, &located), located, kind));
+        }
+        let dips = match &self.before {
+            Some((length, before)) => dips([before, &self.last.values, &reached.values], [*length, step]),
+            None => Vec::new(),
+        };
+        for change in dips.into_iter().filter(|change| !changes.all.contains(change)) {
+            match self.engine.locate_dip(a, next, step, &mut test_of(change)) {
+                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+                Err(_) => {} // the test was not computed everywhere; nothing shows that its sign changes
+                Ok(points) => {
+                    for located in points {
+                        let kind = self.kind(change, &reached.measured);
+                        found.push((self.engine.distance(a, &located), located, kind));
+                    }
+                }
+            }
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Ok(found))
+    }
+}
+
+impl<S> Node<S> {
+    fn compared(&self) -> Compared<'_, S> {
+        let Node { point, measured, multipliers, .. } = self;
+        Compared { point, multipliers: multipliers.as_ref(), trace: &measured.trace }
     }
 }
 

@@ -1,9 +1,12 @@
 //! Branches of periodic orbits: located points against the reference, and against closed forms.
 
 use crate::common::family::{Oscillator, oscillator};
+use crate::common::oscillators::CubicChain;
 use crate::data::read;
-use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, Continuation};
+use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, ByFunction, Continuation};
+use gear_dynamics::Shooting;
 use gear_dynamics::model::{Machine, State};
+use gear_dynamics::periodic::Stability;
 
 /// Bifurcations of a case in periodic_orbits.json: kind and parameter.
 fn reference(case: &str) -> Vec<(String, f64)> {
@@ -65,4 +68,62 @@ fn dead_zone_under_a_strong_force() {
         oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let branch = follow(&model, &Continuation::new(2.5, 0.4).bounds(0.35, 2.6));
     compare(&branch, &reference("deadzone_Fm25_Fp25"), 1e-10);
+}
+
+/// A model without named constants: the derivative with respect to the parameter is computed by differences.
+#[test]
+fn chain_with_cubic_springs() {
+    let family = ByFunction::new("speed", "1", |omega| Ok(CubicChain { omega }));
+    let branch = Continuation::new(0.9, 1.4).bounds(0.6, 1.5).run(&family, &[State::at_rest(2)]).unwrap();
+    compare(&branch, &reference("nlvib02_2dof_cubic"), 1e-10);
+}
+
+/// Folds and period doublings of the classics, and the grazings in closed form.
+#[test]
+fn spur_pairs_of_the_classics() {
+    let file = read("classic_orbits.json");
+    for (name, case) in file["sdof_spur_pair"].as_object().unwrap() {
+        let number = |key: &str| case["equation"][key].as_f64().unwrap();
+        let depth = case["equation"]["a"][0].as_f64().unwrap_or(0.0);
+        let model = oscillator(&[
+            ("gap stiffness", 1.0),
+            ("depth", depth),
+            ("mean force", number("Fm")),
+            ("inertia force", number("Fah")),
+            ("damping", 2.0 * number("zeta")),
+        ]);
+        let branch = follow(&model, &Continuation::new(0.5, 2.2));
+        let of = |key: &str, kind: &str| -> Vec<(String, f64)> {
+            let mut list: Vec<f64> =
+                case[key].as_array().unwrap().iter().map(|point| point["W"].as_f64().unwrap()).collect();
+            list.sort_by(f64::total_cmp);
+            list.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+            list.into_iter().map(|w| (kind.to_owned(), w)).collect()
+        };
+        println!("{name}");
+        let mut all = [of("folds", "fold"), of("period_doublings", "period-doubling")].concat();
+        if depth != 0.0 {
+            // The reference holds one end of the window of instability near speed 2. The other end is checked
+            // by orbits on both of its sides.
+            let window = branch.of_kind("period-doubling");
+            let other = window[0].parameter;
+            let stability = |speed: f64| {
+                let model = model.with("speed", speed).unwrap();
+                Shooting::new().run(&model, window[0].orbit.states()).unwrap().stability()
+            };
+            let sides = [stability(other - 1e-5), stability(other + 1e-5)];
+            assert_eq!(sides, [Stability::Stable, Stability::Unstable]);
+            all.push(("period-doubling".into(), other));
+        }
+        compare(&branch, &all, 1e-10);
+        if let Some(exact) = case["exact_grazing_W"].as_array() {
+            for exact in exact {
+                let exact = exact.as_f64().unwrap();
+                let found = branch.of_kind("grazing");
+                let nearest = found.iter().map(|p| (p.parameter - exact).abs()).fold(f64::INFINITY, f64::min);
+                println!("grazing {exact} {nearest:.1e}");
+                assert!(nearest < 1e-10);
+            }
+        }
+    }
 }

@@ -11,6 +11,12 @@ const CLOSE: f64 = 1e-11;
 /// Maximum number of points computed to locate one.
 const MAX: usize = 80;
 
+/// (√5 - 1)/2.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Maximum number of golden sections in the search of an extremum.
+const SECTIONS: usize = 14;
+
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
 /// the first.
 struct Between<'p, S> {
@@ -53,25 +59,90 @@ impl<C: Curve> Engine<C> {
         a: &CurvePoint<C::Solution>,
         b: &CurvePoint<C::Solution>,
         ds: f64,
-        test: &mut dyn FnMut(&mut Self, &CurvePoint<C::Solution>) -> Option<f64>,
+        test: &mut Test<'_, C>,
     ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
         let (Some(at_a), Some(at_b)) = (test(self, a), test(self, b)) else { return Ok(None) };
-        if at_a.is_nan() || at_b.is_nan() || (at_a > 0.0) == (at_b > 0.0) {
+        let ends = [[0.0, at_a], [ds, at_b]];
+        self.locate_within(&Between::new(a, b, ds), ends, test)
+    }
+
+    /// [`locate`](Engine::locate) between two distances from the first point with given values of the test.
+    fn locate_within(
+        &mut self,
+        between: &Between<'_, C::Solution>,
+        [from, to]: [[f64; 2]; 2],
+        test: &mut Test<'_, C>,
+    ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
+        if from[1].is_nan() || to[1].is_nan() || (from[1] > 0.0) == (to[1] > 0.0) {
             return Ok(None);
         }
-        let between = Between::new(a, b, ds);
-        let mut brent = Brent::new([0.0, at_a], [ds, at_b], CLOSE * ds);
-        let mut nearest = (at_b.abs(), b.clone());
+        let mut brent = Brent::new(from, to, CLOSE * between.ds);
+        let mut nearest: Option<(f64, CurvePoint<C::Solution>)> = None;
         for _ in 0..MAX {
             let Some(sigma) = brent.next() else { break };
-            let (x, p) = between.at(sigma);
-            let point = self.correct(a, &a.tangent, sigma, x, p)?;
+            let point = self.point_at(between, sigma)?;
             let Some(value) = test(self, &point) else { return Ok(None) };
             brent.take(sigma, value);
-            if value.abs() <= nearest.0 {
-                nearest = (value.abs(), point);
+            if nearest.as_ref().is_none_or(|(least, _)| value.abs() <= *least) {
+                nearest = Some((value.abs(), point));
             }
         }
-        Ok(Some(nearest.1))
+        match nearest {
+            Some((_, point)) => Ok(Some(point)),
+            None => self.point_at(between, brent.best()).map(Some),
+        }
+    }
+
+    fn point_at(
+        &mut self,
+        between: &Between<'_, C::Solution>,
+        sigma: f64,
+    ) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let (x, p) = between.at(sigma);
+        self.correct(between.a, &between.a.tangent, sigma, x, p)
+    }
+
+    /// The two points between `a` and `b` at which `test` changes its sign and changes it back; empty if the
+    /// test keeps its sign. The extremum of the test is searched by golden sections.
+    pub(crate) fn locate_dip(
+        &mut self,
+        a: &CurvePoint<C::Solution>,
+        b: &CurvePoint<C::Solution>,
+        ds: f64,
+        test: &mut Test<'_, C>,
+    ) -> Result<Vec<CurvePoint<C::Solution>>, CurveError> {
+        let (Some(at_a), Some(at_b)) = (test(self, a), test(self, b)) else { return Ok(Vec::new()) };
+        let (between, sign) = (Between::new(a, b, ds), at_a.signum());
+        let mut bracket = [0.0, ds];
+        let mut inner: [Option<(f64, f64)>; 2] = [None, None];
+        for _ in 0..SECTIONS {
+            for (k, share) in [1.0 - GOLDEN, GOLDEN].into_iter().enumerate() {
+                if inner[k].is_some() {
+                    continue;
+                }
+                let sigma = bracket[0] + share * (bracket[1] - bracket[0]);
+                let point = self.point_at(&between, sigma)?;
+                let Some(value) = test(self, &point) else { return Ok(Vec::new()) };
+                if sign * value < 0.0 {
+                    let first = self.locate_within(&between, [[0.0, at_a], [sigma, value]], test)?;
+                    let second = self.locate_within(&between, [[sigma, value], [ds, at_b]], test)?;
+                    return Ok(first.into_iter().chain(second).collect());
+                }
+                inner[k] = Some((sigma, sign * value));
+            }
+            let (Some(left), Some(right)) = (inner[0], inner[1]) else { break };
+            if left.1 < right.1 {
+                bracket[1] = right.0;
+                inner = [None, Some(left)];
+            } else {
+                bracket[0] = left.0;
+                inner = [Some(right), None];
+            }
+        }
+        Ok(Vec::new())
     }
 }
+
+/// A function of a point of the curve whose sign changes at the points looked for.
+pub(crate) type Test<'t, C> =
+    dyn FnMut(&mut Engine<C>, &CurvePoint<<C as Curve>::Solution>) -> Option<f64> + 't;

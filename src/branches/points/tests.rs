@@ -1,5 +1,7 @@
 //! Test functions: their signs change at bifurcations.
 
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::points::detect::Change;
 use crate::periodic::multipliers::Multipliers;
 use num_complex::Complex64;
 
@@ -36,4 +38,85 @@ pub(crate) fn pairs_outside(multipliers: &Multipliers) -> usize {
 pub(crate) fn torus(multipliers: &Multipliers) -> Option<f64> {
     let complex = multipliers.values().iter().filter(|m| !is_real(m));
     complex.map(|m| m.norm_sqr() - 1.0).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+/// The values of all test functions at a point.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Values {
+    slope: f64,
+    doubling: Option<f64>,
+    torus: Option<f64>,
+    extremes: Vec<Extremum>,
+}
+
+impl Values {
+    pub(crate) fn new(slope: f64, multipliers: Option<&Multipliers>, trace: &ContactTrace) -> Self {
+        Values {
+            slope,
+            doubling: multipliers.map(doubling),
+            torus: multipliers.and_then(torus),
+            extremes: trace.extremes.clone(),
+        }
+    }
+}
+
+/// The tests that may change their sign twice within the last of two steps, of lengths `steps`: the parabola
+/// through their three values has an extremum there, or within half a step of it, nearer to zero than half
+/// of the values, or on the other side of zero.
+pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
+    let [before, a, b] = values;
+    let mut found = Vec::new();
+    let all = |f: fn(&Values) -> Option<f64>| Some([f(before)?, f(a)?, f(b)?]);
+    let single: [(Change, fn(&Values) -> Option<f64>); 3] = [
+        (Change::Fold, |v| Some(v.slope)),
+        (Change::PeriodDoubling, |v| v.doubling),
+        (Change::NeimarkSacker, |v| v.torus),
+    ];
+    for (change, of) in single {
+        if all(of).is_some_and(|values| nears_zero(values, steps)) {
+            found.push(change);
+        }
+    }
+    for extremum in &b.extremes {
+        let of = |values: &Values| {
+            let like = values.extremes.iter().filter(|other| other.is_like(extremum));
+            let nearest = like.min_by(|a, b| a.apart(extremum.phase).total_cmp(&b.apart(extremum.phase)));
+            nearest.map(|at| at.distance)
+        };
+        if let (Some(before), Some(a)) = (of(before), of(a))
+            && nears_zero([before, a, extremum.distance], steps)
+        {
+            found.push(Change::Grazing(*extremum));
+        }
+    }
+    found
+}
+
+/// Whether the parabola through three values of one sign comes near to zero within the last interval.
+fn nears_zero([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
+    if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
+        return false;
+    }
+    // y = y1 + s x + c x² with x from the middle point.
+    let (left, right) = ((y1 - y0) / h0, (y2 - y1) / h1);
+    let c = (right - left) / (h0 + h1);
+    let s = right - c * h1;
+    let vertex = -0.5 * s / c;
+    let value = y1 - 0.25 * s * s / c;
+    c * y1 > 0.0
+        && (-0.5 * h1..=1.5 * h1).contains(&vertex)
+        && value * y1.signum() < 0.5 * y1.abs().min(y2.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::branches::points::tests::nears_zero;
+
+    #[test]
+    fn parabolas_that_touch_zero_are_noticed() {
+        let at = |lowest: f64, x: f64| (x - 0.4) * (x - 0.4) + lowest;
+        let near = |lowest: f64| nears_zero([at(lowest, -1.0), at(lowest, 0.0), at(lowest, 1.0)], [1.0, 1.0]);
+        assert!(near(-0.01) && near(0.01) && !near(0.5));
+        assert!(!nears_zero([3.0, 2.0, 1.0], [1.0, 1.0]));
+    }
 }
