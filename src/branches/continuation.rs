@@ -192,6 +192,10 @@ impl Continuation {
         if !(low < high && (low..=high).contains(&self.from)) {
             return Err(BranchError::Bounds { low, high, start: self.from });
         }
+        self.check_steps()
+    }
+
+    pub(crate) fn check_steps(&self) -> Result<(), BranchError> {
         check::positive("first_step", self.first_step)?;
         check::positive("max_step", self.max_step)?;
         check::positive("min_step", self.min_step)?;

@@ -7,6 +7,7 @@ pub(crate) mod family;
 pub(crate) mod following;
 pub(crate) mod orbits;
 pub(crate) mod points;
+pub(crate) mod switching;
 pub(crate) mod tracker;
 
 pub use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};

@@ -86,7 +86,7 @@ impl Continuation {
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
     }
 
-    fn shooting_engine<'f>(
+    pub(crate) fn shooting_engine<'f>(
         &'f self,
         family: &'f dyn Family,
         p: f64,

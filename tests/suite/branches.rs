@@ -3,8 +3,8 @@
 use crate::common::family::{Oscillator, oscillator};
 use crate::common::oscillators::CubicChain;
 use crate::data::read;
-use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, ByFunction, Continuation};
 use gear_dynamics::Shooting;
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, ByFunction, Continuation};
 use gear_dynamics::model::{Machine, State};
 use gear_dynamics::periodic::Stability;
 
@@ -126,4 +126,51 @@ fn spur_pairs_of_the_classics() {
             }
         }
     }
+}
+
+/// While the teeth stay in contact the pair is linear: the doubled orbits exist at the parameter of the
+/// doubling alone, with any amplitude up to the contact loss.
+#[test]
+fn doubled_orbits_branch_off_at_a_period_doubling() {
+    let model = oscillator(&[("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05)]);
+    let continuation = Continuation::new(2.4, 1.5).both_ways().bounds(1.2, 2.6);
+    let branch = follow(&model, &continuation);
+    println!("{branch}");
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let doublings = branch.of_kind("period-doubling");
+    assert!(!doublings.is_empty());
+    for point in doublings {
+        let doubled = continuation.clone().max_points(30).switch(&family, point, 1.0).unwrap();
+        println!("{doubled}");
+        let first = &doubled.points()[0];
+        assert_eq!(first.orbit.period_multiple(), 2);
+        assert!((first.parameter - point.parameter).abs() < 1e-10);
+        assert!(doubled.of_kind("fold").is_empty());
+        let state = &first.orbit.states()[0];
+        let half = first.orbit.at(&model.with("speed", first.parameter).unwrap(), 0.5 * first.orbit.period());
+        assert!((half.unwrap().q[0] - state.q[0]).abs() > 1e-3);
+    }
+}
+
+/// With a cubic spring the amplitude of the half order grows like the root of the distance from the doubling.
+#[test]
+fn amplitude_of_doubled_orbits() {
+    let given =
+        [("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05), ("cubic", 0.3)];
+    let model = oscillator(&given);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let continuation = Continuation::new(3.4, 2.0);
+    let single = follow(&model.with("speed", 3.4).unwrap(), &continuation);
+    println!("{single}");
+    let point = single.of_kind("period-doubling")[0];
+    let doubled = continuation.clone().max_step(0.01).max_points(12).switch(&family, point, 1.0).unwrap();
+    println!("{doubled}");
+    let share = |at: &BranchPoint| {
+        let model = model.with("speed", at.parameter).unwrap();
+        let half = at.orbit.at(&model, 0.5 * at.orbit.period()).unwrap().q[0] - at.orbit.states()[0].q[0];
+        (at.parameter - point.parameter) / half.powi(2)
+    };
+    let shares: Vec<f64> = doubled.points()[..4].iter().map(share).collect();
+    println!("{shares:?}");
+    assert!(shares.iter().all(|s| (s / shares[0] - 1.0).abs() < 0.02));
 }

@@ -80,7 +80,7 @@ impl<C: Curve> Engine<C> {
         }))
     }
 
-    fn units(&self) -> DVector<f64> {
+    pub(crate) fn units(&self) -> DVector<f64> {
         let own = self.curve.units();
         let n = own.len();
         own.insert_row(n, self.unit)

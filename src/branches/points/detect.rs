@@ -24,6 +24,10 @@ pub(crate) struct Changes {
     pub(crate) unexplained: Option<&'static str>,
 }
 
+/// Slopes dp/ds below this are rounding: the branch is vertical, as that of a linear model with the
+/// multiplier 1.
+pub(crate) const VERTICAL: f64 = 1e-8;
+
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;
 
@@ -36,7 +40,8 @@ pub(crate) struct Compared<'p, S> {
 
 pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
     let mut all = Vec::new();
-    if a.point.slope() * b.point.slope() < 0.0 {
+    let (from, to) = (a.point.slope(), b.point.slope());
+    if from * to < 0.0 && from.abs().min(to.abs()) > VERTICAL {
         all.push(Change::Fold);
     }
     if a.point.sign != b.point.sign {

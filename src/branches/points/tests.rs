@@ -1,12 +1,15 @@
 //! Test functions: their signs change at bifurcations.
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::points::detect::Change;
+use crate::branches::points::detect::{Change, VERTICAL};
 use crate::periodic::multipliers::Multipliers;
 use num_complex::Complex64;
 
 /// A multiplier whose imaginary part is below this share of its absolute value counts as real.
 const REAL: f64 = 1e-12;
+
+/// Distance from the unit circle that is rounding.
+const OUTSIDE: f64 = 1e-9;
 
 fn is_real(m: &Complex64) -> bool {
     m.im.abs() <= REAL * m.norm()
@@ -23,9 +26,9 @@ pub(crate) fn below(multipliers: &Multipliers) -> usize {
     multipliers.values().iter().filter(|m| is_real(m) && m.re < -1.0).count()
 }
 
-/// Number of multipliers outside the unit circle.
+/// Number of multipliers outside the unit circle by more than rounding.
 pub(crate) fn outside(multipliers: &Multipliers) -> usize {
-    multipliers.values().iter().filter(|m| m.norm() > 1.0).count()
+    multipliers.values().iter().filter(|m| m.norm() > 1.0 + OUTSIDE).count()
 }
 
 /// Number of complex multipliers outside the unit circle.
@@ -68,7 +71,7 @@ pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     let mut found = Vec::new();
     let all = |f: fn(&Values) -> Option<f64>| Some([f(before)?, f(a)?, f(b)?]);
     let single: [(Change, fn(&Values) -> Option<f64>); 3] = [
-        (Change::Fold, |v| Some(v.slope)),
+        (Change::Fold, |v| Some(v.slope).filter(|slope| slope.abs() > VERTICAL)),
         (Change::PeriodDoubling, |v| v.doubling),
         (Change::NeimarkSacker, |v| v.torus),
     ];
