@@ -71,7 +71,7 @@ impl Family for ByConstant<'_> {
         self.constants.names()[self.place].clone()
     }
     fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        self.constants.with_value(self.place, value)
+        self.constants.with_values(&[(self.place, value)])
     }
     fn constant(&self) -> Option<usize> {
         Some(self.place)

@@ -7,6 +7,7 @@ pub(crate) mod family;
 pub(crate) mod following;
 pub(crate) mod orbits;
 pub(crate) mod points;
+pub(crate) mod sensitivity;
 pub(crate) mod switching;
 pub(crate) mod tracker;
 
@@ -17,3 +18,4 @@ pub use crate::branches::family::{ByConstant, ByFunction, Family};
 pub use crate::branches::following::Following;
 pub use crate::branches::points::branch_point::BranchPoint;
 pub use crate::branches::points::kind::PointKind;
+pub use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;

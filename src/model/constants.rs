@@ -47,14 +47,14 @@ pub trait Constants {
     fn names(&self) -> &[Channel];
     /// Values, in the order of the names.
     fn values(&self) -> &[f64];
-    /// The same model with another value of constant `i`.
+    /// The same model with other values of some constants: pairs of index and value.
     ///
     /// # Errors
     /// A value out of range.
     ///
     /// # Panics
-    /// If there is no constant `i`.
-    fn with_value(&self, i: usize, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError>;
+    /// If a constant does not exist.
+    fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError>;
     /// The derivative of the drives with respect to constant `i`, at a fixed phase.
     ///
     /// # Panics

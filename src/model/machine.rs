@@ -119,12 +119,14 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// A name that the shape does not have; a value out of range; an acceleration that is not finite at rest.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
-        self.with_at(self.fixed.place(name)?, value)
+        self.with_all(&[(self.fixed.place(name)?, value)])
     }
-    /// [`with`](Machine::with) for the constant at index `place`.
-    pub(crate) fn with_at(&self, place: usize, value: f64) -> Result<Self, ParameterError> {
+    /// [`with`](Machine::with) for several constants by their indices.
+    pub(crate) fn with_all(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
-        constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;
+        for &(place, value) in values {
+            constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;
+        }
         let machine = Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()?;
         machine.check_at_rest()?;
         Ok(machine)

@@ -16,8 +16,8 @@ impl<G: Shape> Constants for Machine<G> {
     fn values(&self) -> &[f64] {
         self.constants()
     }
-    fn with_value(&self, i: usize, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        Ok(Box::new(self.with_at(i, value)?))
+    fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        Ok(Box::new(self.with_all(values)?))
     }
     fn drive_slope(&self, i: usize) -> DriveSlope {
         let prepared: Vec<Dual> = self.shape().prepare(&self.along(i));

@@ -62,6 +62,7 @@ mod balance;
 mod balance_error_estimates;
 mod balance_sampling;
 mod bifurcation;
+mod branch_sensitivities;
 mod branches;
 mod check_findings;
 mod check_own_models;

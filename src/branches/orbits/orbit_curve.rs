@@ -5,6 +5,7 @@ use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
@@ -42,6 +43,15 @@ pub(crate) struct OrbitCurve<'f> {
     /// Step of the differences with respect to a parameter without exact derivative.
     difference: f64,
     meter: Rc<Meter<'f>>,
+}
+
+/// The segments of one evaluation.
+struct Evaluated {
+    round: Round,
+    /// Rigid motions in units of `scale`.
+    rigid: DMatrix<f64>,
+    method: FlowMethod,
+    end: f64,
 }
 
 /// What one evaluation of the equations computes besides them.
@@ -102,6 +112,21 @@ impl<'f> OrbitCurve<'f> {
         })
     }
 
+    /// The unknowns of an orbit on the same nodes.
+    pub(crate) fn unknowns_of(&self, orbit: &ShootingOrbit) -> DVector<f64> {
+        let [of_q, of_v] = &orbit.drift;
+        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
+        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
+        let rigid = orthonormal(&self.modes, &self.scale);
+        let slack = rigid.tr_mul(&DVector::from_vec(drift));
+        let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
+        let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
+        DVector::from_vec(all)
+    }
+
+    pub(crate) fn wanted(&self) -> Option<FlowMethod> {
+        self.wanted
+    }
     pub(crate) fn flow_tolerance(&self) -> f64 {
         self.flow_tolerance
     }
@@ -137,11 +162,8 @@ impl<'f> OrbitCurve<'f> {
         model: &'s dyn Model,
         period: f64,
         columns: usize,
-        parameter: Option<usize>,
+        forced: Vec<DriveSlope>,
     ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
-        let slope = parameter
-            .and_then(|i| model.named_constants().map(|constants| constants.drive_slope(i).times(self.unit)));
-        let forced: Vec<_> = slope.into_iter().collect();
         let expansion = Expansion::new(model, columns + forced.len(), &forced, self.wanted)
             .map_err(|error| CurveError::Flow { segment: 0, error })?;
         let scales = [self.scale.clone(), self.range.clone()];
@@ -155,19 +177,89 @@ impl<'f> OrbitCurve<'f> {
         }
     }
 
-    /// All segments at the parameter `p`, with the given flow tolerance.
+    /// All segments at the parameter `p`, with the given flow tolerance and the slopes `forced` of the drives.
     fn round(
         &self,
+        model: &dyn Periodic,
         x: &DVector<f64>,
-        p: f64,
+        forced: Vec<DriveSlope>,
         tolerance: f64,
-    ) -> Result<(Round, Vec<f64>, FlowMethod, f64), CurveError> {
-        let (model, m) = (self.model(p)?, self.scale.len());
+    ) -> Result<Evaluated, CurveError> {
+        let m = self.scale.len();
         let period = self.multiple as f64 * model.period();
-        let segments = self.segments(&*model, period, m, self.family.constant())?;
-        let slack = x.rows(self.phases.len() * m, x.len() - self.phases.len() * m).into_owned();
+        let segments = self.segments(model, period, m, forced)?;
+        let nodes = self.phases.len() * m;
+        let slack = x.rows(nodes, x.len() - nodes).into_owned();
         let round = segments.round(self.states(x, period), Some(&slack), tolerance, &self.meter);
-        Ok((round.map_err(Self::failed)?, self.scale.clone(), segments.method(), segments.end()))
+        Ok(Evaluated {
+            round: round.map_err(Self::failed)?,
+            rigid: segments.rigid().clone(),
+            method: segments.method(),
+            end: segments.end(),
+        })
+    }
+
+    /// The residual and its derivative with respect to x.
+    fn assemble(&self, x: &DVector<f64>, at: &Evaluated) -> (DVector<f64>, DMatrix<f64>) {
+        let (scale, round, rigid) = (&self.scale, &at.round, &at.rigid);
+        let (m, count, n, k) = (scale.len(), self.phases.len(), x.len(), rigid.ncols());
+        let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        for i in 0..count {
+            residual.rows_mut(i * m, m).copy_from(&-&round.defects[i]);
+            by_x.view_mut((i * m, i * m), (m, m)).copy_from(&round.transitions[i]);
+            let next = (i + 1) % count;
+            for j in 0..m {
+                by_x[(i * m + j, next * m + j)] -= 1.0;
+            }
+        }
+        // Bᵀ (x_0 - x_ref) = 0 and the drift of the last node.
+        let of = |state: &State, i: usize| if i < m / 2 { state.q[i] } else { state.v[i - m / 2] };
+        let off = DVector::from_fn(m, |i, _| (x[i] - of(&self.reference, i)) / scale[i]);
+        residual.rows_mut(count * m, k).copy_from(&rigid.tr_mul(&off));
+        by_x.view_mut((count * m, 0), (k, m)).copy_from(&rigid.transpose());
+        by_x.view_mut(((count - 1) * m, count * m), (m, k)).copy_from(&-rigid);
+        for i in 0..count {
+            for (j, scale) in scale.iter().enumerate() {
+                by_x.column_mut(i * m + j).unscale_mut(*scale);
+            }
+        }
+        (residual, by_x)
+    }
+
+    fn passage(&self, at: Evaluated) -> Passage {
+        let monodromy = product(&at.round.transitions, self.scale.len());
+        Passage {
+            multipliers: Multipliers::without(&monodromy, &at.rigid, 0.0),
+            monodromy,
+            slack: at.round.slack,
+            states: at.round.states,
+            crossings: at.round.crossings,
+            end: at.end,
+            scale: self.scale.clone(),
+            method: at.method,
+        }
+    }
+
+    /// ∂G/∂x and ∂G/∂c for slopes of the drives with respect to constants c, at a model of the family.
+    pub(crate) fn slopes(
+        &self,
+        model: &dyn Periodic,
+        x: &DVector<f64>,
+        forced: &[DriveSlope],
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>, Passage), CurveError> {
+        let at = self.round(model, x, forced.to_vec(), self.flow_tolerance)?;
+        let (_, by_x) = self.assemble(x, &at);
+        let m = self.scale.len();
+        let mut by_c = DMatrix::zeros(x.len(), forced.len());
+        for (i, columns) in at.round.by_parameters.iter().enumerate() {
+            by_c.view_mut((i * m, 0), (m, forced.len())).copy_from(columns);
+        }
+        Ok((by_x, by_c, self.passage(at)))
+    }
+
+    /// The passage over all segments, at a model of the family.
+    pub(crate) fn pass(&self, model: &dyn Periodic, x: &DVector<f64>) -> Result<Passage, CurveError> {
+        Ok(self.passage(self.round(model, x, Vec::new(), self.flow_tolerance)?))
     }
 
     /// ∂φ/∂p of all segments by central differences, in units of `scale`; one-sided at the end of the family.
@@ -175,7 +267,7 @@ impl<'f> OrbitCurve<'f> {
         let ends = |p: f64| -> Result<Vec<State>, CurveError> {
             let model = self.model(p)?;
             let period = self.multiple as f64 * model.period();
-            let segments = self.segments(&*model, period, 0, None)?;
+            let segments = self.segments(&*model, period, 0, Vec::new())?;
             segments.ends(&self.states(x, period), self.flow_tolerance, &self.meter).map_err(Self::failed)
         };
         let h = self.difference;
@@ -202,50 +294,26 @@ impl Curve for OrbitCurve<'_> {
     type Solution = Passage;
 
     fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Passage>, CurveError> {
-        let (round, scale, method, end) = self.round(x, p, self.flow_tolerance)?;
-        let (m, count, n) = (scale.len(), self.phases.len(), x.len());
-        let rigid = orthonormal(&self.modes, &scale);
-        let k = rigid.ncols();
-        let mut by_p = DVector::zeros(n);
-        let exact = round.by_parameters[0].ncols() > 0;
-        let slopes = if exact {
-            round.by_parameters.iter().map(|columns| columns.column(0) / self.unit).collect()
+        let model = self.model(p)?;
+        let slope = self.family.constant().zip(model.named_constants());
+        let forced: Vec<DriveSlope> =
+            slope.map(|(i, constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
+        let exact = !forced.is_empty();
+        let at = self.round(&*model, x, forced, self.flow_tolerance)?;
+        let (residual, by_x) = self.assemble(x, &at);
+        let m = self.scale.len();
+        let mut by_p = DVector::zeros(x.len());
+        if exact {
+            for (i, columns) in at.round.by_parameters.iter().enumerate() {
+                by_p.rows_mut(i * m, m).copy_from(&(columns.column(0) / self.unit));
+            }
         } else {
-            self.differences(x, p)?
-        };
-        let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
-        for i in 0..count {
-            residual.rows_mut(i * m, m).copy_from(&-&round.defects[i]);
-            by_p.rows_mut(i * m, m).copy_from(&slopes[i]);
-            by_x.view_mut((i * m, i * m), (m, m)).copy_from(&round.transitions[i]);
-            let next = (i + 1) % count;
-            for j in 0..m {
-                by_x[(i * m + j, next * m + j)] -= 1.0;
+            for (i, slope) in self.differences(x, p)?.iter().enumerate() {
+                by_p.rows_mut(i * m, m).copy_from(slope);
             }
         }
-        // Bᵀ (x_0 - x_ref) = 0 and the drift of the last node.
-        let at = |state: &State, i: usize| if i < m / 2 { state.q[i] } else { state.v[i - m / 2] };
-        let off = DVector::from_fn(m, |i, _| (x[i] - at(&self.reference, i)) / scale[i]);
-        residual.rows_mut(count * m, k).copy_from(&rigid.tr_mul(&off));
-        by_x.view_mut((count * m, 0), (k, m)).copy_from(&rigid.transpose());
-        by_x.view_mut(((count - 1) * m, count * m), (m, k)).copy_from(&-&rigid);
-        for i in 0..count {
-            for (j, scale) in scale.iter().enumerate() {
-                by_x.column_mut(i * m + j).unscale_mut(*scale);
-            }
-        }
-        let monodromy = product(&round.transitions, m);
-        let solution = Passage {
-            multipliers: Multipliers::without(&monodromy, &rigid, 0.0),
-            monodromy,
-            slack: round.slack,
-            states: round.states,
-            crossings: round.crossings,
-            end,
-            scale,
-            method,
-        };
-        Ok(Linear { residual, by_x, by_p, solution })
+        drop(model);
+        Ok(Linear { residual, by_x, by_p, solution: self.passage(at) })
     }
 
     fn units(&self) -> DVector<f64> {
@@ -272,14 +340,7 @@ impl OrbitMethod for OrbitCurve<'_> {
     }
 
     fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
-        let [of_q, of_v] = &orbit.drift;
-        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
-        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
-        let rigid = orthonormal(&self.modes, &self.scale);
-        let slack = rigid.tr_mul(&DVector::from_vec(drift));
-        let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
-        let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
-        DVector::from_vec(all)
+        self.unknowns_of(orbit)
     }
 
     fn set_ranges(&mut self, ranges: Vec<f64>) {
@@ -293,13 +354,13 @@ impl OrbitMethod for OrbitCurve<'_> {
         let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
         let multipliers = passage.multipliers.clone().ok_or_else(none)?;
         let rigid = orthonormal(&self.modes, &passage.scale);
-        let looser = self.round(x, *p, LOOSER * self.flow_tolerance);
+        let model = self.model(*p)?;
+        let looser = self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance);
         if let Err(CurveError::Exhausted(exhausted)) = looser {
             return Err(exhausted.into());
         }
-        let other = looser.ok().and_then(|(round, scale, ..)| {
-            let product = product(&round.transitions, scale.len());
-            Multipliers::without(&product, &orthonormal(&self.modes, &scale), 0.0)
+        let other = looser.ok().and_then(|at| {
+            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
         });
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let drift = &rigid * &passage.slack;

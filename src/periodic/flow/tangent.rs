@@ -109,7 +109,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         first: f64,
         start: &State,
         t_end: f64,
-        observer: &mut Interrupter<'_, '_, M>,
+        observer: &mut Interrupter<'_, '_, '_, M>,
     ) -> Result<Finish, IntegrateError> {
         match &self.expansion.0 {
             Some(prepared) => {
@@ -184,7 +184,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     ) -> Result<(State, u64), IntegrateError> {
         // The tolerances depend on the state: they are not below the rounding error of the motion.
         let atol = self.tolerances(tolerance, &start, &vec![1.0; self.columns]);
-        self.follow(start, t_end, meter, &mut |_| (atol.clone(), Vec::new()))
+        self.follow(start, t_end, meter, None, &mut |_| (atol.clone(), Vec::new()))
     }
 
     /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
@@ -196,7 +196,19 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         t_end: f64,
         meter: &Meter<'_>,
     ) -> Result<(State, u64), IntegrateError> {
-        let (state, crossings) = self.follow(start, t_end, Some(meter), &mut |state| {
+        self.flow_watched(tolerance, start, t_end, meter, None)
+    }
+
+    /// [`flow`](Tangent::flow) with an observer of the motion and its differences.
+    pub(crate) fn flow_watched(
+        &self,
+        tolerance: f64,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+        watch: Option<&mut dyn Observer>,
+    ) -> Result<(State, u64), IntegrateError> {
+        let (state, crossings) = self.follow(start, t_end, Some(meter), watch, &mut |state| {
             let sizes: Vec<f64> =
                 (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
             (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
@@ -213,12 +225,14 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         start: State,
         t_end: f64,
         meter: Option<&Meter<'_>>,
+        watch: Option<&mut dyn Observer>,
         choose: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut interrupter = Interrupter {
             tangent: self,
             meter,
+            watch,
             saltation: Saltation::new(self),
             serves: Vec::new(),
             stop: Stop::Jump,
@@ -393,8 +407,9 @@ enum Stop {
 }
 
 /// Observer that interrupts a run for one of the reasons of [`Stop`].
-struct Interrupter<'t, 'm, M: ?Sized> {
+struct Interrupter<'t, 'w, 'm, M: ?Sized> {
     tangent: &'t Tangent<'m, M>,
+    watch: Option<&'w mut dyn Observer>,
     meter: Option<&'t Meter<'t>>,
     saltation: Saltation<'t, Continued<'m, M>>,
     /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
@@ -404,8 +419,11 @@ struct Interrupter<'t, 'm, M: ?Sized> {
     step: f64,
 }
 
-impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, M> {
+impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        if let Some(watch) = &mut self.watch {
+            let _ = watch.step(step);
+        }
         if self.meter.is_some_and(|meter| meter.spend().is_err()) {
             self.stop = Stop::Budget;
             return ControlFlow::Break(());

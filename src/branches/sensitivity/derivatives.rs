@@ -1,0 +1,304 @@
+//! Derivatives of what is measured along an orbit.
+
+use crate::branches::curve::equations::CurveError;
+use crate::branches::sensitivity::quantity::Quantity;
+use crate::branches::sensitivity::totals::Totals;
+use crate::error::ParameterError;
+use crate::excitation::side::Side;
+use crate::model::constants::Constants;
+use crate::model::equations::{Model, Periodic};
+use crate::numeric::gauss::FIVE;
+use crate::ode::probe::Probe;
+use crate::ode::step::{Observer, Step};
+use crate::periodic::flow::flow_method::Expansion;
+use crate::periodic::flow::saltation::CENTRAL;
+use crate::periodic::flow::tangent::Tangent;
+use nalgebra::DMatrix;
+use std::ops::ControlFlow;
+
+/// Step of the differences of a quantity along the derivative of the orbit, in units of the constants.
+const STEP: f64 = 2e-4;
+
+/// The models with each constant moved to the places of a difference.
+pub(crate) struct Neighbours<'m>(Vec<Vec<Neighbour<'m>>>);
+
+/// A model with one constant moved.
+struct Neighbour<'m> {
+    place: f64,
+    weight: f64,
+    /// Its period over that of the model.
+    ratio: f64,
+    model: Box<dyn Periodic + 'm>,
+}
+
+/// Places and weights of a one-sided difference of third order.
+const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (2.0, -1.5), (3.0, 1.0 / 3.0)];
+
+impl<'m> Neighbours<'m> {
+    pub(crate) fn new(constants: &'m dyn Constants, units: &[f64], period: f64) -> Result<Self, CurveError> {
+        let mut all = Vec::with_capacity(units.len());
+        for (i, unit) in units.iter().enumerate() {
+            let value = constants.values()[i];
+            let moved = |places: &[(f64, f64)], way: f64| -> Result<Vec<Neighbour<'m>>, ParameterError> {
+                let one = |(place, weight): &(f64, f64)| {
+                    let (place, weight) = (way * place, way * weight);
+                    let model = constants.with_values(&[(i, value + place * STEP * unit)])?;
+                    Ok(Neighbour { place, weight, ratio: model.period() / period, model })
+                };
+                places.iter().map(one).collect()
+            };
+            // At the end of its range a constant moves in one direction only.
+            let found = moved(&CENTRAL, 1.0).or_else(|_| moved(&ONE_SIDED, 1.0));
+            let found = found.or_else(|_| moved(&ONE_SIDED, -1.0));
+            all.push(found.map_err(|error| CurveError::Model { parameter: value, error })?);
+        }
+        Ok(Neighbours(all))
+    }
+}
+
+/// Values of a quantity over a period and their derivatives with respect to the constants, in the units of
+/// the constants.
+#[derive(Clone, Debug)]
+pub(crate) struct Derivatives {
+    pub(crate) mean: f64,
+    pub(crate) square: f64,
+    pub(crate) by_mean: Vec<f64>,
+    pub(crate) by_square: Vec<f64>,
+    /// Maximum and minimum, each with its time, and their derivatives.
+    pub(crate) extremes: [(f64, f64, Vec<f64>); 2],
+    /// Derivatives at the wanted instant.
+    pub(crate) at: Vec<f64>,
+}
+
+/// Observer of the tangent flow.
+struct Gather<'g> {
+    quantities: &'g [Quantity],
+    base: Probe<'g, dyn Model + 'g>,
+    /// For each constant the places, weights and ratios of the periods of its neighbours, with their probes.
+    probes: Vec<Vec<([f64; 3], Probe<'g, dyn Model + 'g>)>>,
+    /// -T'/T for each constant.
+    speeds: Vec<f64>,
+    n: usize,
+    period: f64,
+    y: Vec<f64>,
+    moved: Vec<f64>,
+    out: Vec<Derivatives>,
+    /// An instant at which the derivatives are wanted.
+    instant: Option<f64>,
+}
+
+/// Number of samples in a part of a step among which an extremum is looked for.
+const SAMPLES: usize = 7;
+
+/// Number of golden sections for an extremum.
+const ROUNDS: usize = 24;
+
+/// Number of Newton steps for its time.
+const POLISHES: usize = 3;
+
+/// Step of the differences in time, as a share of the bracket.
+const NEAR: f64 = 5e-3;
+
+/// (√5 - 1)/2.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+impl Gather<'_> {
+    /// Derivatives of quantity j at the state in `y`, at the time `t`.
+    fn along(&mut self, j: usize, t: f64, side: Side, out: &mut [f64]) {
+        let (n, quantity) = (self.n, self.quantities[j]);
+        let half = self.y.len() / 2;
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = 0.0;
+            for ([place, weight, ratio], probe) in &mut self.probes[k] {
+                let step = *place * STEP;
+                for i in 0..n {
+                    let (q, v) = (self.y[i], self.y[half + i]);
+                    let (dq, dv) = (self.y[n * (1 + k) + i], self.y[half + n * (1 + k) + i]);
+                    self.moved[i] = q + step * dq;
+                    self.moved[n + i] = v + step * (dv + self.speeds[k] * v);
+                }
+                let (q, v) = self.moved.split_at(n);
+                *out += *weight * quantity.read(probe, t * *ratio, side, q, v) / STEP;
+            }
+        }
+    }
+
+    fn value(&mut self, j: usize, t: f64, side: Side) -> f64 {
+        let half = self.y.len() / 2;
+        let (q, v) = (&self.y[..self.n], &self.y[half..half + self.n]);
+        self.quantities[j].read(&mut self.base, t, side, q, v)
+    }
+
+    fn look(&mut self, step: &mut Step<'_>, t: f64) -> Side {
+        step.at(t, &mut self.y);
+        if t == step.t1() { Side::Before } else { Side::After }
+    }
+
+    /// The largest value of ± quantity j near a sample: golden sections, then Newton's method on differences
+    /// of fourth order in time. Values alone show the time of a maximum to half of their digits only.
+    fn refine(&mut self, step: &mut Step<'_>, j: usize, sign: f64, mut bracket: [f64; 2]) -> (f64, f64) {
+        let ([low, high], width) = (bracket, bracket[1] - bracket[0]);
+        let mut at = |this: &mut Self, share: f64, bracket: [f64; 2]| {
+            let t = bracket[0] + share * (bracket[1] - bracket[0]);
+            let side = this.look(step, t);
+            (t, sign * this.value(j, t, side))
+        };
+        let (mut left, mut right) = (at(self, 1.0 - GOLDEN, bracket), at(self, GOLDEN, bracket));
+        for _ in 0..ROUNDS {
+            if left.1 >= right.1 {
+                bracket[1] = right.0;
+                right = left;
+                left = at(self, 1.0 - GOLDEN, bracket);
+            } else {
+                bracket[0] = left.0;
+                left = right;
+                right = at(self, GOLDEN, bracket);
+            }
+        }
+        let mut best = if left.1 >= right.1 { left } else { right };
+        for _ in 0..POLISHES {
+            let (t, h) = (best.0, NEAR * width);
+            if t - 2.0 * h < low || t + 2.0 * h > high {
+                break;
+            }
+            let mut value = |k: f64| at(self, (t + k * h - low) / width, [low, high]).1;
+            let [a, b, c, d, e] = [-2.0, -1.0, 0.0, 1.0, 2.0].map(&mut value);
+            let (slope, curve) = (8.0 * (d - b) - (e - a), 16.0 * (b + d) - 30.0 * c - (a + e));
+            let moved = t - h * slope / curve;
+            if !(moved > low && moved < high) {
+                break;
+            }
+            best = (moved, at(self, (moved - low) / width, [low, high]).1);
+        }
+        best
+    }
+
+    fn extremes(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
+        let time = |i: usize| t0 + (t1 - t0) * (i as f64 / (SAMPLES - 1) as f64);
+        for j in 0..self.quantities.len() {
+            let mut values = [0.0; SAMPLES];
+            for (i, value) in values.iter_mut().enumerate() {
+                let side = self.look(step, time(i));
+                *value = self.value(j, time(i), side);
+            }
+            for (which, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let top = (0..SAMPLES).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
+                let top = top.unwrap_or(0);
+                let range = values
+                    .iter()
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+                let margin = 0.5 * (range[1] - range[0]);
+                if sign * values[top] + margin < sign * self.out[j].extremes[which].0 {
+                    continue;
+                }
+                let bracket = [time(top.saturating_sub(1)), time((top + 1).min(SAMPLES - 1))];
+                let (mut t, mut best) = self.refine(step, j, sign, bracket);
+                for end in [t0, t1] {
+                    let side = self.look(step, end);
+                    let value = sign * self.value(j, end, side);
+                    if value > best {
+                        (t, best) = (end, value);
+                    }
+                }
+                if best > sign * self.out[j].extremes[which].0 {
+                    let side = self.look(step, t);
+                    let mut slopes = vec![0.0; self.speeds.len()];
+                    self.along(j, t, side, &mut slopes);
+                    self.out[j].extremes[which] = (sign * best, t, slopes);
+                }
+            }
+        }
+    }
+}
+
+impl Observer for Gather<'_> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let mut slopes = vec![0.0; self.speeds.len()];
+        if let Some(t) = self.instant.filter(|t| (step.t0()..=step.t1()).contains(t)) {
+            let side = self.look(step, t);
+            for j in 0..self.quantities.len() {
+                self.along(j, t, side, &mut slopes);
+                self.out[j].at.copy_from_slice(&slopes);
+            }
+        }
+        for part in 0..step.parts() {
+            let (t0, t1) = step.part(part);
+            let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
+            for [x, w] in FIVE {
+                let t = middle + half * x;
+                let side = self.look(step, t);
+                let weight = half * w / self.period;
+                for j in 0..self.quantities.len() {
+                    let value = self.value(j, t, side);
+                    self.along(j, t, side, &mut slopes);
+                    let out = &mut self.out[j];
+                    out.mean += weight * value;
+                    out.square += weight * value * value;
+                    for (k, slope) in slopes.iter().enumerate() {
+                        out.by_mean[k] += weight * slope;
+                        out.by_square[k] += weight * 2.0 * value * slope;
+                    }
+                }
+            }
+            self.extremes(step, (t0, t1));
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Integrates over an orbit with its derivatives dx/dc = `slopes` and gathers the derivatives of quantities.
+pub(crate) fn gather(
+    totals: &Totals<'_>,
+    model: &dyn Periodic,
+    neighbours: &Neighbours<'_>,
+    slopes: &DMatrix<f64>,
+    quantities: &[Quantity],
+    instant: Option<f64>,
+) -> Result<Vec<Derivatives>, CurveError> {
+    let plain: &dyn Model = model;
+    let (scale, passage, count) = (totals.curve.scale(), &totals.passage, totals.forced.len());
+    let tolerance = totals.curve.flow_tolerance();
+    let failed = |segment: usize| move |error| CurveError::Flow { segment, error };
+    let expansion = Expansion::new(plain, count, &totals.forced, totals.curve.wanted()).map_err(failed(0))?;
+    let flow = Tangent::new(plain, count, &totals.forced, scale, tolerance, &expansion);
+    let n = plain.dof();
+    let empty = |sign: f64| (sign * f64::INFINITY, f64::NAN, vec![0.0; count]);
+    let mut probes = Vec::with_capacity(count);
+    for all in &neighbours.0 {
+        let mut of_one = Vec::with_capacity(all.len());
+        for neighbour in all {
+            let plain: &dyn Model = &*neighbour.model;
+            of_one.push(([neighbour.place, neighbour.weight, neighbour.ratio], Probe::new(plain)));
+        }
+        probes.push(of_one);
+    }
+    let mut gather = Gather {
+        quantities,
+        base: Probe::new(plain),
+        probes,
+        speeds: totals.forced.iter().map(|by| by.speed).collect(),
+        n,
+        period: passage.end - passage.states[0].t,
+        y: vec![0.0; 2 * n * (1 + count)],
+        moved: vec![0.0; 2 * n],
+        out: quantities
+            .iter()
+            .map(|_| Derivatives {
+                mean: 0.0,
+                square: 0.0,
+                by_mean: vec![0.0; count],
+                by_square: vec![0.0; count],
+                extremes: [empty(-1.0), empty(1.0)],
+                at: vec![0.0; count],
+            })
+            .collect(),
+        instant,
+    };
+    for i in 0..passage.states.len() {
+        let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);
+        let start = totals.start(i, slopes);
+        flow.flow_watched(tolerance, start, until, totals.curve.meter(), Some(&mut gather))
+            .map_err(failed(i))?;
+    }
+    Ok(gather.out)
+}

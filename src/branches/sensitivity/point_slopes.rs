@@ -1,0 +1,146 @@
+//! Derivatives of a located parameter with respect to all constants.
+
+use crate::branches::branch::BranchError;
+use crate::branches::curve::bordered::Bordered;
+use crate::branches::curve::equations::CurveError;
+use crate::branches::orbits::measure::measure;
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::points::kind::PointKind;
+use crate::branches::points::tests::{doubling, torus};
+use crate::branches::sensitivity::derivatives::{Neighbours, gather};
+use crate::branches::sensitivity::quantity::Quantity;
+use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, along_direction, constants_of};
+use crate::branches::sensitivity::totals::{Alone, Totals};
+use crate::contact::piece::Piece;
+use crate::model::constants::Constants;
+use crate::model::equations::Periodic;
+use crate::ode::budget::Budget;
+use crate::periodic::multipliers::Multipliers;
+use nalgebra::{DMatrix, DVector};
+use std::rc::Rc;
+
+impl Sensitivity {
+    /// dp*/dc: derivatives of the parameter p* at which a located point lies, for example a jump speed or the
+    /// onset of rattle, with respect to all constants c. The entry of the parameter itself is 0.
+    ///
+    /// `parameter`: the constant along which the branch was followed.
+    ///
+    /// - fold: dp*/dc = -(wᵀ ∂G/∂c)/(wᵀ ∂G/∂p) with the left null vector w of ∂G/∂x;
+    /// - all other kinds: dp*/dc = -(dψ/dc)/(dψ/dp) with the test function ψ along the orbits; for a grazing ψ is
+    ///   the distance of the contact from its edge, for a period doubling or a Neimark-Sacker point a function of
+    ///   the multipliers, whose derivative is a difference of fourth order.
+    ///
+    /// Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, Ch. 4.
+    ///
+    /// # Errors
+    /// [`BranchError::NoPoint`] for a point that was not located or is a crossing of branches;
+    /// [`BranchError::NoConstants`]; an unknown constant.
+    pub fn of_point<M: Periodic>(
+        model: &M,
+        parameter: &str,
+        point: &BranchPoint,
+    ) -> Result<Vec<f64>, BranchError> {
+        let family = constants_of(model)?;
+        let place = family.place(parameter)?;
+        let at = family.with_values(&[(place, point.parameter)])?;
+        let constants = constants_of(&*at)?;
+        let budget = Budget::new();
+        let alone = Alone(&*at);
+        let totals = Totals::new(&alone, constants, &point.orbit, Rc::new(budget.begin()))?;
+        let along: Vec<f64> = match &point.kind {
+            Some(PointKind::Fold) => {
+                let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;
+                let slopes = totals.by_c.tr_mul(&w);
+                slopes.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect()
+            }
+            Some(PointKind::PeriodDoubling) => {
+                return of_multipliers(&totals, constants, place, &|m| Some(doubling(m)));
+            }
+            Some(PointKind::NeimarkSacker) => return of_multipliers(&totals, constants, place, &torus),
+            Some(PointKind::Grazing { contact, edge, .. }) => {
+                grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
+            }
+            _ => {
+                return Err(BranchError::NoPoint {
+                    what: "the point was not located, or branches cross there",
+                });
+            }
+        };
+        let own = along[place];
+        let slope = |(k, slope): (usize, &f64)| if k == place { 0.0 } else { -slope / own };
+        Ok(along.iter().enumerate().map(slope).collect())
+    }
+}
+
+/// dp*/dc where a function ψ of the multipliers vanishes.
+///
+/// With the unit tangent (x_s, p_s) of the branch and the bounded solution of G_x x_c + G_p p_c = -G_c that is
+/// orthogonal to it, dp*/dc = p_c - p_s (dψ along (x_c, p_c, c))/(dψ along the tangent). Near a fold dx/dc itself
+/// is unbounded.
+fn of_multipliers(
+    totals: &Totals<'_>,
+    constants: &dyn Constants,
+    place: usize,
+    of: &dyn Fn(&Multipliers) -> Option<f64>,
+) -> Result<Vec<f64>, BranchError> {
+    let n = totals.x.len();
+    let wide = |last: Option<&DVector<f64>>| {
+        DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+            (true, true) => totals.by_x[(i, j)] * totals.size(j),
+            (true, false) => totals.by_c[(i, place)],
+            (false, _) => last.map_or(0.0, |last| last[j]),
+        })
+    };
+    let right = wide(None).svd(false, true).v_t.ok_or(CurveError::Singular)?;
+    let tangent = right.row(n).transpose();
+    let factors = Bordered::new(wide(Some(&tangent))).ok_or(CurveError::Singular)?;
+    let unscaled = |z: &DVector<f64>| DVector::from_fn(n, |j, _| z[j] * totals.size(j));
+    let value = constants.values();
+    let unit = totals.units[place];
+    let at = |h: f64| constants.with_values(&[(place, value[place] + h * tangent[n] * unit)]);
+    let by_tangent = along_direction(totals, &unscaled(&tangent), &at, of)?;
+    let mut all = Vec::with_capacity(totals.units.len());
+    for (k, own) in totals.units.iter().enumerate() {
+        if k == place {
+            all.push(0.0);
+            continue;
+        }
+        let mut right = DVector::zeros(n + 1);
+        right.rows_mut(0, n).copy_from(&-totals.by_c.column(k));
+        let z = factors.solve(right);
+        let both = |h: f64| {
+            let [c, p] = [value[k] + h * own, value[place] + h * z[n] * unit];
+            constants.with_values(&[(k, c), (place, p)])
+        };
+        let along = along_direction(totals, &unscaled(&z), &both, of)?;
+        all.push((z[n] - tangent[n] * along / by_tangent) * unit / own);
+    }
+    Ok(all)
+}
+
+/// Derivatives of the distance at the extremum that is nearest to its edge.
+fn grazing(
+    totals: &Totals<'_>,
+    model: &dyn Periodic,
+    contact: usize,
+    lower: bool,
+) -> Result<Vec<f64>, BranchError> {
+    let constants = constants_of(model)?;
+    let slopes = totals.solve()?;
+    let neighbours = Neighbours::new(constants, &totals.units, model.period())?;
+    let measured = measure(&totals.curve, 0.0, &totals.passage, &[])?;
+    let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
+    let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+    let nearest = nearest.ok_or(BranchError::NoPoint { what: "the contact has no extremum at this edge" })?;
+    let (start, period) = (totals.passage.states[0].t, totals.passage.end - totals.passage.states[0].t);
+    let instant = start + nearest.phase * period;
+    let quantity = [Quantity::Distance { contact, lower }];
+    let gathered = gather(totals, model, &neighbours, &slopes, &quantity, Some(instant))?;
+    Ok(gathered[0].at.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect())
+}
+
+/// The left singular vector of the smallest singular value.
+fn left_null(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
+    let left = matrix.clone().svd(true, false).u?;
+    Some(left.column(left.ncols() - 1).into_owned())
+}

@@ -1,0 +1,33 @@
+//! Quantities along an orbit whose derivatives are computed.
+
+use crate::excitation::side::Side;
+use crate::model::equations::Model;
+use crate::ode::probe::Probe;
+use crate::periodic::flow::saltation::distance;
+
+/// A number at each instant of an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Quantity {
+    /// A channel of the model, by its index.
+    Channel(usize),
+    /// Deflection of a contact minus its lower or upper edge.
+    Distance { contact: usize, lower: bool },
+}
+
+impl Quantity {
+    pub(crate) fn read(
+        self,
+        probe: &mut Probe<'_, dyn Model + '_>,
+        t: f64,
+        side: Side,
+        q: &[f64],
+        v: &[f64],
+    ) -> f64 {
+        match self {
+            Quantity::Channel(index) => probe.read(t, side, q, v)[index],
+            Quantity::Distance { contact, lower } => {
+                distance(&probe.read_contacts(t, side, q, v)[contact], lower)
+            }
+        }
+    }
+}
