@@ -46,6 +46,7 @@ pub struct Continuation {
     pub(crate) from: f64,
     pub(crate) to: f64,
     pub(crate) bounds: Option<[f64; 2]>,
+    across: Option<[f64; 2]>,
     both_ways: bool,
     pub(crate) first_step: f64,
     pub(crate) max_step: f64,
@@ -67,6 +68,7 @@ impl Continuation {
             from,
             to,
             bounds: None,
+            across: None,
             both_ways: false,
             first_step: 0.01,
             max_step: 0.05,
@@ -80,6 +82,11 @@ impl Continuation {
     /// Bounds of the parameter at which the branch ends. Default: the two ends of the continuation.
     pub fn bounds(self, low: f64, high: f64) -> Self {
         Continuation { bounds: Some([low, high]), ..self }
+    }
+    /// Bounds of the first parameter along a [`boundary`](Continuation::boundary), whose second parameter has
+    /// the [`bounds`](Continuation::bounds). Default: a tenth and ten times its value at the start.
+    pub fn bounds_across(self, low: f64, high: f64) -> Self {
+        Continuation { across: Some([low, high]), ..self }
     }
     /// Follows the branch from its start in both directions. The points are in order along the branch.
     pub fn both_ways(self) -> Self {
@@ -175,6 +182,21 @@ impl Continuation {
 
     pub(crate) fn low_and_high(&self) -> [f64; 2] {
         self.bounds.unwrap_or([self.from.min(self.to), self.from.max(self.to)])
+    }
+
+    /// Bounds of the first parameter along a boundary that starts at `p`.
+    pub(crate) fn across(&self, p: f64) -> Result<[f64; 2], BranchError> {
+        let wide = [0.1 * p, 10.0 * p];
+        let [low, high] = self.across.unwrap_or([wide[0].min(wide[1]), wide[0].max(wide[1])]);
+        check::all_finite("bounds across", &[low, high])?;
+        if low < high && (low..=high).contains(&p) {
+            return Ok([low, high]);
+        }
+        Err(BranchError::Bounds { low, high, start: p })
+    }
+
+    pub(crate) fn goes_both_ways(&self) -> bool {
+        self.both_ways
     }
 
     /// Unit of the parameter in the length of a step.

@@ -1,5 +1,6 @@
 //! Branches of periodic orbits: continuation, located bifurcations.
 
+pub(crate) mod boundary;
 pub(crate) mod branch;
 pub(crate) mod continuation;
 pub(crate) mod curve;
@@ -11,6 +12,8 @@ pub(crate) mod sensitivity;
 pub(crate) mod switching;
 pub(crate) mod tracker;
 
+pub use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
+pub use crate::branches::boundary::plane::{ByConstants, ByFunctionOfTwo, Plane};
 pub use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 pub use crate::branches::continuation::Continuation;
 pub use crate::branches::curve::equations::CurveError;

@@ -62,6 +62,7 @@ mod balance;
 mod balance_error_estimates;
 mod balance_sampling;
 mod bifurcation;
+mod branch_boundaries;
 mod branch_sensitivities;
 mod branches;
 mod check_findings;

@@ -77,6 +77,10 @@ pub enum CurveError {
         /// Length of the step `[1]`.
         step: f64,
     },
+    /// What vanishes along a boundary no longer exists: the extremum of a contact, or a pair of complex
+    /// multipliers.
+    #[error("the boundary ends: its extremum or its pair of multipliers is gone")]
+    BoundaryEnds,
     /// A limit of the budget was reached.
     #[error("{0}")]
     Exhausted(#[from] Exhausted),

@@ -25,7 +25,7 @@ use std::rc::Rc;
 /// rigid motions B.
 pub(crate) struct OrbitCurve<'f> {
     family: &'f dyn Family,
-    pub(crate) multiple: usize,
+    multiple: usize,
     /// Times of the nodes over the period of the orbit.
     phases: Vec<f64>,
     /// Units of coordinates and velocities, and their ranges of motion.
@@ -43,6 +43,14 @@ pub(crate) struct OrbitCurve<'f> {
     /// Step of the differences with respect to a parameter without exact derivative.
     difference: f64,
     meter: Rc<Meter<'f>>,
+}
+
+/// G with its derivatives with respect to x and to several constants.
+pub(crate) struct Slopes {
+    pub(crate) residual: DVector<f64>,
+    pub(crate) by_x: DMatrix<f64>,
+    pub(crate) by_c: DMatrix<f64>,
+    pub(crate) passage: Passage,
 }
 
 /// The segments of one evaluation.
@@ -127,6 +135,15 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn wanted(&self) -> Option<FlowMethod> {
         self.wanted
     }
+    /// Size of each unknown.
+    pub(crate) fn sizes(&self) -> DVector<f64> {
+        let (m, count) = (self.range.len(), self.phases.len());
+        let k = 2 * self.modes.len();
+        DVector::from_fn(m * count + k, |i, _| if i < m * count { self.range[i % m] } else { 1.0 })
+    }
+    pub(crate) fn multiple(&self) -> usize {
+        self.multiple
+    }
     pub(crate) fn flow_tolerance(&self) -> f64 {
         self.flow_tolerance
     }
@@ -144,7 +161,7 @@ impl<'f> OrbitCurve<'f> {
         self.family.at(p).map_err(|error| CurveError::Model { parameter: p, error })
     }
 
-    fn states(&self, x: &DVector<f64>, period: f64) -> Vec<State> {
+    pub(crate) fn states(&self, x: &DVector<f64>, period: f64) -> Vec<State> {
         let m = self.scale.len();
         let node = |(i, phase): (usize, &f64)| {
             let node = &x.as_slice()[i * m..(i + 1) * m];
@@ -157,7 +174,7 @@ impl<'f> OrbitCurve<'f> {
         (self.phases[0] + 1.0) * period
     }
 
-    fn segments<'s>(
+    pub(crate) fn segments<'s>(
         &self,
         model: &'s dyn Model,
         period: f64,
@@ -170,7 +187,7 @@ impl<'f> OrbitCurve<'f> {
         Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
     }
 
-    fn failed(error: (usize, IntegrateError, Vec<State>)) -> CurveError {
+    pub(crate) fn failed(error: (usize, IntegrateError, Vec<State>)) -> CurveError {
         match error {
             (_, IntegrateError::Budget { exhausted, .. }, _) => CurveError::Exhausted(exhausted),
             (segment, error, _) => CurveError::Flow { segment, error },
@@ -240,48 +257,26 @@ impl<'f> OrbitCurve<'f> {
         }
     }
 
-    /// ∂G/∂x and ∂G/∂c for slopes of the drives with respect to constants c, at a model of the family.
+    /// G, ∂G/∂x and ∂G/∂c for slopes of the drives with respect to constants c, at a model of the family.
     pub(crate) fn slopes(
         &self,
         model: &dyn Periodic,
         x: &DVector<f64>,
         forced: &[DriveSlope],
-    ) -> Result<(DMatrix<f64>, DMatrix<f64>, Passage), CurveError> {
+    ) -> Result<Slopes, CurveError> {
         let at = self.round(model, x, forced.to_vec(), self.flow_tolerance)?;
-        let (_, by_x) = self.assemble(x, &at);
+        let (residual, by_x) = self.assemble(x, &at);
         let m = self.scale.len();
         let mut by_c = DMatrix::zeros(x.len(), forced.len());
         for (i, columns) in at.round.by_parameters.iter().enumerate() {
             by_c.view_mut((i * m, 0), (m, forced.len())).copy_from(columns);
         }
-        Ok((by_x, by_c, self.passage(at)))
+        Ok(Slopes { residual, by_x, by_c, passage: self.passage(at) })
     }
 
     /// The passage over all segments, at a model of the family.
     pub(crate) fn pass(&self, model: &dyn Periodic, x: &DVector<f64>) -> Result<Passage, CurveError> {
         Ok(self.passage(self.round(model, x, Vec::new(), self.flow_tolerance)?))
-    }
-
-    /// ∂φ/∂p of all segments by central differences, in units of `scale`; one-sided at the end of the family.
-    fn differences(&self, x: &DVector<f64>, p: f64) -> Result<Vec<DVector<f64>>, CurveError> {
-        let ends = |p: f64| -> Result<Vec<State>, CurveError> {
-            let model = self.model(p)?;
-            let period = self.multiple as f64 * model.period();
-            let segments = self.segments(&*model, period, 0, Vec::new())?;
-            segments.ends(&self.states(x, period), self.flow_tolerance, &self.meter).map_err(Self::failed)
-        };
-        let h = self.difference;
-        let (low, high, width) = match (ends(p - h), ends(p + h)) {
-            (Ok(low), Ok(high)) => (low, high, (p + h) - (p - h)),
-            (Ok(low), Err(_)) => (low, ends(p)?, p - (p - h)),
-            (Err(_), high) => (ends(p)?, high?, (p + h) - p),
-        };
-        let m = self.scale.len();
-        let all = |s: &State, i: usize| if i < m / 2 { s.q[i] } else { s.v[i - m / 2] };
-        let slope = |(low, high): (&State, &State)| {
-            DVector::from_fn(m, |i, _| (all(high, i) - all(low, i)) / (self.scale[i] * width))
-        };
-        Ok(low.iter().zip(&high).map(slope).collect())
     }
 }
 
@@ -308,7 +303,9 @@ impl Curve for OrbitCurve<'_> {
                 by_p.rows_mut(i * m, m).copy_from(&(columns.column(0) / self.unit));
             }
         } else {
-            for (i, slope) in self.differences(x, p)?.iter().enumerate() {
+            for (i, slope) in
+                self.differences(x, p, self.difference, &|p| self.family.at(p))?.iter().enumerate()
+            {
                 by_p.rows_mut(i * m, m).copy_from(slope);
             }
         }
@@ -317,10 +314,9 @@ impl Curve for OrbitCurve<'_> {
     }
 
     fn units(&self) -> DVector<f64> {
-        let (m, count) = (self.range.len(), self.phases.len());
-        let k = 2 * self.modes.len();
-        let share = ((m * count + k) as f64).sqrt();
-        DVector::from_fn(m * count + k, |i, _| if i < m * count { self.range[i % m] * share } else { share })
+        let sizes = self.sizes();
+        let share = (sizes.len() as f64).sqrt();
+        sizes * share
     }
 }
 

@@ -21,6 +21,12 @@ pub(crate) fn doubling(multipliers: &Multipliers) -> f64 {
     multipliers.values().iter().map(factor).product::<Complex64>().re
 }
 
+/// Π (1 - μ_i)/√(1 + |μ_i|²): vanishes at a fold.
+pub(crate) fn fold(multipliers: &Multipliers) -> f64 {
+    let factor = |m: &Complex64| (1.0 - m) / (1.0 + m.norm_sqr()).sqrt();
+    multipliers.values().iter().map(factor).product::<Complex64>().re
+}
+
 /// Number of real multipliers below -1.
 pub(crate) fn below(multipliers: &Multipliers) -> usize {
     multipliers.values().iter().filter(|m| is_real(m) && m.re < -1.0).count()

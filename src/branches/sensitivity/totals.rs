@@ -3,7 +3,7 @@
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::family::Family;
-use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
+use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::error::ParameterError;
 use crate::model::constants::{Constants, DriveSlope};
 use crate::model::equations::{Channel, Periodic, State};
@@ -53,13 +53,13 @@ impl<'f> Totals<'f> {
         let slopes = |units: &[f64]| -> Vec<DriveSlope> {
             units.iter().enumerate().map(|(i, unit)| constants.drive_slope(i).times(*unit)).collect()
         };
-        let (_, by_c, _) = curve.slopes(alone.0, &x, &slopes(&units))?;
+        let by_c = curve.slopes(alone.0, &x, &slopes(&units))?.by_c;
         // A constant of value 0 has no size of its own: a change by its unit moves the end of a segment by the
         // size of the motion at most.
         let bounded = |(i, unit): (usize, &f64)| unit / by_c.column(i).amax().max(1.0);
         let units: Vec<f64> = units.iter().enumerate().map(bounded).collect();
         let forced = slopes(&units);
-        let (by_x, by_c, passage) = curve.slopes(alone.0, &x, &forced)?;
+        let Slopes { by_x, by_c, passage, .. } = curve.slopes(alone.0, &x, &forced)?;
         Ok(Totals { curve, x, passage, by_x, by_c, forced, units })
     }
 

@@ -1,0 +1,6 @@
+//! Curves of bifurcations and onsets in the plane of two parameters.
+
+pub(crate) mod boundary_curve;
+pub(crate) mod boundary_line;
+pub(crate) mod follow_boundary;
+pub(crate) mod plane;
