@@ -1,0 +1,165 @@
+//! Fits of constants to a measured response.
+
+use crate::branches::design::least::{Optimum, Space, minimise};
+use crate::branches::design::objective::{DesignError, Figure};
+use crate::branches::design::reach::reach;
+use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
+use crate::error::{ParameterError, check};
+use crate::model::equations::{Periodic, State};
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use std::cell::RefCell;
+
+/// Fits named constants to a response measured over a parameter: minimises Σ_j (J(p_j) - m_j)²/Σ_j m_j².
+///
+/// J is a figure of a channel on the orbit with the parameter p_j, and m_j its measured value. Gradients are
+/// exact, the optimiser is SLSQP, as for [`Least`](crate::branches::Least). The points should lie on one branch,
+/// in order along it: each orbit is found from its neighbour.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, branches::{Figure, Fit}};
+/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// let fit = Fit::new("speed", "deflection", Figure::Mean).over("load torque", 10.0, 60.0);
+/// // The response of the pair with a load of 40 N m, from a fit that starts at 30 N m:
+/// let loaded = pair.with("load torque", 40.0)?;
+/// let measured = fit.response(&loaded, &[100.0, 105.0], &[loaded.static_start()?])?;
+/// let found = fit.run(&pair, &[(100.0, measured[0]), (105.0, measured[1])], &[pair.static_start()?])?;
+/// assert!((found.constants[0].1 - 40.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    parameter: String,
+    channel: String,
+    figure: Figure,
+    over: Vec<(String, [f64; 2])>,
+    tolerance: f64,
+    max_evaluations: usize,
+    shooting: Shooting,
+}
+
+impl Fit {
+    /// A fit to a figure of a channel, measured over the constant `parameter`.
+    ///
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`].
+    pub fn new(parameter: &str, channel: &str, figure: Figure) -> Self {
+        Fit {
+            parameter: parameter.into(),
+            channel: channel.into(),
+            figure,
+            over: Vec::new(),
+            tolerance: 1e-8,
+            max_evaluations: 200,
+            shooting: Shooting::new(),
+        }
+    }
+    /// Adds a constant that is fitted and its bounds.
+    pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
+        self.over.push((name.into(), [low, high]));
+        self
+    }
+    /// Change of the constants, as a share of their bounds, below which the search ends `[1]`. Default: 1e-8.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Fit { tolerance, ..self }
+    }
+    /// Maximum number of evaluations. Default: 200.
+    pub fn max_evaluations(self, max_evaluations: usize) -> Self {
+        Fit { max_evaluations, ..self }
+    }
+    /// The solver of the orbits.
+    pub fn shooting(self, shooting: Shooting) -> Self {
+        Fit { shooting, ..self }
+    }
+
+    /// The figure of the model at each parameter. The first orbit is found from the guess, each further one
+    /// from its neighbour.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn response<M: Periodic>(
+        &self,
+        model: &M,
+        parameters: &[f64],
+        guess: &[State],
+    ) -> Result<Vec<f64>, DesignError> {
+        let constants = constants_of(model)?;
+        let place = constants.place(&self.parameter)?;
+        let orbits = self.orbits(model, parameters, guess)?;
+        let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
+            let model = constants.with_values(&[(place, *p)])?;
+            self.figure.value(&*model, orbit, &self.channel)
+        };
+        parameters.iter().zip(&orbits).map(figure).collect()
+    }
+
+    /// The orbits of a model at all parameters.
+    fn orbits<M: Periodic>(
+        &self,
+        model: &M,
+        parameters: &[f64],
+        guess: &[State],
+    ) -> Result<Vec<ShootingOrbit>, DesignError> {
+        let constants = constants_of(model)?;
+        let place = constants.place(&self.parameter)?;
+        let Some(&first) = parameters.first() else {
+            return Err(ParameterError::Empty { name: "measured points".into(), min: 1 }.into());
+        };
+        check::all_finite("measured parameters", parameters)?;
+        let start = constants.with_values(&[(place, first)])?;
+        let mut orbits = vec![self.shooting.run(&*start, guess)?];
+        for two in parameters.windows(2) {
+            let last = &orbits[orbits.len() - 1];
+            orbits.push(reach(constants, &self.shooting, last, &[(place, two[0])], &[(place, two[1])])?);
+        }
+        Ok(orbits)
+    }
+
+    /// Fits the constants to measured pairs (p_j, m_j). The search starts from the constants of `model`; the
+    /// guess is one for its orbit at the first parameter.
+    ///
+    /// # Errors
+    /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
+    pub fn run<M: Periodic>(
+        &self,
+        model: &M,
+        measured: &[(f64, f64)],
+        guess: &[State],
+    ) -> Result<Optimum, DesignError> {
+        let constants = constants_of(model)?;
+        let place = constants.place(&self.parameter)?;
+        let (space, start) = Space::new(constants, &self.over)?;
+        if self.over.iter().any(|(name, _)| *name == self.parameter) {
+            return Err(ParameterError::ConstantTwice { name: self.parameter.clone() }.into());
+        }
+        let (parameters, values): (Vec<f64>, Vec<f64>) = measured.iter().copied().unzip();
+        check::all_finite("measured values", &values)?;
+        let size: f64 = values.iter().map(|m| m * m).sum();
+        check::positive("sum of the squares of the measured values", size)?;
+        let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess)?));
+        let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
+            let values = space.values(x);
+            let mut last = orbits.borrow_mut();
+            let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
+            for ((p, m), orbit) in measured.iter().zip(&last.1) {
+                let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
+                let orbit = reach(constants, &self.shooting, orbit, &from, &to)?;
+                let model = constants.with_values(&to)?;
+                let off = self.figure.value(&*model, &orbit, &self.channel)? - m;
+                let sensitivity = Sensitivity::of(&&*model, &orbit, &[&self.channel])?;
+                let all = space.gradient(&self.figure.slopes(&sensitivity, &self.channel)?);
+                sum += off * off / size;
+                slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
+                found.push(orbit);
+            }
+            *last = (values, found);
+            Ok((sum, slope))
+        };
+        let found = minimise(&space, &start, self.tolerance, self.max_evaluations, &evaluate)?;
+        let last = orbits.into_inner();
+        let none = ParameterError::Empty { name: "measured points".into(), min: 1 };
+        let orbit = last.1.last().cloned().ok_or(none)?;
+        let constants = space.named(&found.x);
+        let evaluations = found.evaluations * measured.len();
+        Ok(Optimum { constants, value: found.value, evaluations, orbit })
+    }
+}
