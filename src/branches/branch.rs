@@ -61,6 +61,11 @@ pub enum BranchEnd {
     Bound,
     /// The branch is closed: its last point repeats the first.
     Closed,
+    /// A contact reaches a rigid stop: the last point grazes it, and beyond it the motion has impacts.
+    Stop {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The maximum number of points is reached.
     Points {
         /// The maximum.
@@ -90,6 +95,7 @@ impl fmt::Display for BranchEnd {
             BranchEnd::Open => f.write_str("open"),
             BranchEnd::Bound => f.write_str("a bound of the parameter is reached"),
             BranchEnd::Closed => f.write_str("the branch is closed"),
+            BranchEnd::Stop { contact } => write!(f, "contact {contact} grazes its rigid stop"),
             BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
             BranchEnd::StepUnderflow { step, error } => {
                 write!(f, "the step became too short ({step:e}): {error}")

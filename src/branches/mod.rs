@@ -10,6 +10,7 @@ pub(crate) mod following;
 pub(crate) mod orbits;
 pub(crate) mod points;
 pub(crate) mod sensitivity;
+pub(crate) mod stops;
 pub(crate) mod switching;
 pub(crate) mod tracker;
 

@@ -23,26 +23,26 @@ use std::rc::Rc;
 /// A continuation in progress, by any method.
 pub(crate) struct Tracker<'f, C: OrbitMethod> {
     settings: &'f Continuation,
-    engine: Engine<C>,
-    branch: Branch<C::Orbit>,
+    pub(crate) engine: Engine<C>,
+    pub(crate) branch: Branch<C::Orbit>,
     /// The last regular point.
-    last: Node<C::Solution>,
+    pub(crate) last: Node<C::Solution>,
     /// Length of the last step and the values of the tests before it.
-    before: Option<(f64, Values)>,
+    pub(crate) before: Option<(f64, Values)>,
     /// The first point and its figures, to notice a closed branch.
     first: CurvePoint<C::Solution>,
-    step: f64,
-    arclength: f64,
+    pub(crate) step: f64,
+    pub(crate) arclength: f64,
     /// Points that are found and not yet yielded.
-    waiting: VecDeque<BranchPoint<C::Orbit>>,
+    pub(crate) waiting: VecDeque<BranchPoint<C::Orbit>>,
 }
 
 /// A point of the curve with what is measured along its orbit.
-struct Node<S> {
-    point: CurvePoint<S>,
+pub(crate) struct Node<S> {
+    pub(crate) point: CurvePoint<S>,
     measured: Measured,
     multipliers: Option<Multipliers>,
-    values: Values,
+    pub(crate) values: Values,
 }
 
 impl<S> Node<S> {
@@ -65,7 +65,7 @@ const CORNER: f64 = 1e-5;
 const SEPARATE: f64 = 1e-3;
 
 /// Number of corrections up to which the next step is longer.
-const FEW: usize = 5;
+const FEW: usize = 6;
 
 impl Continuation {
     /// A continuation from an orbit. `heading`: sign of the first change of the parameter.
@@ -147,7 +147,7 @@ enum Made {
 
 impl<C: OrbitMethod> Tracker<'_, C> {
     /// The columns of a point.
-    fn columns(
+    pub(crate) fn columns(
         &self,
         point: &CurvePoint<C::Solution>,
         measured: Measured,
@@ -356,6 +356,10 @@ impl<C: OrbitMethod> Track<C::Orbit> for Tracker<'_, C> {
                 Ok(Made::End(end)) => self.branch.end = end,
                 Err(CurveError::Exhausted(exhausted)) => self.branch.end = BranchEnd::Exhausted(exhausted),
                 Ok(Made::Shorter(error)) | Err(error) => {
+                    if let Some(end) = self.approach_stop() {
+                        self.branch.end = end;
+                        break;
+                    }
                     self.step *= 0.5;
                     if self.step < self.settings.min_step {
                         self.branch.end = match error {

@@ -1,7 +1,9 @@
 //! Derivatives of orbits, figures and located points with respect to constants, against differences.
 
 use crate::common::family::{Oscillator, oscillator};
-use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation, DesignError, Figure, Fit, Least, Sensitivity};
+use gear_dynamics::branches::{
+    BranchPoint, ByConstant, Continuation, DesignError, Figure, Fit, Least, Sensitivity,
+};
 use gear_dynamics::model::{Machine, Periodic, State};
 use gear_dynamics::periodic::ShootingOrbit;
 use gear_dynamics::{NfgPair, NfgParams, Shooting, Statistics};
@@ -100,9 +102,9 @@ fn located_points_of_a_pair() {
                 "{kind:>16} {:.6} {name:>14} {:>13.8} {theirs:>13.8} {off:.1e}",
                 point.parameter, slopes[place]
             );
-            // The doubling at 0.3994 lies 1.6e-4 from a grazing, where multipliers have unbounded second
-            // derivatives.
-            let bound = if (point.parameter - 0.39937).abs() < 1e-4 { 1e-6 } else { 1e-7 };
+            // The doubling and the fold at 0.3993 lie 1.6e-4 and 3e-5 from a grazing, where second
+            // derivatives are unbounded.
+            let bound = if (point.parameter - 0.3993).abs() < 2e-4 { 1e-6 } else { 1e-7 };
             assert!(off < bound, "{kind} {name}: {} {theirs}", slopes[place]);
         }
     }
@@ -173,7 +175,8 @@ fn least_peak_to_peak_value() {
         ("damping", 0.1),
         ("depth", 0.05),
     ]);
-    let least = Least::new("deflection", Figure::PeakToPeak).over("inertia force", -0.2, 0.1).over("depth", 0.0, 0.3);
+    let least =
+        Least::new("deflection", Figure::PeakToPeak).over("inertia force", -0.2, 0.1).over("depth", 0.0, 0.3);
     let guess = [State::new(0.0, &[1.3], &[0.0])];
     let best = least.run(&model, &guess).unwrap();
     println!("{:?} {} after {}", best.constants, best.value, best.evaluations);

@@ -819,3 +819,33 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
     let error = Dop853::new().end(&stuck, &State::new(0.0, &[0.5], &[0.0]), 2.0).unwrap_err();
     assert!(matches!(error, IntegrateError::EdgeStall { contact: 0, .. }), "{error}");
 }
+
+/// Branches over the amplitude: the period doubling and the fold of orbits with one impact, and the grazing of
+/// orbits without an impact, where their branch ends.
+#[test]
+fn branches_of_an_oscillator_with_a_stop() {
+    use gear_dynamics::branches::{BranchEnd, ByFunction, Continuation};
+    let data = read("impacts.json");
+    for case in data["impact_oscillator"]["values"].as_array().unwrap() {
+        let number = |key: &str| case[key].as_f64();
+        let (c, w) = (number("c").unwrap(), number("w").unwrap());
+        let family = ByFunction::new("amplitude", "1", |amplitude| Ok(Oscillator::new(c, w, amplitude)));
+        let start = Oscillator::new(c, w, 1.0).guess(1, number("v_at_A_1").unwrap());
+        let branch =
+            Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(120).run(&family, &[start]).unwrap();
+        println!("{branch}");
+        for (kind, key) in [("period-doubling", "A_period_doubling"), ("fold", "A_fold")] {
+            let Some(exact) = number(key) else { continue };
+            let found = branch.of_kind(kind)[0].parameter;
+            println!("{kind} {found} {exact} {:.1e}", found - exact);
+            assert!((found - exact).abs() < 1e-10);
+        }
+        let rest = Continuation::new(0.1, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+        println!("{rest}");
+        let exact = number("A_graze").unwrap();
+        let graze = rest.of_kind("grazing")[0].parameter;
+        println!("grazing {graze} {exact} {:.1e}", graze - exact);
+        assert_eq!(rest.end(), &BranchEnd::Stop { contact: 0 });
+        assert!((graze - exact).abs() < 1e-10);
+    }
+}

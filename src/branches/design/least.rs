@@ -218,12 +218,12 @@ pub(crate) fn minimise(
     };
     let bounds = vec![(0.0, 1.0); start.len()];
     let constraints: [&dyn slsqp::Func<()>; 0] = [];
-    let stop =
-        StopTols { xtol_abs: vec![tolerance; start.len()], ftol_rel: FLAT, ..StopTols::default() };
+    let stop = StopTols { xtol_abs: vec![tolerance; start.len()], ftol_rel: FLAT, ..StopTols::default() };
     let outcome = slsqp::minimize(objective, start, &bounds, &constraints, (), max_evaluations, Some(stop));
     let Progress { best, failed, evaluations, .. } = progress.into_inner();
     let Some((x, value)) = best else {
-        let none = DesignError::Parameter(crate::error::ParameterError::Empty { name: "design".into(), min: 1 });
+        let none =
+            DesignError::Parameter(crate::error::ParameterError::Empty { name: "design".into(), min: 1 });
         return Err(failed.unwrap_or(none));
     };
     let reason = match outcome {

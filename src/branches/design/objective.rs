@@ -87,7 +87,9 @@ pub enum DesignError {
     #[error("design: {0}")]
     Parameter(#[from] ParameterError),
     /// The bounds of a constant are reversed, or the model lies outside them.
-    #[error("the bounds of {name} are {low} .. {high}: the lower one must be smaller, and the value of the model, {value}, must lie between them")]
+    #[error(
+        "the bounds of {name} are {low} .. {high}: the lower one must be smaller, and the value of the model, {value}, must lie between them"
+    )]
     Bounds {
         /// Name of the constant.
         name: String,
@@ -108,7 +110,9 @@ pub enum DesignError {
     #[error("design: {0}")]
     Integrate(#[from] IntegrateError),
     /// The optimiser stopped before it converged.
-    #[error("the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best} at {constants:?}")]
+    #[error(
+        "the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best} at {constants:?}"
+    )]
     NotConverged {
         /// Why it stopped.
         reason: String,

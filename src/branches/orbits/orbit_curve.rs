@@ -89,7 +89,7 @@ const LOOSER: f64 = 100.0;
 const RAISED: f64 = 1.0 + 1e-9;
 
 /// Step of the differences, as a share of the unit of the parameter.
-const STEP: f64 = 1e-5;
+const STEP: f64 = 1e-6;
 
 impl<'f> OrbitCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.

@@ -55,7 +55,7 @@ pub(crate) struct Values {
     slope: f64,
     doubling: Option<f64>,
     torus: Option<f64>,
-    extremes: Vec<Extremum>,
+    pub(crate) extremes: Vec<Extremum>,
 }
 
 impl Values {
