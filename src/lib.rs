@@ -27,6 +27,7 @@ mod stored;
 pub mod sweep;
 mod tape;
 pub mod teeth;
+pub mod tori;
 pub mod trains;
 
 pub use crate::analysis::contacts::rattle::{Rattle, RattleState};

@@ -123,5 +123,6 @@ mod api {
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::*;
     pub use gear_dynamics::teeth::*;
+    pub use gear_dynamics::tori::*;
     pub use gear_dynamics::*;
 }

@@ -3,6 +3,7 @@
 
 pub mod oscillators;
 pub mod trains;
+pub mod two_tones;
 
 use crate::api::*;
 use serde::Serialize;
