@@ -2,6 +2,7 @@
 
 pub(crate) mod balance;
 pub(crate) mod circle;
+pub(crate) mod least_squares;
 pub(crate) mod quasi_periodic;
 
 pub use crate::tori::balance::settings::TorusBalance;

@@ -1,6 +1,7 @@
 //! Balance of a torus: Fourier series in several angles.
 
 pub(crate) mod angle_grid;
+pub(crate) mod fit;
 pub(crate) mod quality;
 pub(crate) mod settings;
 pub(crate) mod torus;

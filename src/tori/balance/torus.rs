@@ -111,6 +111,9 @@ impl Torus {
     pub(crate) fn all(&self) -> &[f64] {
         &self.coefficients
     }
+    pub(crate) fn set(&mut self, coefficients: &[f64]) {
+        self.coefficients.copy_from_slice(coefficients);
+    }
     /// The coefficients of one coordinate.
     fn part(&self, coordinate: usize) -> &[f64] {
         let width = self.vectors.unknowns();

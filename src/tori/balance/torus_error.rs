@@ -43,6 +43,17 @@ pub enum TorusError {
         /// Number of coordinates of the torus.
         found: usize,
     },
+    /// The states do not determine the coefficients: they are too few, or they do not spread over the torus.
+    #[error(
+        "{states} states do not determine {unknowns} coefficients: take more states, at times that have no \
+         common step with the periods, over several of the slowest periods"
+    )]
+    Unspread {
+        /// Number of states.
+        states: usize,
+        /// Number of coefficients of a coordinate.
+        unknowns: usize,
+    },
     /// The base frequencies are commensurate within the kept orders.
     #[error(
         "the base frequencies are commensurate: |k·ω| is {rate} at the wave vector {vector:?}, and at least \

@@ -5,12 +5,10 @@ use crate::model::equations::State;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};
+use crate::tori::least_squares::fit;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// A direction that the points determine less than this share of the others is not determined `[1]`.
-const DETERMINED: f64 = 1e-6;
 
 /// Number of inverse iterations for an eigenvector.
 const INVERSE_ITERATIONS: usize = 3;
@@ -30,39 +28,22 @@ impl ClosedCurve {
         let Some(start) = points.first() else {
             return Err(ParameterError::Empty { name: "points".into(), min: nodes }.into());
         };
-        let (n, unspread) = (start.q.len(), CircleError::Unspread { points: points.len(), rotation, nodes });
+        let n = start.q.len();
         points.iter().try_for_each(|point| point.check(n))?;
-        if points.len() < nodes {
-            return Err(unspread);
-        }
-        // Columns: 1, then cos kθ and sin kθ.
+        // 1, then cos kθ and sin kθ.
         let basis = |theta: f64, at: usize| {
             let angle = at.div_ceil(2) as f64 * theta;
             if at.is_multiple_of(2) && at > 0 { angle.sin() } else { angle.cos() }
         };
-        let (mut gram, mut right) =
-            (DMatrix::<f64>::zeros(nodes, nodes), DMatrix::<f64>::zeros(nodes, 2 * n));
-        let mut row = vec![0.0; nodes];
-        for (k, point) in points.iter().enumerate() {
-            let theta = (first + (k as f64 * rotation).rem_euclid(TAU)).rem_euclid(TAU);
+        let coefficients = fit(points.len(), [nodes, 2 * n], |k, row, y| {
+            let theta = first + (k as f64 * rotation).rem_euclid(TAU);
             row.iter_mut().enumerate().for_each(|(at, x)| *x = basis(theta, at));
-            for j in 0..nodes {
-                for i in 0..nodes {
-                    gram[(i, j)] += row[i] * row[j];
-                }
-            }
-            for (c, y) in point.q.iter().chain(&point.v).enumerate() {
-                for i in 0..nodes {
-                    right[(i, c)] += row[i] * y;
-                }
-            }
-        }
-        let Some(factors) = gram.cholesky() else { return Err(unspread) };
-        let diagonal = factors.l_dirty().diagonal();
-        if diagonal.min() <= DETERMINED.sqrt() * diagonal.max() {
-            return Err(unspread);
-        }
-        let coefficients = factors.solve(&right);
+            y[..n].copy_from_slice(&points[k].q);
+            y[n..].copy_from_slice(&points[k].v);
+        });
+        let Some(coefficients) = coefficients else {
+            return Err(CircleError::Unspread { points: points.len(), rotation, nodes });
+        };
         let values = (0..nodes).flat_map(|j| {
             let row: Vec<f64> = (0..nodes).map(|at| basis(TAU * j as f64 / nodes as f64, at)).collect();
             (0..2 * n)
