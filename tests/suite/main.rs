@@ -39,6 +39,7 @@
 //! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
 //! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |
+//! | tori: balance in several angles; invariant circles | `tori`, `invariant_circles` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
@@ -76,6 +77,7 @@ mod held_processes;
 mod impact_lists;
 mod impacts;
 mod input_ranges;
+mod invariant_circles;
 mod lane_sharing;
 mod laws;
 mod located_edges;
@@ -98,6 +100,7 @@ mod stored_results;
 mod sweeps;
 mod taylor;
 mod teeth;
+mod tori;
 mod trains;
 mod variation;
 mod variation_hard_cases;

@@ -1,6 +1,7 @@
 //! Models with two base frequencies.
 
 use crate::api::*;
+use num_complex::Complex64;
 
 /// x'' + 0.1 x' + x + 0.2 x³ = 0.3 cos θ_1 + 0.2 cos θ_2, ω = (0.7, 0.7 √3).
 pub struct TwoToneDuffing;
@@ -30,23 +31,23 @@ impl QuasiPeriodic for TwoToneDuffing {
     }
 }
 
-/// q_1'' = -3 q_1 + q_2 - 0.2 q_1' + cos θ_1 + 0.5, q_2'' = q_1 - 2 q_2 - 0.3 q_2' + sin θ_2, without a
-/// Jacobian.
-pub struct LinearTwoTones {
+/// q_1'' = -3 q_1 + q_2 - 0.2 q_1' + cos θ_1 + 0.5, q_2'' = q_1 - 2 q_2 - 0.3 q_2' + sin θ_2 + sin θ_3 + ...,
+/// for any number of angles, without a Jacobian.
+pub struct LinearTones {
     pub frequencies: Vec<f64>,
 }
 
-impl LinearTwoTones {
-    /// Complex amplitudes c of Re(c e^{iωt}), for forces Re(f e^{iωt}).
-    pub fn response(omega: f64, force: [num_complex::Complex64; 2]) -> [num_complex::Complex64; 2] {
-        let c = num_complex::Complex64::new;
-        let (a, b) = (c(3.0 - omega * omega, 0.2 * omega), c(2.0 - omega * omega, 0.3 * omega));
+impl LinearTones {
+    /// Amplitudes c of q = Re(c e^{iωt}) for forces Re(f e^{iωt}).
+    pub fn response(omega: f64, force: [Complex64; 2]) -> [Complex64; 2] {
+        let a = Complex64::new(3.0 - omega * omega, 0.2 * omega);
+        let b = Complex64::new(2.0 - omega * omega, 0.3 * omega);
         let determinant = a * b - 1.0;
         [(force[0] * b + force[1]) / determinant, (a * force[1] + force[0]) / determinant]
     }
 }
 
-impl Model for LinearTwoTones {
+impl Model for LinearTones {
     fn dof(&self) -> usize {
         2
     }
@@ -63,13 +64,42 @@ impl Model for LinearTwoTones {
     }
 }
 
-impl QuasiPeriodic for LinearTwoTones {
+impl QuasiPeriodic for LinearTones {
     fn frequencies(&self) -> Vec<f64> {
         self.frequencies.clone()
     }
     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
         u[0] = angles[0].cos() + 0.5;
-        u[1] = angles[1].sin();
+        u[1] = angles[1..].iter().map(|angle| angle.sin()).sum();
+    }
+}
+
+/// q'' = f(q, q') + p cos θ_1 + r cos θ_2, given by closures: for tests of errors and of shifted angles.
+pub struct Forced<F> {
+    pub frequencies: Vec<f64>,
+    pub phases: [f64; 2],
+    pub law: F,
+}
+
+impl<F: Fn(f64, f64) -> f64> Model for Forced<F> {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = (self.law)(q[0], v[0]) + u[0];
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let angles: Vec<f64> = self.frequencies.iter().map(|omega| omega * t).collect();
+        self.drive_at(&angles, side, u);
+    }
+}
+
+impl<F: Fn(f64, f64) -> f64> QuasiPeriodic for Forced<F> {
+    fn frequencies(&self) -> Vec<f64> {
+        self.frequencies.clone()
+    }
+    fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+        u[0] = 0.3 * (angles[0] + self.phases[0]).cos() + 0.2 * (angles[1] + self.phases[1]).cos();
     }
 }
 
