@@ -4,6 +4,7 @@ pub(crate) mod balance;
 pub(crate) mod circle;
 pub(crate) mod least_squares;
 pub(crate) mod quasi_periodic;
+pub(crate) mod with_shafts;
 
 pub use crate::tori::balance::settings::TorusBalance;
 pub use crate::tori::balance::torus::Torus;
@@ -15,3 +16,4 @@ pub use crate::tori::circle::closed_curve::ClosedCurve;
 pub use crate::tori::circle::invariant_circle::InvariantCircle;
 pub use crate::tori::circle::rotation::rotation_number;
 pub use crate::tori::quasi_periodic::{QuasiPeriodic, QuasiPeriodicError};
+pub use crate::tori::with_shafts::{ShaftDrives, WithShafts};
