@@ -3,7 +3,7 @@
 use crate::api::*;
 use crate::common::two_tones::{Forced, SlippingPair, TwoToneDuffing};
 use crate::data::read;
-use gear_dynamics::trains::SpurPair;
+use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
@@ -87,8 +87,8 @@ fn duffing_circle_equals_the_torus() {
 fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
     let pair = SlippingPair::new(3.3, 6.8e-6 / 6.2e-4);
     let torus = TorusBalance::new(WaveVectors::within(&[5, 60]).unwrap()).solve_from(&pair, &[-1.1]).unwrap();
-    // Measured: 8.1e-5, 1.8e-8, 1.4e-12.
-    for (nodes, between, error) in [(41, 1e-4, 1e-4), (81, 3e-8, 1e-8), (161, 1e-11, 1e-9)] {
+    // Measured: residuals 8.0e-5, 1.8e-8, 1.4e-12; errors 8.8e-6, 1.2e-9, 4.2e-10, the last that of the torus.
+    for (nodes, between, error) in [(41, 1e-4, 1e-5), (81, 2e-8, 2e-9), (161, 1e-11, 5e-10)] {
         let shooting = CircleShooting::new().between(1e-3);
         let circle = shooting.run(&pair, &torus.section(0, nodes).unwrap()).unwrap();
         assert!(circle.residual_between() < between, "{}", circle.residual_between());
@@ -98,7 +98,6 @@ fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
             let miss = (circle.at(theta).q[0] - torus.at(&[0.0, theta]).q[0]).abs();
             most = most.max(miss);
         }
-        println!("{nodes}: {:e} {:e}", circle.residual_between(), most);
         assert!(most < error, "{nodes}: {most}");
         assert_eq!(circle.crossings(), 0);
     }
@@ -121,8 +120,7 @@ fn gear_pair_that_loses_contact_against_a_long_run() {
         assert!(circle.residual() < 1e-9 && circle.crossings() == 2 * nodes as u64);
         let miss = |k: usize| (circle.at(theta(k)).q[0] - points[k].q[0]).abs();
         let largest = (0..points.len()).map(miss).fold(0.0, f64::max);
-        println!("{nodes}: {between:e} {largest:e}");
-        assert!(largest < error * circle.range()[0] / 0.79, "{nodes}: {largest}");
+        assert!(largest < error, "{nodes}: {largest}");
     }
     // The default of 1e-6 is not met: the error holds the circle.
     let error = CircleShooting::new().nodes(81).run(&pair, &guess).unwrap_err();
@@ -247,19 +245,14 @@ fn self_excited_pair_that_loses_contact() {
     let (points, _) = strobed(&Chatter, &State::new(0.0, &[-1.5], &[0.0]), Chatter.period(), 100, 1000);
     let rho = rotation_number(&points).unwrap();
     let guess = ClosedCurve::fit(&points[..400], rho, 0.0, 61).unwrap();
+    // Measured: 4.6e-5 and 1.6e-5 of the range; rotation apart by 5e-7 and 5e-8.
     let mut before = f64::INFINITY;
-    for nodes in [61, 121] {
+    for (nodes, apart) in [(61, 1e-6), (121, 1e-7)] {
         let circle =
             CircleShooting::new().nodes(nodes).between(1e-3).run_free(&Chatter, &guess, rho).unwrap();
-        println!(
-            "{nodes}: {:e} {:e} {}",
-            circle.residual_between(),
-            circle.rotation() - rho,
-            circle.crossings()
-        );
         assert!(circle.crossings() > 0 && circle.residual_between() < 0.5 * before);
         before = circle.residual_between();
-        assert!((circle.rotation() - rho).abs() < 1e-4);
+        assert!((circle.rotation() - rho).abs() < apart);
     }
 }
 
@@ -390,31 +383,44 @@ fn searches_that_fail_keep_the_last_iterate() {
 /// Taylor series, and sections at either angle.
 #[test]
 fn train_with_a_load_of_another_shaft() {
-    let parts = SpurPair::of_numbers(0.05, 0.4, &[0.2], &[0.05]).unwrap().parts().unwrap();
-    let train = parts.build("driver", 0.7).unwrap();
+    let mut parts = Parts::new();
+    let stiffness = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]]).unwrap());
+    let mesh = MeshPart::external([1, 1], [1.0, 1.0], stiffness).damping(0.1).half_backlash(1.0);
+    parts.body("driver", Body::new(2.0).restrained(0.5, 1.0)).body("driven", Body::new(2.0));
+    parts.mesh("mesh", "driver", "driven", mesh);
+    parts.torque("drive torque", "driver", 0.4).torque("load torque", "driven", 0.4);
+    let train = parts.accept(Warning::UnusualValue).build("driver", 0.7).unwrap();
     let slot = train.slot("load torque").unwrap();
     let (omega, step) =
         (0.35 * (5f64.sqrt() - 1.0), Wave::new(RectangularWave::new(-0.05, 0.05, 0.5).unwrap()));
     let model = WithShafts::new(train).add(slot, omega, step).unwrap();
     assert_eq!(model.rule().waves(), 1);
     // 40 time constants 1/ζ.
-    let settled =
-        Dop853::new().rtol(1e-11).atol(1e-14).end(&model, &State::new(0.0, &[1.4], &[0.0]), 800.0).unwrap();
+    let settled = Dop853::new()
+        .rtol(1e-11)
+        .atol(1e-14)
+        .end(&model, &State::new(0.0, &[0.7, 0.7], &[0.0, 0.0]), 800.0)
+        .unwrap();
     let times: Vec<f64> = (0..100).map(|k| (TAU / omega) * (90.0 + f64::from(k))).collect();
     let run = Dop853::new().rtol(1e-12).atol(1e-14).sample(&model, &settled, &times).unwrap();
     let points: Vec<State> = (0..100).map(|k| State { t: 0.0, ..run.state(k) }).collect();
     let (rho, first) = (TAU * 0.7 / omega, 0.7 * times[0]);
     let guess = ClosedCurve::fit(&points, rho, first, 31).unwrap();
+    // The series of the added wave end at its jumps.
+    let by_series = Taylor::new().rtol(1e-12).atol(1e-15).end(&model, &settled, settled.t + 50.0).unwrap();
+    let by_steps = Dop853::new().rtol(1e-12).atol(1e-15).end(&model, &settled, settled.t + 50.0).unwrap();
+    assert!((by_series.q[0] - by_steps.q[0]).abs() < 1e-10);
     // Sections of constant load are smooth circles over the mesh angle.
     let circle = CircleShooting::new().strobe(1).nodes(61).between(1e-8).run(&model, &guess).unwrap();
-    println!("{:e} {}", circle.residual_between(), circle.crossings());
+    // Measured: 1.1e-13.
+    assert!(circle.residual_between() < 1e-11 && circle.crossings() == 0);
     for (k, point) in points.iter().enumerate() {
         let there = circle.at(first + rho * k as f64);
         assert!((there.q[0] - point.q[0]).abs() < 1e-8, "{k} {:e}", there.q[0] - point.q[0]);
     }
+    let other = ClosedCurve::new(&[1, 2, 3].map(|i| circle.at(f64::from(i)))).unwrap();
     // Sections over the angle of the load have a corner where the load jumps.
-    let other = CircleShooting::new().nodes(61).between(0.1).run(&model, &round(3, 1.0)).unwrap();
-    println!("{:e}", other.residual_between());
-    assert!(other.residual_between() > 1e-4);
+    let other = CircleShooting::new().nodes(61).between(0.1).run(&model, &other).unwrap();
+    assert!(other.residual_between() > 1e-3, "{}", other.residual_between()); // measured: 5.3e-3
     assert!((other.at(0.0).q[0] - circle.at(0.0).q[0]).abs() < 0.05 * circle.range()[0]);
 }

@@ -1,5 +1,6 @@
 //! Balance of a torus: settings and solution.
 
+use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::model::offers::Offers;
 use crate::ode::budget::{Budget, Meter};
@@ -98,8 +99,8 @@ impl TorusBalance {
         &self.vectors
     }
 
-    /// Finds a torus from a motion at rest, `q` constant. For a model that is linear where it stays, for
-    /// example with contacts that do not separate, one correction leads to the torus.
+    /// Finds a torus from a motion at rest, `q` constant. For contacts with moving edges start from
+    /// [`linearised`](TorusBalance::linearised) instead.
     ///
     /// # Errors
     /// [`TorusError`].
@@ -115,6 +116,32 @@ impl TorusBalance {
     pub fn solve<M: QuasiPeriodic + ?Sized>(&self, model: &M, guess: &Torus) -> Result<Torus, TorusError> {
         let frequencies = checked_frequencies(&model)?;
         self.solve_any(&model, guess, &frequencies)
+    }
+
+    /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. For a model
+    /// that is linear on its pieces, one correction leads to it. Its residual between the points and its
+    /// aliasing are not measured.
+    ///
+    /// # Errors
+    /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.
+    pub fn linearised<M: QuasiPeriodic + ?Sized>(
+        &self,
+        model: &M,
+        flank: Piece,
+    ) -> Result<Torus, TorusError> {
+        let model: &dyn QuasiPeriodic = &model;
+        let frequencies = checked_frequencies(model)?;
+        let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
+        self.check(model, &rest, &frequencies)?;
+        if !Offers::of(model).fixed_pieces() {
+            return Err(TorusError::NotAvailable);
+        }
+        let meter = self.budget.begin();
+        let mut equations = TorusEquations::new(model, &self.vectors, &rest, self.oversampling)?
+            .on_fixed_pieces(&vec![flank; model.contacts()]);
+        let x = equations.unknowns(&rest);
+        let root = self.newton.solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
+        finish(&equations, root, &meter)
     }
 
     fn solve_any(

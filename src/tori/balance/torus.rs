@@ -52,7 +52,7 @@ impl Torus {
     ///
     /// # Errors
     /// A number of frequencies other than that of the angles; a frequency outside 1e-50 .. 1e50; a coordinate
-    /// beyond ±1e50; no coordinate.
+    /// beyond ±1e50; no coordinate; more than 2²⁶ coefficients.
     pub fn constant(vectors: &WaveVectors, frequencies: &[f64], q: &[f64]) -> Result<Self, ParameterError> {
         check::length("frequencies", frequencies.len(), vectors.angles())?;
         for (d, omega) in frequencies.iter().enumerate() {
@@ -63,6 +63,7 @@ impl Torus {
         }
         check::quantities("q", q)?;
         let width = vectors.unknowns();
+        check::count("coefficients", &[q.len(), width], check::NUMBERS)?;
         let mut coefficients = vec![0.0; q.len() * width];
         coefficients.chunks_exact_mut(width).zip(q).for_each(|(c, q)| c[0] = *q);
         Ok(Torus::of(vectors.clone(), frequencies.to_vec(), coefficients))

@@ -1,8 +1,9 @@
 //! The equations of a balance in several angles and their Jacobian.
 
+use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::slopes::Slopes;
+use crate::model::slopes::{Slopes, accelerate};
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 use crate::tori::balance::angle_grid::AngleGrid;
@@ -27,6 +28,8 @@ pub(crate) struct TorusEquations<'m, M: ?Sized> {
     grid: AngleGrid,
     scales: Vec<f64>,
     slopes: Slopes<'m, M>,
+    /// Pieces on which the contacts are fixed; `None`: by deflection.
+    pieces: Option<Vec<Piece>>,
     /// Drives, coordinates, velocities and accelerations at every point, one point after the other.
     drives: Vec<f64>,
     q: Vec<f64>,
@@ -85,6 +88,7 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
             grid,
             scales,
             slopes,
+            pieces: None,
             drives,
             q: vec![0.0; points * n],
             v: vec![0.0; points * n],
@@ -93,6 +97,13 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
             buffer: vec![Complex64::new(0.0, 0.0); points],
             evaluated: Vec::new(),
         })
+    }
+
+    /// The same equations with every contact on a fixed piece.
+    pub(crate) fn on_fixed_pieces(mut self, pieces: &[Piece]) -> Self {
+        self.pieces = Some(pieces.to_vec());
+        self.evaluated.clear();
+        self
     }
 
     pub(crate) fn dof(&self) -> usize {
@@ -163,7 +174,8 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
         }
         for point in 0..self.grid.len() {
             let (u, here) = (&self.drives[point * m..(point + 1) * m], point * n..(point + 1) * n);
-            self.model.accel(u, &self.q[here.clone()], &self.v[here.clone()], &mut self.a[here]);
+            let (q, v) = (&self.q[here.clone()], &self.v[here.clone()]);
+            accelerate(self.model, self.pieces.as_deref(), u, q, v, &mut self.a[here]);
         }
         let mut forces = std::mem::take(&mut self.forces);
         for (i, out) in forces.chunks_exact_mut(width).enumerate() {
@@ -268,7 +280,7 @@ impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
         let mut samples = vec![Complex64::new(0.0, 0.0); 2 * n * n * points];
         for point in 0..points {
             let (u, here) = (&self.drives[point * m..(point + 1) * m], point * n..(point + 1) * n);
-            self.slopes.at(None, u, &self.q[here.clone()], &self.v[here]);
+            self.slopes.at(self.pieces.as_deref(), u, &self.q[here.clone()], &self.v[here]);
             let jacobian = &self.slopes.jacobian;
             for pair in 0..n * n {
                 samples[2 * pair * points + point].re = jacobian.q[(pair / n, pair % n)];

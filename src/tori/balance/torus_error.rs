@@ -77,6 +77,13 @@ pub enum TorusError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// The model does not evaluate its contact laws on fixed pieces
+    /// ([`accel_on_pieces`](crate::Model::accel_on_pieces)).
+    #[error(
+        "the model does not evaluate its contact laws on fixed pieces: implement Model::accel_on_pieces, or \
+         start from a torus fitted to a run"
+    )]
+    NotAvailable,
     /// The equations do not determine a coefficient.
     #[error(
         "the balance does not determine coordinate {coordinate} at the wave vector {vector:?} after {} \

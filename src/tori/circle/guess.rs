@@ -16,13 +16,16 @@ const INVERSE_ITERATIONS: usize = 3;
 impl ClosedCurve {
     /// The curve that passes closest to points x_k at θ = θ_0 + k ρ, in the sense of least squares. The points
     /// are states of a settled run at the instants of the stroboscope, and ρ is the
-    /// [rotation](crate::tori::rotation_number) from one to the next. The curve gets the time of the first.
+    /// [rotation](crate::tori::rotation_number) from one to the next. The curve gets the time of the first
+    /// point: for points of a model with two base frequencies set their times to 0, since θ_0 already
+    /// contains the angle at the first.
     ///
     /// # Errors
     /// [`CircleError::Unspread`], and [`CircleError::Parameter`] for nodes, points and angles that are not
     /// valid.
     pub fn fit(points: &[State], rotation: f64, first: f64, nodes: usize) -> Result<Self, CircleError> {
         checked_nodes(nodes)?;
+        check::count("coefficients of the normal equations", &[nodes, nodes], check::NUMBERS)?;
         check::quantity("rotation", rotation)?;
         check::quantity("first angle", first)?;
         let Some(start) = points.first() else {
