@@ -82,6 +82,23 @@ fn duffing_circle_equals_the_torus() {
     }
 }
 
+/// A larger flow tolerance is met by a larger tolerance of Newton's method, and the error follows it.
+#[test]
+fn flow_tolerance_determines_the_error() {
+    let vectors = WaveVectors::within(&[17, 17]).unwrap();
+    let torus = TorusBalance::new(vectors).solve_from(&TwoToneDuffing, &[0.0]).unwrap();
+    let guess = torus.on(&WaveVectors::within(&[3, 3]).unwrap()).section(0, 31).unwrap();
+    for tolerance in [1e-6, 1e-8, 1e-10] {
+        let circle = CircleShooting::new()
+            .flow_tolerance(tolerance)
+            .between(1.0)
+            .run(&TwoToneDuffing, &guess)
+            .unwrap();
+        let miss = (circle.at(1.0).q[0] - torus.at(&[0.0, 1.0]).q[0]).abs();
+        assert!(miss < 10.0 * tolerance, "{tolerance}: {miss:e} {:e}", circle.residual_between());
+    }
+}
+
 /// The residual between the nodes decreases geometrically on a smooth circle.
 #[test]
 fn residual_between_the_nodes_of_a_gear_pair_in_contact() {

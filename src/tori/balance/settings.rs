@@ -118,9 +118,8 @@ impl TorusBalance {
         self.solve_any(&model, guess, &frequencies)
     }
 
-    /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. For a model
-    /// that is linear on its pieces, one correction leads to it. Its residual between the points and its
-    /// aliasing are not measured.
+    /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. The residual
+    /// between the points and the aliasing are not measured.
     ///
     /// # Errors
     /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.

@@ -62,7 +62,7 @@ pub struct CircleShooting {
     between: f64,
     flow_tolerance: f64,
     method: Option<FlowMethod>,
-    newton: Newton,
+    newton: Option<Newton>,
     budget: Budget,
 }
 
@@ -74,6 +74,12 @@ impl Default for CircleShooting {
 
 /// Maximum number of entries of the Jacobian: 2 GB.
 const MAX_ENTRIES: usize = 1 << 28;
+
+/// Tolerance of Newton's method over that of the flow `[1]`.
+const NOISE: f64 = 1e3;
+
+/// Smallest default tolerance of Newton's method, that of [`Newton::new`] `[1]`.
+const NEWTON: f64 = 1e-10;
 
 /// A circle of less than this share of the guess is a fixed point `[1]`.
 const COLLAPSED: f64 = 1e-6;
@@ -89,7 +95,7 @@ impl CircleShooting {
             between: 1e-6,
             flow_tolerance: 1e-13,
             method: None,
-            newton: Newton::new(),
+            newton: None,
             budget: Budget::new(),
         }
     }
@@ -118,9 +124,10 @@ impl CircleShooting {
     pub fn flow_method(self, method: FlowMethod) -> Self {
         CircleShooting { method: Some(method), ..self }
     }
-    /// Settings of Newton's method.
+    /// Settings of Newton's method. Default: those of [`Newton::new`], with a tolerance of 10³ flow tolerances
+    /// if that is larger, since the flow is noisy below.
     pub fn newton(self, newton: Newton) -> Self {
-        CircleShooting { newton, ..self }
+        CircleShooting { newton: Some(newton), ..self }
     }
     /// Maximum number of steps and maximum time of one call, over all its integrations.
     pub fn budget(self, budget: Budget) -> Self {
@@ -178,7 +185,9 @@ impl CircleShooting {
         let mut equations = CircleEquations::new(strobed, &guess, self.flow_tolerance, self.method, &meter)
             .map_err(|(node, error)| failed(node, error, None))?;
         let x = equations.unknowns(&guess, rotation);
-        let root = self.newton.solve(&mut equations, &x);
+        let tolerance = (NOISE * self.flow_tolerance).clamp(NEWTON, 0.1);
+        let newton = self.newton.unwrap_or(Newton::new().tolerance(tolerance));
+        let root = newton.solve(&mut equations, &x);
         let circle = |root: &Root, equations: &CircleEquations<'_>| {
             let (curve, rotation) = equations.curve(&root.x);
             InvariantCircle {
