@@ -1,44 +1,11 @@
-//! Invariant circles: against the balance, long runs, closed forms; errors.
+//! Invariant circles: against the balance, long runs and closed forms.
 
 use crate::api::*;
-use crate::common::two_tones::{Forced, SlippingPair, TwoToneDuffing};
+use crate::common::two_tones::{SlippingPair, TwoToneDuffing, round, van_der_pol};
 use crate::data::read;
 use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-
-/// q'' = f(q, q') + p cos ωt: a model with one period.
-struct Driven1<F> {
-    amplitude: f64,
-    omega: f64,
-    law: F,
-}
-
-impl<F: Fn(f64, f64) -> f64> Model for Driven1<F> {
-    fn dof(&self) -> usize {
-        1
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        a[0] = (self.law)(q[0], v[0]) + self.amplitude * (self.omega * u[0]).cos();
-    }
-}
-
-impl<F: Fn(f64, f64) -> f64> Periodic for Driven1<F> {
-    fn period(&self) -> f64 {
-        TAU / self.omega
-    }
-}
-
-/// q'' - ε (1 - q²) q' + q = p cos ωt.
-fn van_der_pol(epsilon: f64, amplitude: f64, omega: f64) -> Driven1<impl Fn(f64, f64) -> f64> {
-    Driven1 { amplitude, omega, law: move |q: f64, v: f64| epsilon * (1.0 - q * q) * v - q }
-}
-
-fn round(nodes: usize, radius: f64) -> ClosedCurve {
-    let angle = |j: usize| TAU * j as f64 / nodes as f64;
-    let state = |j| State::new(0.0, &[radius * f64::cos(angle(j))], &[-radius * f64::sin(angle(j))]);
-    ClosedCurve::new(&(0..nodes).map(state).collect::<Vec<_>>()).unwrap()
-}
 
 /// Strobed states of a settled run, with time 0, and the time of the first.
 fn strobed<M: Model>(
@@ -294,106 +261,6 @@ proptest! {
             prop_assert!((fit.at(1.0).q[0] - curve.at(1.0).q[0]).abs() < 1e-8);
         }
     }
-}
-
-#[test]
-fn curves_are_checked() {
-    let state = |q: f64| State::new(0.0, &[q], &[0.0]);
-    let refused = |states: &[State]| ClosedCurve::new(states).unwrap_err();
-    assert!(matches!(refused(&[state(0.0), state(1.0)]), ParameterError::TooFew { value: 2, min: 3, .. }));
-    assert!(matches!(refused(&[0.0, 1.0, 2.0, 3.0].map(state)), ParameterError::OutOfRange { .. }));
-    let late = State { t: 1.0, ..state(0.0) };
-    assert!(matches!(refused(&[state(0.0), state(1.0), late]), ParameterError::Inconsistent { .. }));
-    assert!(matches!(refused(&[0.0, f64::NAN, 2.0].map(state)), ParameterError::NotFinite { .. }));
-    assert!(matches!(refused(&[0, 1, 2].map(|_| State::at_rest(0))), ParameterError::TooFew { .. }));
-    assert!(matches!(round(5, 1.0).with_nodes(8), Err(ParameterError::OutOfRange { .. })));
-    let line: Vec<State> = (0..50).map(|k| state(f64::from(k).sin())).collect();
-    assert!(matches!(rotation_number(&line), Err(ParameterError::NotPositive { .. })));
-    assert!(matches!(rotation_number(&line[..3]), Err(ParameterError::TooFew { min: 16, .. })));
-    // Points of period 3 determine 3 nodes and no more.
-    let three: Vec<State> = (0..90).map(|k| state((f64::from(k) * TAU / 3.0).cos())).collect();
-    let error = ClosedCurve::fit(&three, TAU / 3.0, 0.0, 5).unwrap_err();
-    assert!(matches!(error, CircleError::Unspread { points: 90, nodes: 5, .. }));
-    assert!(ClosedCurve::fit(&three, TAU / 3.0, 0.0, 3).is_ok());
-    let few = ClosedCurve::fit(&three[..4], 1.0, 0.0, 5).unwrap_err();
-    assert!(matches!(few, CircleError::Unspread { points: 4, .. }));
-    let none = ClosedCurve::fit(&[], 1.0, 0.0, 5).unwrap_err();
-    assert!(matches!(none, CircleError::Parameter(ParameterError::Empty { .. })));
-}
-
-#[test]
-fn invalid_settings_and_guesses() {
-    let guess = round(5, 0.5);
-    let parameter = |shooting: CircleShooting| match shooting.run(&TwoToneDuffing, &guess).unwrap_err() {
-        CircleError::Parameter(error) => error,
-        other => panic!("{other}"),
-    };
-    let new = CircleShooting::new;
-    assert!(matches!(parameter(new().nodes(4)), ParameterError::OutOfRange { .. }));
-    assert!(matches!(parameter(new().nodes(1)), ParameterError::TooFew { .. }));
-    assert!(matches!(parameter(new().nodes(65_535)), ParameterError::TooMany { .. }));
-    assert!(matches!(parameter(new().strobe(2)), ParameterError::TooMany { value: 2, max: 1, .. }));
-    assert!(matches!(parameter(new().between(0.0)), ParameterError::NotPositive { .. }));
-    assert!(matches!(parameter(new().flow_tolerance(1.0)), ParameterError::OutOfRange { .. }));
-    let loose = new().newton(Newton::new().tolerance(2.0)).run(&TwoToneDuffing, &guess).unwrap_err();
-    assert!(matches!(loose, CircleError::Root(RootError::Setting { .. })));
-    let point = round(5, 0.0);
-    let error = new().run(&TwoToneDuffing, &point).unwrap_err();
-    assert!(matches!(error, CircleError::Parameter(ParameterError::NotPositive { .. })));
-    let two = ClosedCurve::new(&[0.0, 1.0, 2.0].map(|q| State::new(0.0, &[q, 0.0], &[0.0, 0.0]))).unwrap();
-    let error = new().run(&TwoToneDuffing, &two).unwrap_err();
-    assert_eq!(error, CircleError::Coordinates { expected: 1, found: 2 });
-    assert!(error.last().is_none());
-    let mut three = Forced { frequencies: vec![1.0, 1.5, 2.5], phases: [0.0; 2], law: |q: f64, _: f64| -q };
-    let error = new().run(&three, &guess).unwrap_err();
-    assert!(matches!(error, CircleError::Parameter(ParameterError::Length { expected: 2, found: 3, .. })));
-    three.frequencies = vec![1.0, f64::NAN];
-    let error = new().run(&three, &guess).unwrap_err();
-    assert!(matches!(error, CircleError::Drives(QuasiPeriodicError::Frequency(_))));
-    let error = new().run_free(&van_der_pol(1.0, 0.0, 1.0), &guess, f64::NAN).unwrap_err();
-    assert!(matches!(error, CircleError::Parameter(ParameterError::NotFinite { .. })));
-    let taylor = new().flow_method(FlowMethod::Taylor).run(&TwoToneDuffing, &guess).unwrap_err();
-    assert!(matches!(
-        taylor,
-        CircleError::Flow { node: 0, error: IntegrateError::NoSeries { .. }, last: None }
-    ));
-}
-
-#[test]
-fn searches_that_fail_keep_the_last_iterate() {
-    let new = CircleShooting::new;
-    let model = van_der_pol(1.0, 0.0, TAU / 2.0);
-    let one =
-        new().newton(Newton::new().max_iterations(1)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
-    assert!(matches!(&one, CircleError::NotConverged { last } if last.history().len() == 2));
-    assert!(one.last().is_some_and(|last| last.curve().nodes() == 21 && last.residual_between().is_nan()));
-
-    let early = new().budget(Budget::new().steps(10)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
-    assert!(matches!(early, CircleError::Budget { exhausted: Exhausted::Steps { limit: 10 }, last: None }));
-    let late = new().budget(Budget::new().steps(2000)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
-    assert!(matches!(late, CircleError::Budget { last: Some(_), .. }), "{late}");
-
-    // Nothing restores the mean of a free mass.
-    let free = Forced { frequencies: vec![1.0, 3f64.sqrt()], phases: [0.0; 2], law: |_: f64, _: f64| 0.0 };
-    let error = new().run(&free, &round(5, 0.5)).unwrap_err();
-    assert!(matches!(error, CircleError::Singular { .. }), "{error}");
-
-    // A damped linear oscillator has no circle, only a periodic orbit.
-    let damped = Driven1 { amplitude: 1.0, omega: 2.3, law: |q: f64, v: f64| -q - 0.2 * v };
-    let error = new().run_free(&damped, &round(9, 1.0), 1.0).unwrap_err();
-    assert!(matches!(error, CircleError::Collapsed { share, .. } if share < 1e-9), "{error}");
-
-    let wall =
-        Driven1 { amplitude: 0.0, omega: 1.0, law: |q: f64, _: f64| if q > 1.0 { f64::NAN } else { -q } };
-    let error = new().run_free(&wall, &round(9, 2.0), 1.0).unwrap_err();
-    assert!(matches!(error, CircleError::Flow { node: 0, last: None, .. }), "{error}");
-
-    // An overdamped orbit has real multipliers.
-    let over = Driven1 { amplitude: 1.0, omega: 1.0, law: |q: f64, v: f64| -q - 3.0 * v };
-    let orbit = Shooting::new().run(&over, &[State::at_rest(1)]).unwrap();
-    let error = ClosedCurve::about(&orbit, 0.1, 11).unwrap_err();
-    assert!(matches!(error, CircleError::NoPair { largest } if largest < 1.0));
-    assert!(matches!(ClosedCurve::about(&orbit, 0.0, 11), Err(CircleError::Parameter(_))));
 }
 
 /// A spur pair whose load torque jumps with the angle of another shaft: drive edges at angles, a train with

@@ -39,7 +39,7 @@
 //! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
 //! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |
-//! | tori: balance in several angles; invariant circles | `tori`, `invariant_circles` |
+//! | tori: balance in several angles; invariant circles | `tori`, `invariant_circles`, `tori_errors` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
@@ -101,6 +101,7 @@ mod sweeps;
 mod taylor;
 mod teeth;
 mod tori;
+mod tori_errors;
 mod trains;
 mod variation;
 mod variation_hard_cases;

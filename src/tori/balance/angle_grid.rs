@@ -64,11 +64,11 @@ impl AngleGrid {
     }
 
     /// Σ_j z_j exp(-i k·θ_j) in place, without a factor.
-    pub(crate) fn to_spectrum(&mut self, z: &mut [Complex64]) {
+    pub(crate) fn analyse(&mut self, z: &mut [Complex64]) {
         self.transform(z, true);
     }
     /// Σ_k z_k exp(i k·θ_j) in place.
-    pub(crate) fn to_samples(&mut self, z: &mut [Complex64]) {
+    pub(crate) fn synthesise(&mut self, z: &mut [Complex64]) {
         self.transform(z, false);
     }
 
@@ -105,7 +105,7 @@ mod tests {
         let samples: Vec<Complex64> =
             (0..grid.len()).map(|j| Complex64::new((j as f64).sin(), (2.0 * j as f64).cos())).collect();
         let mut spectrum = samples.clone();
-        grid.to_spectrum(&mut spectrum);
+        grid.analyse(&mut spectrum);
         let mut angles = [0.0; 3];
         for k in [[0, 0, 0], [1, -1, 2], [-2, 1, -1], [3, 0, 4]] {
             let mut sum = Complex64::new(0.0, 0.0);
@@ -116,7 +116,7 @@ mod tests {
             }
             assert!((spectrum[grid.place(k.into_iter())] - sum).norm() < 1e-12);
         }
-        grid.to_samples(&mut spectrum);
+        grid.synthesise(&mut spectrum);
         assert!(spectrum.iter().zip(&samples).all(|(a, b)| (a / 60.0 - b).norm() < 1e-14));
     }
 

@@ -236,7 +236,7 @@ impl Torus {
         for (k, pair) in self.vectors.vectors().skip(1).zip(part[1..].chunks_exact(2)) {
             z[grid.place(k.iter().copied())] += num_complex::Complex64::new(pair[0], -pair[1]);
         }
-        grid.to_samples(&mut z); // the real part is the series
+        grid.synthesise(&mut z); // the real part is the series
         Ok(z.iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z.re), high.max(z.re)]))
     }

@@ -166,7 +166,7 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
                 self.buffer[*place] += c * (1.0 - share);
                 self.buffer[*mirror] += c.conj() * (1.0 + share);
             }
-            self.grid.to_samples(&mut self.buffer);
+            self.grid.synthesise(&mut self.buffer);
             for (point, z) in self.buffer.iter().enumerate() {
                 self.q[point * n + i] = z.re;
                 self.v[point * n + i] = z.im * fastest;
@@ -182,7 +182,7 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
             for (z, a) in self.buffer.iter_mut().zip(self.a.chunks_exact(n)) {
                 *z = Complex64::new(a[i], 0.0);
             }
-            self.grid.to_spectrum(&mut self.buffer);
+            self.grid.analyse(&mut self.buffer);
             self.read(out);
         }
         self.forces = forces;
@@ -292,8 +292,8 @@ impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
                 continue;
             }
             let (by_q, by_v) = both.split_at_mut(points);
-            self.grid.to_spectrum(by_q);
-            self.grid.to_spectrum(by_v);
+            self.grid.analyse(by_q);
+            self.grid.analyse(by_v);
             self.add_pair((pair / n, pair % n), by_q, by_v, out);
         }
         true

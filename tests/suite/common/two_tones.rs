@@ -1,7 +1,8 @@
-//! Models with two base frequencies.
+//! Models with two base frequencies, and with one and a motion of two.
 
 use crate::api::*;
 use num_complex::Complex64;
+use std::f64::consts::TAU;
 
 /// x'' + 0.1 x' + x + 0.2 x³ = 0.3 cos θ_1 + 0.2 cos θ_2, ω = (0.7, 0.7 √3).
 pub struct TwoToneDuffing;
@@ -201,5 +202,51 @@ impl QuasiPeriodic for SlippingPair {
         u[1] = -SlippingPair::LOAD - 5.5e-6 * share * centre.sin()
             + 2.2e-6 * share * (2.0 * centre).sin()
             + self.error * mesh.sin();
+    }
+}
+
+/// q'' = f(q, q') + p cos ωt: a model with one period.
+pub struct PeriodicallyForced<F> {
+    pub amplitude: f64,
+    pub omega: f64,
+    pub law: F,
+}
+
+impl<F: Fn(f64, f64) -> f64> Model for PeriodicallyForced<F> {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = (self.law)(q[0], v[0]) + self.amplitude * (self.omega * u[0]).cos();
+    }
+}
+
+impl<F: Fn(f64, f64) -> f64> Periodic for PeriodicallyForced<F> {
+    fn period(&self) -> f64 {
+        TAU / self.omega
+    }
+}
+
+/// q'' - ε (1 - q²) q' + q = p cos ωt.
+pub fn van_der_pol(epsilon: f64, amplitude: f64, omega: f64) -> PeriodicallyForced<impl Fn(f64, f64) -> f64> {
+    PeriodicallyForced { amplitude, omega, law: move |q: f64, v: f64| epsilon * (1.0 - q * q) * v - q }
+}
+
+pub fn round(nodes: usize, radius: f64) -> ClosedCurve {
+    let angle = |j: usize| TAU * j as f64 / nodes as f64;
+    let state = |j| State::new(0.0, &[radius * f64::cos(angle(j))], &[-radius * f64::sin(angle(j))]);
+    ClosedCurve::new(&(0..nodes).map(state).collect::<Vec<_>>()).unwrap()
+}
+
+pub fn within(highest: &[usize]) -> WaveVectors {
+    WaveVectors::within(highest).unwrap()
+}
+
+/// q'' + 0.1 q' + q + 0.2 q³ with two tones.
+pub fn duffing(phases: [f64; 2]) -> Forced<impl Fn(f64, f64) -> f64> {
+    Forced {
+        frequencies: vec![0.7, 0.7 * 3f64.sqrt()],
+        phases,
+        law: |q: f64, v: f64| -0.1 * v - q - 0.2 * q * q * q,
     }
 }
