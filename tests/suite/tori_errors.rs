@@ -172,7 +172,7 @@ fn rigid_stops_are_refused() {
             out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
         }
         fn impact(&self, _: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
-            v[0] = -0.5 * v[0];
+            v[0] *= -0.5;
             on == Piece::Lower
         }
     }

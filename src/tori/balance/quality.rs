@@ -4,8 +4,9 @@ use crate::excitation::side::Side;
 use crate::numeric::norms::largest;
 use crate::numeric::spread::weyl;
 use crate::ode::budget::{Exhausted, Meter};
-use crate::tori::balance::torus::Torus;
+use crate::tori::balance::torus::{Torus, rate};
 use crate::tori::balance::torus_equations::TorusEquations;
+use crate::tori::balance::wave_vectors::WaveVectors;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
 
@@ -83,15 +84,20 @@ impl Torus {
     /// The smallest |k·ω| of the kept vectors other than 0, and that vector: how close the base frequencies
     /// are to a resonance within the kept orders.
     pub fn smallest_rate(&self) -> (f64, Vec<i32>) {
-        let mut smallest = (f64::INFINITY, Vec::new());
-        for k in self.wave_vectors().vectors().skip(1) {
-            let rate = crate::tori::balance::torus::rate(k, self.frequencies()).abs();
-            if rate < smallest.0 {
-                smallest = (rate, k.to_vec());
-            }
-        }
-        smallest
+        smallest_rate(self.wave_vectors(), self.frequencies())
     }
+}
+
+/// The smallest |k·ω| of wave vectors other than 0, and its vector.
+pub(crate) fn smallest_rate(vectors: &WaveVectors, frequencies: &[f64]) -> (f64, Vec<i32>) {
+    let mut smallest = (f64::INFINITY, &[][..]);
+    for k in vectors.vectors().skip(1) {
+        let rate = rate(k, frequencies).abs();
+        if rate < smallest.0 {
+            smallest = (rate, k);
+        }
+    }
+    (smallest.0, smallest.1.to_vec())
 }
 
 /// Number of angles at which the equation is evaluated, per wave vector, and its limits.

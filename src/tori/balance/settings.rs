@@ -8,8 +8,8 @@ use crate::periodic::balance::equations::metered::Metered;
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
-use crate::tori::balance::quality::{aliasing, between};
-use crate::tori::balance::torus::{Torus, rate};
+use crate::tori::balance::quality::{aliasing, between, smallest_rate};
+use crate::tori::balance::torus::Torus;
 use crate::tori::balance::torus_equations::TorusEquations;
 use crate::tori::balance::torus_error::TorusError;
 use crate::tori::balance::wave_vectors::WaveVectors;
@@ -25,7 +25,8 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 ///
 /// With contacts that separate, q'' has kinks along curves on the torus. The grid does not locate them, and
 /// the coefficients converge with a power of the order. [`Torus::residual_between`] and [`Torus::aliasing`]
-/// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges.
+/// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges. The same holds for drives that
+/// jump.
 ///
 /// A rigid motion leaves its mean undetermined ([`TorusError::Undetermined`]): use relative coordinates.
 ///
@@ -184,16 +185,10 @@ impl TorusBalance {
             return Err(TorusError::RigidStop { contact });
         }
         let highest = frequencies.iter().fold(0.0f64, |m, w| m.max(*w));
-        let mut smallest = (f64::INFINITY, &[][..]);
-        for k in self.vectors.vectors().skip(1) {
-            let rate = rate(k, frequencies).abs();
-            if rate < smallest.0 {
-                smallest = (rate, k);
-            }
-        }
         let limit = self.separation * highest;
-        if smallest.0 < limit {
-            return Err(TorusError::Commensurate { vector: smallest.1.to_vec(), rate: smallest.0, limit });
+        let (rate, vector) = smallest_rate(&self.vectors, frequencies);
+        if rate < limit {
+            return Err(TorusError::Commensurate { vector, rate, limit });
         }
         Ok(())
     }

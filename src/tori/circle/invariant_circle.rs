@@ -65,7 +65,8 @@ impl InvariantCircle {
     pub fn range(&self) -> &[f64] {
         &self.ranges
     }
-    /// Largest |P(x(θ_j)) - x(θ_j + ρ)| at the nodes, as a share of the range `[1]`.
+    /// Largest |P(x(θ_j)) - x(θ_j + ρ)| at the nodes, as a share of the range `[1]`, or of 16 rounding errors
+    /// over the flow tolerance where that is larger.
     pub fn residual(&self) -> f64 {
         self.residual
     }
