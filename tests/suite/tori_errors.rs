@@ -210,6 +210,8 @@ fn curves_are_checked() {
     assert!(ClosedCurve::fit(&three, TAU / 3.0, 0.0, 3).is_ok());
     let few = ClosedCurve::fit(&three[..4], 1.0, 0.0, 5).unwrap_err();
     assert!(matches!(few, CircleError::Unspread { points: 4, .. }));
+    let empty = ClosedCurve::fit(&vec![State::at_rest(0); 9], 1.0, 0.0, 5).unwrap_err();
+    assert!(matches!(empty, CircleError::Parameter(ParameterError::TooFew { value: 0, min: 1, .. })));
     let none = ClosedCurve::fit(&[], 1.0, 0.0, 5).unwrap_err();
     assert!(matches!(none, CircleError::Parameter(ParameterError::Empty { .. })));
 }

@@ -32,6 +32,9 @@ impl ClosedCurve {
             return Err(ParameterError::Empty { name: "points".into(), min: nodes }.into());
         };
         let n = start.q.len();
+        if n == 0 {
+            return Err(ParameterError::TooFew { name: "coordinates".into(), value: 0, min: 1 }.into());
+        }
         points.iter().try_for_each(|point| point.check(n))?;
         // 1, then cos kθ and sin kθ.
         let basis = |theta: f64, at: usize| {
