@@ -28,6 +28,7 @@ mod stored;
 pub mod sweep;
 mod tape;
 pub mod teeth;
+pub mod tori;
 pub mod trains;
 
 pub use crate::analysis::contacts::rattle::{Rattle, RattleState};
@@ -117,6 +118,9 @@ pub use num_complex;
 /// - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
 ///   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
 ///   [`Stability`](periodic::Stability), [`Lyapunov`].
+/// - **Quasi-periodic motions** ([page](guide::tori)): [`TorusBalance`](tori::TorusBalance) for several base
+///   frequencies, [`CircleShooting`](tori::CircleShooting) for invariant circles with contact loss or of unknown
+///   rotation, [`WithShafts`](tori::WithShafts) for waves of further shafts.
 /// - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
 ///   [`Broyden`](roots::Broyden).
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
@@ -150,6 +154,8 @@ pub mod guide {
     pub mod teeth {}
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
+    #[doc = include_str!("../docs/tori.md")]
+    pub mod tori {}
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}
     #[doc = include_str!("../docs/sweeps.md")]

@@ -39,6 +39,7 @@
 //! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
 //! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |
+//! | tori: balance in several angles; invariant circles | `tori`, `invariant_circles`, `tori_errors` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
@@ -79,6 +80,7 @@ mod held_processes;
 mod impact_lists;
 mod impacts;
 mod input_ranges;
+mod invariant_circles;
 mod lane_sharing;
 mod laws;
 mod located_edges;
@@ -101,6 +103,8 @@ mod stored_results;
 mod sweeps;
 mod taylor;
 mod teeth;
+mod tori;
+mod tori_errors;
 mod trains;
 mod variation;
 mod variation_hard_cases;
@@ -126,5 +130,6 @@ mod api {
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::*;
     pub use gear_dynamics::teeth::*;
+    pub use gear_dynamics::tori::*;
     pub use gear_dynamics::*;
 }

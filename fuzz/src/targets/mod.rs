@@ -10,6 +10,7 @@ mod samples;
 pub mod shapes;
 pub mod sweeps;
 mod teeth;
+mod tori;
 mod trains;
 
 use crate::case::{Case, Run};
@@ -26,7 +27,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 41] = [
+pub const TARGETS: [Target; 43] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -57,6 +58,8 @@ pub const TARGETS: [Target; 41] = [
     target("observer", 20, flows::observers),
     target("stop", 20, flows::stopped),
     target("settle", 5, flows::settling),
+    target("torus", 5, tori::torus),
+    target("circle", 5, tori::circle),
     target("varying", 5, flows::varying),
     target("check", 20, flows::checks),
     target("shooting", 5, orbits::shooting),

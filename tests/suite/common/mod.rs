@@ -4,6 +4,7 @@
 pub mod family;
 pub mod oscillators;
 pub mod trains;
+pub mod two_tones;
 
 use crate::api::*;
 use serde::Serialize;

@@ -1,0 +1,152 @@
+//! Errors of invariant circles.
+
+use crate::error::ParameterError;
+use crate::ode::budget::Exhausted;
+use crate::ode::integrate_error::IntegrateError;
+use crate::roots::root::RootError;
+use crate::tori::circle::invariant_circle::InvariantCircle;
+use crate::tori::quasi_periodic::QuasiPeriodicError;
+use thiserror::Error;
+
+/// Errors of [`CircleShooting`](crate::tori::CircleShooting).
+///
+/// ```
+/// use gear_dynamics::{Model, Periodic, State, tori::{CircleError, CircleShooting, ClosedCurve}};
+/// struct VanDerPol; // q'' - (1 - q²) q' + q = 0: its circle needs more than 15 nodes
+/// impl Model for VanDerPol {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = (1.0 - q[0] * q[0]) * v[0] - q[0];
+///     }
+/// }
+/// impl Periodic for VanDerPol {
+///     fn period(&self) -> f64 { 2.0 }
+/// }
+/// let round = |j: usize| {
+///     let angle = std::f64::consts::TAU * j as f64 / 15.0;
+///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
+/// };
+/// let guess = ClosedCurve::new(&(0..15).map(round).collect::<Vec<_>>())?;
+/// let error = CircleShooting::new().run_free(&VanDerPol, &guess, 1.9).unwrap_err();
+/// let CircleError::Between { tolerance, last } = error else { panic!("the nodes are too few") };
+/// assert!(last.residual() < 1e-9 && last.residual_between() > tolerance);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CircleError {
+    /// A guess or a setting is not valid.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The drives of the model are not functions of its angles.
+    #[error(transparent)]
+    Drives(#[from] QuasiPeriodicError),
+    /// The guess has another number of coordinates than the model.
+    #[error("the curve has {found} coordinates and the model has {expected}: these numbers must be equal")]
+    Coordinates {
+        /// Number of coordinates of the model.
+        expected: usize,
+        /// Number of coordinates of the curve.
+        found: usize,
+    },
+    /// The points do not determine a curve with so many nodes: they are too few, or they repeat, as on an
+    /// orbit of a few periods.
+    #[error(
+        "{points} points at the rotation {rotation} do not determine {nodes} nodes: they are too few, or the \
+         motion is periodic"
+    )]
+    Unspread {
+        /// Number of points.
+        points: usize,
+        /// Rotation from point to point `[rad]`.
+        rotation: f64,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// The orbit has no pair of complex multipliers from which a circle could begin.
+    #[error("the orbit has no pair of complex multipliers: its largest multiplier has the modulus {largest}")]
+    NoPair {
+        /// Largest modulus of a multiplier `[1]`.
+        largest: f64,
+    },
+    /// An integration over one period of the map failed.
+    #[error("the integration from node {node} failed: {error}")]
+    Flow {
+        /// Index of the node, from 0. The midpoint after node j counts as node j.
+        node: usize,
+        /// Error of the integration.
+        error: IntegrateError,
+        /// The last iterate; `None` before the first evaluation.
+        last: Option<Box<InvariantCircle>>,
+    },
+    /// The equations do not determine the circle.
+    #[error(
+        "the equations of the circle are singular after {} iterations; unknown {unknown} of (states of the \
+         nodes, rotation) is determined least: the circle is at a bifurcation, or it is locked to a periodic \
+         orbit",
+        last.iterations()
+    )]
+    Singular {
+        /// Index of the unknown, from 0: node times components plus component.
+        unknown: usize,
+        /// The last iterate.
+        last: Box<InvariantCircle>,
+    },
+    /// Newton's method did not converge.
+    #[error(
+        "the circle did not converge in {} iterations: the largest residual is {} of the range",
+        last.iterations(), last.residual()
+    )]
+    NotConverged {
+        /// The last iterate; it is not a circle of the model.
+        last: Box<InvariantCircle>,
+    },
+    /// The iteration ended in a fixed point of the map.
+    #[error(
+        "the circle shrank to {share} of the guess, that is, to a periodic orbit: start with a larger \
+         amplitude or nearer to the circle"
+    )]
+    Collapsed {
+        /// Size of the circle over that of the guess `[1]`.
+        share: f64,
+        /// The circle.
+        last: Box<InvariantCircle>,
+    },
+    /// The equations are satisfied at the nodes, but not between them.
+    #[error(
+        "the residual between the nodes is {} of the range and at most {tolerance} is accepted: {} nodes are \
+         too few",
+        last.residual_between(), last.curve().nodes()
+    )]
+    Between {
+        /// Largest accepted residual between the nodes `[1]`.
+        tolerance: f64,
+        /// The circle: its equations are satisfied at the nodes.
+        last: Box<InvariantCircle>,
+    },
+    /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
+    #[error("the search for the circle stopped: {exhausted}")]
+    Budget {
+        /// The limit that was reached.
+        exhausted: Exhausted,
+        /// The last iterate; `None` before the first evaluation.
+        last: Option<Box<InvariantCircle>>,
+    },
+    /// Another error of the root finder, for example of its settings.
+    #[error(transparent)]
+    Root(RootError),
+}
+
+impl CircleError {
+    /// The last iterate, if the iteration began.
+    pub fn last(&self) -> Option<&InvariantCircle> {
+        match self {
+            CircleError::Flow { last, .. } | CircleError::Budget { last, .. } => last.as_deref(),
+            CircleError::Singular { last, .. }
+            | CircleError::NotConverged { last }
+            | CircleError::Collapsed { last, .. }
+            | CircleError::Between { last, .. } => Some(last),
+            _ => None,
+        }
+    }
+}

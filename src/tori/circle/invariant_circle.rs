@@ -1,0 +1,94 @@
+//! Invariant circles.
+
+use crate::model::equations::State;
+use crate::periodic::flow::flow_method::FlowMethod;
+use crate::tori::circle::closed_curve::ClosedCurve;
+
+/// P(x(θ)) = x(θ + ρ): an invariant circle of the stroboscopic map P, a section of a torus.
+///
+/// ```
+/// use gear_dynamics::{Model, Periodic, State, tori::{CircleShooting, ClosedCurve}};
+/// struct VanDerPol; // q'' - 0.1 (1 - q²) q' + q = 0, strobed at the period 2
+/// impl Model for VanDerPol {
+///     fn dof(&self) -> usize { 1 }
+///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+///         a[0] = 0.1 * (1.0 - q[0] * q[0]) * v[0] - q[0];
+///     }
+/// }
+/// impl Periodic for VanDerPol {
+///     fn period(&self) -> f64 { 2.0 }
+/// }
+/// let round = |j: usize| {
+///     let angle = std::f64::consts::TAU * j as f64 / 25.0;
+///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
+/// };
+/// let guess = ClosedCurve::new(&(0..25).map(round).collect::<Vec<_>>())?;
+/// let circle = CircleShooting::new().run_free(&VanDerPol, &guess, 2.0)?;
+/// // The frequency is 1 - ε²/16 + 17 ε⁴/3072 with ε = 0.1 (Linstedt and Poincaré).
+/// let frequency = 1.0 - 0.01 / 16.0 + 17e-4 / 3072.0;
+/// assert!((circle.rotation() - 2.0 * frequency).abs() < 1e-7);
+/// assert!(circle.residual_between() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct InvariantCircle {
+    pub(crate) curve: ClosedCurve,
+    pub(crate) rotation: f64,
+    pub(crate) period: f64,
+    pub(crate) ranges: Vec<f64>,
+    pub(crate) residual: f64,
+    pub(crate) between: f64,
+    pub(crate) history: Vec<f64>,
+    pub(crate) crossings: u64,
+    pub(crate) method: FlowMethod,
+}
+
+impl InvariantCircle {
+    /// The circle as a closed curve: its nodes and the interpolation between them.
+    pub fn curve(&self) -> &ClosedCurve {
+        &self.curve
+    }
+    /// The state at θ `[rad]`. With two base frequencies θ is the angle that is not strobed.
+    pub fn at(&self, theta: f64) -> State {
+        self.curve.at(theta)
+    }
+    /// Rotation ρ over one period of the map `[rad]`.
+    pub fn rotation(&self) -> f64 {
+        self.rotation
+    }
+    /// Period of the map, in the time unit of the model.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+    /// Units of the residuals: the range of motion of each coordinate, then of each velocity, over one period
+    /// from the guess.
+    pub fn range(&self) -> &[f64] {
+        &self.ranges
+    }
+    /// Largest |P(x(θ_j)) - x(θ_j + ρ)| at the nodes, as a share of the range `[1]`, or of 16 rounding errors
+    /// over the flow tolerance where that is larger.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+    /// Largest |P(x(θ)) - x(θ + ρ)| midway between the nodes, as a share of the range `[1]`: the error of the
+    /// interpolation in one step of the map. NaN for an iterate that did not converge.
+    pub fn residual_between(&self) -> f64 {
+        self.between
+    }
+    /// The largest residual of every iterate, the guess first. NaN where an integration failed.
+    pub fn history(&self) -> &[f64] {
+        &self.history
+    }
+    /// Number of Newton corrections.
+    pub fn iterations(&self) -> usize {
+        self.history.len().saturating_sub(1)
+    }
+    /// Number of tooth edges crossed in one period from all nodes together.
+    pub fn crossings(&self) -> u64 {
+        self.crossings
+    }
+    /// The method of the integration.
+    pub fn flow_method(&self) -> FlowMethod {
+        self.method
+    }
+}

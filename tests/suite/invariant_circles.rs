@@ -1,0 +1,310 @@
+//! Invariant circles: against the balance, long runs and closed forms.
+
+use crate::api::*;
+use crate::common::two_tones::{SlippingPair, TwoToneDuffing, round, van_der_pol};
+use crate::data::read;
+use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+
+/// Strobed states of a settled run, with time 0, and the time of the first.
+fn strobed<M: Model>(
+    model: &M,
+    start: &State,
+    period: f64,
+    settle: usize,
+    count: usize,
+) -> (Vec<State>, f64) {
+    let solver = Dop853::new().rtol(1e-11).atol(1e-14);
+    let first = solver.end(model, start, start.t + period * settle as f64).unwrap();
+    let times: Vec<f64> = (0..count).map(|k| first.t + period * k as f64).collect();
+    let run = solver.sample(model, &first, &times).unwrap();
+    ((0..count).map(|k| State { t: 0.0, ..run.state(k) }).collect(), first.t)
+}
+
+#[test]
+fn duffing_circle_equals_the_torus() {
+    let reference = &read("periodic_orbits.json")["extra"]["duffing_two_tone_torus"];
+    let torus = TorusBalance::new(WaveVectors::within(&[17, 17]).unwrap())
+        .solve_from(&TwoToneDuffing, &[0.0])
+        .unwrap();
+    let coarse = torus.on(&WaveVectors::within(&[3, 3]).unwrap());
+    for strobe in [0, 1] {
+        let shooting = CircleShooting::new().strobe(strobe).between(1e-10);
+        let circle = shooting.run(&TwoToneDuffing, &coarse.section(strobe, 41).unwrap()).unwrap();
+        assert!((circle.at(0.0).q[0] - reference["x0"].as_f64().unwrap()).abs() < 2e-12);
+        assert!((circle.at(0.0).v[0] - reference["v0"].as_f64().unwrap()).abs() < 2e-12);
+        for i in 0..20 {
+            let mut angles = [0.3 * f64::from(i); 2];
+            angles[strobe] = 0.0;
+            let (a, b) = (circle.at(angles[1 - strobe]), torus.at(&angles));
+            // The torus of 17 orders is accurate to 1e-10.
+            assert!((a.q[0] - b.q[0]).abs() < 3e-10 && (a.v[0] - b.v[0]).abs() < 3e-10);
+        }
+        assert!(circle.residual() < 1e-11 && circle.residual_between() < 1e-11);
+        let expected = TAU * if strobe == 0 { 3f64.sqrt() - 1.0 } else { 1.0 / 3f64.sqrt() };
+        assert!((circle.rotation() - expected).abs() < 1e-14);
+        assert_eq!((circle.crossings(), circle.flow_method()), (0, FlowMethod::Dop853));
+        assert_eq!(circle.history().len(), circle.iterations() + 1);
+    }
+}
+
+/// A larger flow tolerance is met by a larger tolerance of Newton's method, and the error follows it.
+#[test]
+fn flow_tolerance_determines_the_error() {
+    let vectors = WaveVectors::within(&[17, 17]).unwrap();
+    let torus = TorusBalance::new(vectors).solve_from(&TwoToneDuffing, &[0.0]).unwrap();
+    let guess = torus.on(&WaveVectors::within(&[3, 3]).unwrap()).section(0, 31).unwrap();
+    for tolerance in [1e-6, 1e-8, 1e-10] {
+        let circle = CircleShooting::new()
+            .flow_tolerance(tolerance)
+            .between(1.0)
+            .run(&TwoToneDuffing, &guess)
+            .unwrap();
+        let miss = (circle.at(1.0).q[0] - torus.at(&[0.0, 1.0]).q[0]).abs();
+        assert!(miss < 10.0 * tolerance, "{tolerance}: {miss:e} {:e}", circle.residual_between());
+    }
+}
+
+/// The residual between the nodes decreases geometrically on a smooth circle.
+#[test]
+fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
+    let pair = SlippingPair::new(3.3, 6.8e-6 / 6.2e-4);
+    let torus = TorusBalance::new(WaveVectors::within(&[5, 60]).unwrap()).solve_from(&pair, &[-1.1]).unwrap();
+    // Measured: residuals 8.0e-5, 1.8e-8, 1.4e-12; errors 8.8e-6, 1.2e-9, 4.2e-10, the last that of the torus.
+    for (nodes, between, error) in [(41, 1e-4, 1e-5), (81, 2e-8, 2e-9), (161, 1e-11, 5e-10)] {
+        let shooting = CircleShooting::new().between(1e-3);
+        let circle = shooting.run(&pair, &torus.section(0, nodes).unwrap()).unwrap();
+        assert!(circle.residual_between() < between, "{}", circle.residual_between());
+        let mut most = 0.0f64;
+        for i in 0..20 {
+            let theta = 0.31 * f64::from(i);
+            let miss = (circle.at(theta).q[0] - torus.at(&[0.0, theta]).q[0]).abs();
+            most = most.max(miss);
+        }
+        assert!(most < error, "{nodes}: {most}");
+        assert_eq!(circle.crossings(), 0);
+    }
+}
+
+/// Teeth that lose contact, with incommensurate orders of mesh and centre, against a long run.
+#[test]
+fn gear_pair_that_loses_contact_against_a_long_run() {
+    let pair = SlippingPair::new(0.45, 6.8e-6 / 6.2e-4);
+    let period = TAU / pair.mesh;
+    let (points, first) = strobed(&pair, &SlippingPair::start(), period, 200, 400);
+    let rho = TAU * pair.centre / pair.mesh;
+    let theta = |k: usize| pair.centre * first + rho * k as f64;
+    let guess = ClosedCurve::fit(&points, rho, theta(0), 41).unwrap();
+    // Measured: residuals 6.3e-4, 9.8e-5, 2.4e-5 and errors 7.7e-4, 2.9e-4, 2.3e-5.
+    for (nodes, residual, error) in [(41, 8e-4, 1e-3), (81, 1.2e-4, 4e-4), (161, 3e-5, 3e-5)] {
+        let circle = CircleShooting::new().nodes(nodes).between(1e-3).run(&pair, &guess).unwrap();
+        let between = circle.residual_between();
+        assert!(between < residual && between > 0.3 * residual, "{nodes}: {between}");
+        assert!(circle.residual() < 1e-9 && circle.crossings() == 2 * nodes as u64);
+        let miss = |k: usize| (circle.at(theta(k)).q[0] - points[k].q[0]).abs();
+        let largest = (0..points.len()).map(miss).fold(0.0, f64::max);
+        assert!(largest < error, "{nodes}: {largest}");
+    }
+    // The default of 1e-6 is not met: the error holds the circle.
+    let error = CircleShooting::new().nodes(81).run(&pair, &guess).unwrap_err();
+    let CircleError::Between { tolerance, last } = &error else { panic!("{error}") };
+    assert_eq!((*tolerance, last.curve().nodes()), (1e-6, 81));
+    assert!(error.last().is_some_and(|last| last.residual() < 1e-9 && last.residual_between() > 5e-5));
+}
+
+/// Without a force the circle is the limit cycle, and ρ is the strobe period over that of the cycle. The
+/// period for ε = 1, 6.663 286 859 323 130, was computed by Taylor series of order 34 with 30 digits.
+#[test]
+fn limit_cycle_of_van_der_pol() {
+    let model = van_der_pol(1.0, 0.0, TAU / 2.0);
+    let circle = CircleShooting::new().between(1e-9).run_free(&model, &round(101, 2.0), 1.9).unwrap();
+    assert!((circle.rotation() - TAU * 2.0 / 6.663_286_859_323_13).abs() < 1e-11, "{}", circle.rotation());
+    assert!(circle.residual_between() < 1e-9 && circle.period() == 2.0);
+    // Fewer nodes resolve less, and say so.
+    let coarse = CircleShooting::new().between(0.1).run_free(&model, &round(41, 2.0), 1.9).unwrap();
+    assert!(coarse.residual_between() > 1e-5 && coarse.curve().highest_share() > 1e-5);
+}
+
+/// A circle of a forced van der Pol oscillator near the Neimark-Sacker point, started from the periodic orbit.
+#[test]
+fn circle_from_an_orbit_at_a_neimark_sacker_point() {
+    let model = van_der_pol(0.2, 0.8, 0.6);
+    let orbit = Shooting::new().run(&model, &[State::at_rest(1)]).unwrap();
+    assert!(orbit.multipliers().largest() > 1.0);
+    let (guess, rho) = ClosedCurve::about(&orbit, 0.2, 41).unwrap();
+    let circle = CircleShooting::new().between(1e-7).run_free(&model, &guess, rho).unwrap();
+    let (points, _) = strobed(&model, &State::new(0.0, &[1.0], &[0.0]), model.period(), 400, 3000);
+    let found = rotation_number(&points).unwrap();
+    let apart = |a: f64, b: f64| (a - b).abs().min((TAU - a - b).abs());
+    assert!(apart(found, circle.rotation().rem_euclid(TAU)) < 1e-8, "{found} {}", circle.rotation());
+    // Every strobed state lies on the circle.
+    for point in points.iter().step_by(97) {
+        let distance = |theta: f64| {
+            let s = circle.at(theta);
+            (s.q[0] - point.q[0]).hypot(s.v[0] - point.v[0])
+        };
+        let mut best = (0..400)
+            .map(|i| TAU * f64::from(i) / 400.0)
+            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+            .unwrap();
+        let mut step = TAU / 400.0;
+        while step > 1e-12 {
+            let there = [best - step, best, best + step];
+            best = there.into_iter().min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap();
+            step *= 0.7;
+        }
+        assert!(distance(best) < 1e-7, "{}", distance(best));
+    }
+    // To first order the rotation is that of the multiplier.
+    assert!((circle.rotation() - rho).abs() < 0.2);
+}
+
+/// A self-excited tooth pair that loses contact: a circle of unknown rotation with kinks, from its own points.
+#[test]
+fn self_excited_pair_that_loses_contact() {
+    struct Chatter;
+    impl Chatter {
+        fn force(piece: Piece, q: f64) -> [f64; 2] {
+            match piece {
+                Piece::Lower => [q + 1.0, 1.0],
+                Piece::Gap => [0.0, 0.0],
+                Piece::Upper => [q - 1.0, 1.0],
+            }
+        }
+        fn piece(q: f64) -> Piece {
+            if q < -1.0 {
+                Piece::Lower
+            } else if q > 1.0 {
+                Piece::Upper
+            } else {
+                Piece::Gap
+            }
+        }
+    }
+    impl Model for Chatter {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            self.accel_on_pieces(&[Chatter::piece(q[0])], u, q, v, a);
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            let force = Chatter::force(Chatter::piece(q[0]), q[0])[0];
+            out[0] = Contact {
+                deflection: q[0],
+                rate: v[0],
+                lower: -1.0,
+                upper: 1.0,
+                force,
+                ..Contact::default()
+            };
+        }
+        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+            let drive = 0.1 * (1.7 * u[0]).cos() - 1.0;
+            a[0] = drive + 0.2 * (1.0 - v[0] * v[0]) * v[0] - Chatter::force(pieces[0], q[0])[0];
+            true
+        }
+        fn jacobian(
+            &self,
+            pieces: Option<&[Piece]>,
+            _: &[f64],
+            q: &[f64],
+            v: &[f64],
+            out: &mut Jacobian,
+        ) -> bool {
+            let piece = pieces.map_or(Chatter::piece(q[0]), |pieces| pieces[0]);
+            (out.q[(0, 0)], out.v[(0, 0)]) = (-Chatter::force(piece, q[0])[1], 0.2 - 0.6 * v[0] * v[0]);
+            true
+        }
+    }
+    impl Periodic for Chatter {
+        fn period(&self) -> f64 {
+            TAU / 1.7
+        }
+    }
+    let (points, _) = strobed(&Chatter, &State::new(0.0, &[-1.5], &[0.0]), Chatter.period(), 100, 1000);
+    let rho = rotation_number(&points).unwrap();
+    let guess = ClosedCurve::fit(&points[..400], rho, 0.0, 61).unwrap();
+    // Measured: 4.6e-5 and 1.6e-5 of the range; rotation apart by 5e-7 and 5e-8.
+    let mut before = f64::INFINITY;
+    for (nodes, apart) in [(61, 1e-6), (121, 1e-7)] {
+        let circle =
+            CircleShooting::new().nodes(nodes).between(1e-3).run_free(&Chatter, &guess, rho).unwrap();
+        assert!(circle.crossings() > 0 && circle.residual_between() < 0.5 * before);
+        before = circle.residual_between();
+        assert!((circle.rotation() - rho).abs() < apart);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// More nodes do not change the curve, and points on the curve determine it.
+    #[test]
+    fn curves_do_not_depend_on_their_nodes(
+        values in prop::collection::vec(-1.0..1.0f64, 14), theta in 0.0..TAU, rho in 0.5..2.5f64
+    ) {
+        let states: Vec<State> = values.chunks(2).map(|y| State::new(0.0, &[y[0]], &[y[1]])).collect();
+        let curve = ClosedCurve::new(&states).unwrap();
+        let fine = curve.with_nodes(15).unwrap();
+        prop_assert!((curve.at(theta).q[0] - fine.at(theta).q[0]).abs() < 1e-13);
+        let back = fine.with_nodes(7).unwrap();
+        prop_assert!((back.at(theta).v[0] - curve.at(theta).v[0]).abs() < 1e-13);
+        let h = 1e-6;
+        let slope = (curve.at(theta + h).q[0] - curve.at(theta - h).q[0]) / (2.0 * h);
+        prop_assert!((curve.derivative(theta).q[0] - slope).abs() < 1e-7);
+        let points: Vec<State> = (0..300).map(|k| curve.at(theta + rho * f64::from(k))).collect();
+        if let Ok(fit) = ClosedCurve::fit(&points, rho, theta, 7) {
+            prop_assert!((fit.at(1.0).q[0] - curve.at(1.0).q[0]).abs() < 1e-8);
+        }
+    }
+}
+
+/// A spur pair whose load torque jumps with the angle of another shaft: drive edges at angles, a train with
+/// Taylor series, and sections at either angle.
+#[test]
+fn train_with_a_load_of_another_shaft() {
+    let mut parts = Parts::new();
+    let stiffness = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]]).unwrap());
+    let mesh = MeshPart::external([1, 1], [1.0, 1.0], stiffness).damping(0.1).half_backlash(1.0);
+    parts.body("driver", Body::new(2.0).restrained(0.5, 1.0)).body("driven", Body::new(2.0));
+    parts.mesh("mesh", "driver", "driven", mesh);
+    parts.torque("drive torque", "driver", 0.4).torque("load torque", "driven", 0.4);
+    let train = parts.accept(Warning::UnusualValue).build("driver", 0.7).unwrap();
+    let slot = train.slot("load torque").unwrap();
+    let (omega, step) =
+        (0.35 * (5f64.sqrt() - 1.0), Wave::new(RectangularWave::new(-0.05, 0.05, 0.5).unwrap()));
+    let model = WithShafts::new(train).add(slot, omega, step).unwrap();
+    assert_eq!(model.rule().waves(), 1);
+    // 40 time constants 1/ζ.
+    let settled = Dop853::new()
+        .rtol(1e-11)
+        .atol(1e-14)
+        .end(&model, &State::new(0.0, &[0.7, 0.7], &[0.0, 0.0]), 800.0)
+        .unwrap();
+    let times: Vec<f64> = (0..100).map(|k| (TAU / omega) * (90.0 + f64::from(k))).collect();
+    let run = Dop853::new().rtol(1e-12).atol(1e-14).sample(&model, &settled, &times).unwrap();
+    let points: Vec<State> = (0..100).map(|k| State { t: 0.0, ..run.state(k) }).collect();
+    let (rho, first) = (TAU * 0.7 / omega, 0.7 * times[0]);
+    let guess = ClosedCurve::fit(&points, rho, first, 31).unwrap();
+    // The series of the added wave end at its jumps.
+    let by_series = Taylor::new().rtol(1e-12).atol(1e-15).end(&model, &settled, settled.t + 50.0).unwrap();
+    let by_steps = Dop853::new().rtol(1e-12).atol(1e-15).end(&model, &settled, settled.t + 50.0).unwrap();
+    assert!((by_series.q[0] - by_steps.q[0]).abs() < 1e-10);
+    // Sections of constant load are smooth circles over the mesh angle.
+    let circle = CircleShooting::new().strobe(1).nodes(61).between(1e-8).run(&model, &guess).unwrap();
+    // Measured: 1.1e-13.
+    assert!(circle.residual_between() < 1e-11 && circle.crossings() == 0);
+    for (k, point) in points.iter().enumerate() {
+        let there = circle.at(first + rho * k as f64);
+        assert!((there.q[0] - point.q[0]).abs() < 1e-8, "{k} {:e}", there.q[0] - point.q[0]);
+    }
+    let other = ClosedCurve::new(&[1, 2, 3].map(|i| circle.at(f64::from(i)))).unwrap();
+    // Sections over the angle of the load have a corner where the load jumps.
+    let other = CircleShooting::new().nodes(61).between(0.1).run(&model, &other).unwrap();
+    assert!(other.residual_between() > 1e-3, "{}", other.residual_between()); // measured: 5.3e-3
+    assert!((other.at(0.0).q[0] - circle.at(0.0).q[0]).abs() < 0.05 * circle.range()[0]);
+}
