@@ -95,7 +95,8 @@ impl Continuation {
         let meter = Rc::new(self.budget.begin());
         let unit = self.unit();
         let curve = OrbitCurve::new(family, (p, unit), orbit, &self.shooting, meter)?;
-        Ok(Engine { curve, unit, tolerance: self.shooting.correction_tolerance(), max_corrections: 10 })
+        let tolerance = self.shooting.correction_tolerance();
+        Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
     }
 
     /// Follows a curve from a point.
@@ -281,12 +282,18 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
         let mut found = Vec::new();
         for change in &changes.all {
-            let located = match self.engine.locate(a, next, step, &mut test_of(*change)) {
+            self.engine.at_crossing = *change == Change::Branch;
+            let located = self.engine.locate(a, next, step, &mut test_of(*change));
+            self.engine.at_crossing = false;
+            let located = match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,
                 _ => return Ok(Err(unlocated(*change))),
             };
-            let kind = self.kind(*change, &reached.measured);
+            let kind = match self.kind(*change, &reached.measured) {
+                PointKind::Branch if self.engine.curve.is_symmetric(&located) => PointKind::SymmetryBreaking,
+                kind => kind,
+            };
             found.push((self.engine.distance(a, &located), located, kind));
         }
         let dips = match &self.before {

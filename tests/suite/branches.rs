@@ -2,11 +2,16 @@
 
 use crate::common::family::{Oscillator, oscillator};
 use crate::common::oscillators::CubicChain;
+use crate::common::stored;
 use crate::data::read;
-use gear_dynamics::Shooting;
-use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, ByFunction, Continuation};
+use gear_dynamics::branches::{
+    Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, ByFunction, Continuation,
+    Sensitivity,
+};
 use gear_dynamics::model::{Machine, State};
+use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::Stability;
+use gear_dynamics::{Budget, ParameterError, Shooting};
 
 /// Bifurcations of a case in periodic_orbits.json: kind and parameter.
 fn reference(case: &str) -> Vec<(String, f64)> {
@@ -173,4 +178,172 @@ fn amplitude_of_doubled_orbits() {
     let shares: Vec<f64> = doubled.points()[..4].iter().map(share).collect();
     println!("{shares:?}");
     assert!(shares.iter().all(|s| (s / shares[0] - 1.0).abs() < 0.02));
+}
+
+/// Multipliers do not depend on the number of segments: they agree within the sum of their stated errors, and
+/// the located points agree.
+#[test]
+fn multipliers_and_points_for_any_number_of_segments() {
+    let model =
+        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)]);
+    let mut first: Option<Branch> = None;
+    for segments in [1, 2, 5, 16, 64] {
+        let shooting = Shooting::new().segments(segments);
+        let range = Continuation::new(0.6, 1.0).max_step(0.1).shooting(shooting);
+        let branch = follow(&model, &range);
+        assert_eq!(branch.points()[0].orbit.states().len(), segments);
+        let first = first.get_or_insert_with(|| branch.clone());
+        for (kind, point) in branch.located() {
+            let other = first.of_kind(kind.name());
+            let near = other.iter().min_by(|a, b| {
+                (a.parameter - point.parameter).abs().total_cmp(&(b.parameter - point.parameter).abs())
+            });
+            let near = near.unwrap();
+            let apart = |k: usize| (near.multipliers.values()[k] - point.multipliers.values()[k]).norm();
+            let (largest, bound) =
+                (apart(0).max(apart(1)), near.multipliers.error() + point.multipliers.error());
+            println!("{segments} {kind}: {:.1e} {largest:.1e} {bound:.1e}", near.parameter - point.parameter);
+            assert!((near.parameter - point.parameter).abs() < 1e-11);
+            assert!(largest <= bound + 1e-11, "{largest} {bound}");
+        }
+    }
+}
+
+/// A branch is stopped, stored, read and resumed: the points are those of one run.
+#[test]
+fn a_branch_is_stored_and_resumed() {
+    let model =
+        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let range = Continuation::new(0.5, 1.1).bounds(0.2, 1.2);
+    let start = [State::new(0.0, &[1.1], &[0.0])];
+    let whole = range.run(&family, &start).unwrap();
+    let mut following = range.begin(&family, &start).unwrap();
+    following.by_ref().take(30).for_each(drop);
+    assert_eq!(following.branch().points().len(), 30);
+    let stored: Branch = stored(&following.into_branch());
+    assert_eq!(stored.end(), &BranchEnd::Open);
+    let rest = range.resume(&family, &stored).unwrap().finish();
+    assert_eq!(rest.points()[0].arclength, stored.points()[29].arclength);
+    let all: Vec<f64> =
+        [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
+    for (ours, theirs) in all.iter().zip(whole.of_kind("fold")) {
+        assert!((ours - theirs.parameter).abs() < 1e-11);
+    }
+    assert_eq!(all.len(), 2);
+    assert_eq!(rest.end(), &BranchEnd::Bound);
+}
+
+/// In both directions from the middle, the points are in order along the branch.
+#[test]
+fn both_ways() {
+    let model = oscillator(&[
+        ("cubic", 0.1),
+        ("linear", 1.0),
+        ("force", 0.18),
+        ("damping", 0.05),
+        ("half backlash", 9.0),
+    ]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let range = Continuation::new(1.0, 1.6).bounds(0.5, 1.6).both_ways();
+    let branch = range.run(&family, &[State::at_rest(1)]).unwrap();
+    let ends = [&branch.points()[0], &branch.points()[branch.points().len() - 1]];
+    assert_eq!(ends.map(|point| point.parameter), [0.5, 1.6]);
+    assert!(branch.points().windows(2).all(|two| two[0].arclength < two[1].arclength));
+    assert_eq!(branch.of_kind("fold").len(), 2);
+    // The table has a row per point and the figures of the points.
+    let table = branch.table().unwrap();
+    assert_eq!(table.len(), branch.points().len());
+    assert_eq!(table.column("deflection peak-to-peak").unwrap()[0], branch.points()[0].peak_to_peak());
+    assert!(branch.to_string().contains("fold"));
+}
+
+/// The symmetric orbits of a Duffing oscillator lose their symmetry at a branch point, onto which the
+/// continuation switches in both directions.
+#[test]
+fn symmetry_breaking() {
+    let model = oscillator(&[
+        ("cubic", 1.0),
+        ("linear", 1.0),
+        ("force", 10.0),
+        ("damping", 0.2),
+        ("half backlash", 99.0),
+    ]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let range = Continuation::new(2.2, 1.0).bounds(0.9, 2.4);
+    let start =
+        Shooting::new().run(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+    let branch = range.run(&family, start.states()).unwrap();
+    println!("{branch}");
+    let point = branch.of_kind("symmetry-breaking")[0];
+    for way in [1.0, -1.0] {
+        let other = range.clone().max_points(6).switch(&family, point, way).unwrap();
+        let last = other.points().last().unwrap();
+        assert!(last.summaries[0].mean.abs() > 1e-3 && last.summaries[0].mean * way != 0.0);
+        println!("{way}: {} mean {}", last.parameter, last.summaries[0].mean);
+    }
+    // At the crossing the equations determine the asymmetry to the root of their accuracy only.
+    assert!(point.summaries[0].mean.abs() < 1e-6);
+    let finer = range.clone().max_step(0.03).run(&family, start.states()).unwrap();
+    let apart = finer.of_kind("symmetry-breaking")[0].parameter - point.parameter;
+    println!("{apart:.1e}");
+    assert!(apart.abs() < 1e-10);
+}
+
+/// Every refusal and every end by its name.
+#[test]
+fn refusals_and_ends() {
+    let model = oscillator(&[
+        ("cubic", 0.1),
+        ("linear", 1.0),
+        ("force", 0.18),
+        ("damping", 0.05),
+        ("half backlash", 9.0),
+    ]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let rest = [State::at_rest(1)];
+    let refused = |range: Continuation| range.run(&family, &rest).unwrap_err();
+    assert_eq!(refused(Continuation::new(1.0, 1.0)), BranchError::EmptyRange { value: 1.0 });
+    let reversed = refused(Continuation::new(1.0, 1.2).bounds(2.0, 0.5));
+    assert_eq!(reversed, BranchError::Bounds { low: 2.0, high: 0.5, start: 1.0 });
+    assert!(matches!(refused(Continuation::new(1.0, 1.2).bounds(1.1, 1.5)), BranchError::Bounds { .. }));
+    assert!(matches!(refused(Continuation::new(f64::NAN, 1.2)), BranchError::Parameter(_)));
+    assert!(matches!(refused(Continuation::new(1.0, 1.2).first_step(0.0)), BranchError::Parameter(_)));
+    assert!(matches!(
+        refused(Continuation::new(1.0, 1.2).measure(&["q7"])),
+        BranchError::Curve(_) | BranchError::Parameter(_)
+    ));
+    let no_orbit =
+        Continuation::new(1.0, 1.2).shooting(Shooting::new().max_iterations(1)).run(&family, &rest);
+    assert!(matches!(no_orbit, Err(BranchError::Start(_))));
+    // Ends: what was computed is kept.
+    let range = Continuation::new(0.5, 1.6);
+    let points = range.clone().max_points(7).run(&family, &rest).unwrap();
+    assert_eq!((points.end(), points.points().len()), (&BranchEnd::Points { limit: 7 }, 7));
+    let spent = range.clone().budget(Budget::new().steps(2000)).run(&family, &rest).unwrap();
+    assert!(matches!(spent.end(), BranchEnd::Exhausted(Exhausted::Steps { limit: 2000 })));
+    assert!(spent.points().len() > 3);
+    let coarse = range.clone().min_step(0.04).max_step(0.05).first_step(0.05).run(&family, &rest).unwrap();
+    assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. } | BranchEnd::Bound), "{}", coarse.end());
+    // A family that fails beyond a parameter.
+    let short = ByFunction::new("speed", "1", |speed| {
+        if speed > 0.8 {
+            let (name, allowed) = ("speed".into(), "at most 0.8");
+            return Err(ParameterError::OutOfRange { name, value: speed, allowed });
+        }
+        model.with("speed", speed)
+    });
+    let ended = range.run(&short, &rest).unwrap();
+    assert!(matches!(ended.end(), BranchEnd::Model { parameter, .. } if *parameter > 0.8), "{}", ended.end());
+    assert!((ended.points().last().unwrap().parameter - 0.8).abs() < 1e-6);
+    // Switching where no branch crosses; resuming nothing.
+    let fold = points.points()[0].clone();
+    assert!(matches!(range.switch(&family, &fold, 1.0), Err(BranchError::NoPoint { .. })));
+    let twice = ByConstants::new(&model, ["speed", "speed"]);
+    assert!(matches!(twice.err(), Some(ParameterError::Twice { .. })));
+    let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
+    assert!(matches!(Continuation::new(0.18, 0.2).boundary(&plane, &fold), Err(BranchError::NoPoint { .. })));
+    let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
+    let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
+    assert!(matches!(none, Err(BranchError::NoConstants)));
 }

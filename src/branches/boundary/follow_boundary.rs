@@ -83,7 +83,8 @@ impl Continuation {
         let other_unit = self.unit();
         let curve = BoundaryCurve { slice: &slice, orbits, boundary, unit, other_unit, range };
         let tolerance = self.shooting.correction_tolerance();
-        let mut engine = Engine { curve, unit: other_unit, tolerance, max_corrections: 12 };
+        let mut engine =
+            Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();
         let mut first = engine.start(x.insert_row(n, p), self.from)?;
         if heading < 0.0 {

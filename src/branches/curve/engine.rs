@@ -53,10 +53,15 @@ pub(crate) struct Engine<C> {
     /// Largest accepted last correction `[1]`.
     pub(crate) tolerance: f64,
     pub(crate) max_corrections: usize,
+    /// Whether a crossing of branches is being located.
+    pub(crate) at_crossing: bool,
 }
 
 /// A correction below this that no longer decreases is noise of the integration.
 const NOISE: f64 = 1e-9;
+
+/// Residual, in units of the motion, of solved equations next to a branch point.
+const SOLVED: f64 = 1e-12;
 
 /// A correction that exceeds the one before by this factor ends the corrections.
 const GROWS: f64 = 2.0;
@@ -134,7 +139,10 @@ impl<C: Curve> Engine<C> {
             let before = corrections.last().copied().unwrap_or(f64::INFINITY);
             corrections.push(size);
             let stalled = size > 0.5 * before;
-            if size <= self.tolerance || (stalled && size <= NOISE) {
+            // Next to a branch point the equations hardly determine one direction: corrections along it do not
+            // decrease as they do elsewhere.
+            let solved = self.at_crossing && linear.residual.amax().max(behind.abs()) <= SOLVED;
+            if size <= self.tolerance || solved || (stalled && size <= NOISE) {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());

@@ -88,6 +88,10 @@ const LOOSER: f64 = 100.0;
 /// A unit above the range by more than this factor is a bound by rounding.
 const RAISED: f64 = 1.0 + 1e-9;
 
+/// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
+/// orbit.
+const SYMMETRIC: f64 = 1e-6;
+
 /// Step of the differences, as a share of the unit of the parameter.
 const STEP: f64 = 1e-6;
 
@@ -333,6 +337,17 @@ impl OrbitMethod for OrbitCurve<'_> {
 
     fn measure(&self, point: &CurvePoint<Passage>, channels: &[String]) -> Result<Measured, CurveError> {
         measure(self, point.p, &point.solution, channels)
+    }
+
+    fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {
+        let (start, half) =
+            (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
+        let later = self.model(point.p).ok().zip(self.orbit(point).ok());
+        let later = later.and_then(|(model, (orbit, _))| orbit.at(&&*model, start.t + half).ok());
+        later.is_some_and(|later| {
+            let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
+            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
+        })
     }
 
     fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {

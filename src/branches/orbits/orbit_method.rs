@@ -26,6 +26,8 @@ pub(crate) trait OrbitMethod: Curve {
         point: &CurvePoint<Self::Solution>,
         channels: &[String],
     ) -> Result<Measured, CurveError>;
+    /// Whether x(t + T/2) = -x(t) along the orbit of a point.
+    fn is_symmetric(&self, point: &CurvePoint<Self::Solution>) -> bool;
     /// Takes the ranges of motion of an accepted point as units.
     fn set_ranges(&mut self, ranges: Vec<f64>);
 }

@@ -75,7 +75,7 @@ impl<'m> CircleEquations<'m> {
         let ranges = sizes.ranges();
         let units: Vec<f64> = ranges.iter().zip(&noise).map(|(range, noise)| range.max(*noise)).collect();
         let expansion =
-            strobed.with(0.0, t, |model| Expansion::new(model, width, method)).map_err(|e| (0, e))?;
+            strobed.with(0.0, t, |model| Expansion::new(model, width, &[], method)).map_err(|e| (0, e))?;
         let rotation = strobed.rotation();
         let guess = if rotation.is_some() {
             [Vec::new(), Vec::new()]
@@ -141,7 +141,7 @@ impl<'m> CircleEquations<'m> {
     ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
         self.strobed.with(theta, self.t, |model: &dyn Model| {
             let flow =
-                Tangent::new(model, self.units.len(), &self.units, self.flow_tolerance, &self.expansion);
+                Tangent::new(model, self.units.len(), &[], &self.units, self.flow_tolerance, &self.expansion);
             transition(&flow, self.flow_tolerance, start, self.t + self.strobed.period(), self.meter)
         })
     }
