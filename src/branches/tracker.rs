@@ -282,9 +282,10 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
         let mut found = Vec::new();
         for change in &changes.all {
-            self.engine.at_crossing = *change == Change::Branch;
-            let located = self.engine.locate(a, next, step, &mut test_of(*change));
-            self.engine.at_crossing = false;
+            let located = match *change {
+                Change::Branch => self.engine.locate_crossing(a, next, step, &mut test_of(*change)),
+                _ => self.engine.locate(a, next, step, &mut test_of(*change)),
+            };
             let located = match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,

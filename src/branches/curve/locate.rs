@@ -11,6 +11,15 @@ const CLOSE: f64 = 1e-11;
 /// Maximum number of points computed to locate one.
 const MAX: usize = 80;
 
+/// Places beside a crossing of branches, in steps.
+const BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+
+/// Length of these steps, as a share of the step between the points `[1]`.
+const BESIDE_STEP: f64 = 0.02;
+
+/// Largest residual of an interpolated solution `[1]`.
+const INTERPOLATED: f64 = 1e-9;
+
 /// (√5 - 1)/2.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -100,6 +109,56 @@ impl<C: Curve> Engine<C> {
     ) -> Result<CurvePoint<C::Solution>, CurveError> {
         let (x, p) = between.at(sigma);
         self.correct(between.a, &between.a.tangent, sigma, x, p)
+    }
+
+    /// The crossing of branches between `a` and `b`, at which `test` changes its sign.
+    ///
+    /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
+    /// four values of the test beside the crossing, and the solution is interpolated in the same way.
+    pub(crate) fn locate_crossing(
+        &mut self,
+        a: &CurvePoint<C::Solution>,
+        b: &CurvePoint<C::Solution>,
+        ds: f64,
+        test: &mut Test<'_, C>,
+    ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
+        self.at_crossing = true;
+        let rough = self.locate(a, b, ds, test);
+        self.at_crossing = false;
+        let Some(rough) = rough? else { return Ok(None) };
+        let (between, middle) = (Between::new(a, b, ds), self.distance(a, &rough));
+        let mut beside = Vec::with_capacity(BESIDE.len());
+        for place in BESIDE {
+            let sigma = middle + place * BESIDE_STEP * ds;
+            let point = self.point_at(&between, sigma)?;
+            let Some(value) = test(self, &point) else { return Ok(None) };
+            beside.push((place, value, point));
+        }
+        let weights = |z: f64| -> Vec<f64> {
+            let weight = |i: usize| {
+                let others = (0..BESIDE.len()).filter(|&j| j != i);
+                others.map(|j| (z - BESIDE[j]) / (BESIDE[i] - BESIDE[j])).product()
+            };
+            (0..BESIDE.len()).map(weight).collect()
+        };
+        let value =
+            |z: f64| -> f64 { weights(z).iter().zip(&beside).map(|(w, (_, value, _))| w * value).sum() };
+        let ends = [BESIDE[0], BESIDE[BESIDE.len() - 1]];
+        let [low, high] = ends.map(|z| [z, value(z)]);
+        if (low[1] > 0.0) == (high[1] > 0.0) {
+            return Ok(Some(rough));
+        }
+        let mut brent = Brent::new(low, high, CLOSE);
+        while let Some(z) = brent.next() {
+            brent.take(z, value(z));
+        }
+        let weights = weights(brent.best());
+        let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
+        let x =
+            weights.iter().zip(&beside).fold(rough.x.clone() * 0.0, |x, (w, (.., point))| x + &point.x * *w);
+        let linear = self.curve.linearise(&x, p)?;
+        let solved = linear.residual.amax() <= INTERPOLATED;
+        Ok(Some(if solved { CurvePoint { x, p, solution: linear.solution, ..rough } } else { rough }))
     }
 
     /// The two points between `a` and `b` at which `test` changes its sign and changes it back; empty if the
