@@ -118,6 +118,9 @@ pub use num_complex;
 /// - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
 ///   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
 ///   [`Stability`](periodic::Stability), [`Lyapunov`].
+/// - **Branches of periodic orbits** ([page](guide::branches)): [`Continuation`](branches::Continuation) over a
+///   parameter with located bifurcations, boundaries over two parameters, [`Sensitivity`](branches::Sensitivity)
+///   to all constants, [`Fit`](branches::Fit), [`Least`](branches::Least).
 /// - **Quasi-periodic motions** ([page](guide::tori)): [`TorusBalance`](tori::TorusBalance) for several base
 ///   frequencies, [`CircleShooting`](tori::CircleShooting) for invariant circles with contact loss or of unknown
 ///   rotation, [`WithShafts`](tori::WithShafts) for waves of further shafts.
@@ -154,6 +157,8 @@ pub mod guide {
     pub mod teeth {}
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
+    #[doc = include_str!("../docs/branches.md")]
+    pub mod branches {}
     #[doc = include_str!("../docs/tori.md")]
     pub mod tori {}
     #[doc = include_str!("../docs/models.md")]

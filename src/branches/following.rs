@@ -7,15 +7,15 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// A continuation that yields its points one by one, from [`Continuation::begin`].
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{ByConstant, Continuation}};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// use gear_dynamics::{State, branches::{ByConstant, Continuation}, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = ByConstant::new(&pair, "speed")?;
-/// let continuation = Continuation::new(100.0, 120.0);
-/// let mut following = continuation.begin(&family, &[pair.static_start()?])?;
-/// following.by_ref().take_while(|point| point.parameter < 102.0).for_each(drop);
+/// let continuation = Continuation::new(0.6, 0.7);
+/// let mut following = continuation.begin(&family, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// following.by_ref().take_while(|point| point.parameter < 0.62).for_each(drop);
 /// let first = following.into_branch(); // stopped
 /// let rest = continuation.resume(&family, &first)?;
-/// assert_eq!(rest.last().ok_or("a point")?.parameter, 120.0);
+/// assert_eq!(rest.last().ok_or("a point")?.parameter, 0.7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Following<'f, O = ShootingOrbit> {

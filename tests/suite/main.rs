@@ -36,6 +36,9 @@
 //! | harmonic balance: sampling, orders above the kept ones | `balance_sampling` |
 //! | harmonic balance: error and its estimates (long) | `balance_error_estimates` |
 //! | multiple shooting | `shooting` |
+//! | branches: located points, switching, ends, storing | `branches` |
+//! | branches: boundaries over two parameters | `branch_boundaries` |
+//! | branches: derivatives, fits, least figures | `branch_sensitivities` |
 //! | derivative of the flow, saltation matrices | `variation`, `variation_hard_cases`, `impacts` |
 //! | multipliers in closed form | `floquet` |
 //! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |

@@ -48,11 +48,15 @@ impl fmt::Display for Turn {
 /// [`Continuation::boundary`](crate::branches::Continuation::boundary).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{ByConstant, ByConstants, Continuation, PointKind}};
-/// let pair = NfgPair::new(&NfgParams { speed: 135.0, ..NfgParams::table1() })?;
+/// use gear_dynamics::{State, branches::{ByConstant, ByConstants, Continuation}, trains::SpurPair};
+/// // Constant stiffness and an inertia force: teeth separate where A W² = F √((1 - W²)² + (2 ζ W)²).
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
 /// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(135.0, 137.0).run(&family, &[pair.static_start()?])?;
-/// assert!(branch.of_kind("grazing").is_empty()); // teeth stay in contact there
+/// let branch = Continuation::new(0.7, 0.85).run(&family, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
+/// let line = Continuation::new(0.1, 0.12).boundary(&plane, branch.of_kind("grazing")[0])?;
+/// let [w, c] = line.points().last().ok_or("a point")?.parameters;
+/// assert!((0.05 * w * w - 0.1 * ((1.0 - w * w).powi(2) + (c * w).powi(2)).sqrt()).abs() < 1e-10);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

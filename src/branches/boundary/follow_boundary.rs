@@ -172,6 +172,11 @@ impl Follower<'_> {
             };
             step = self.engine.distance(&self.last, &on_bound);
             next = on_bound;
+            if let Some(bound) = bounds[1] {
+                next.p = bound;
+            } else if let Some(bound) = bounds[0] {
+                next.x[n] = bound;
+            }
         }
         let slopes = [&self.last, &next].map(|point| [point.tangent[n], point.slope()]);
         if slopes[0][1] * slopes[1][1] < 0.0 {

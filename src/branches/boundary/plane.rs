@@ -80,8 +80,8 @@ impl Plane for ByConstants<'_> {
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, branches::{ByFunctionOfTwo, Plane}};
-/// let plane = ByFunctionOfTwo::new([("speed", "rad/s"), ("load", "N m")], |[speed, load_torque]| {
-///     NfgPair::new(&NfgParams { speed, load_torque, ..NfgParams::table1() })
+/// let plane = ByFunctionOfTwo::new([("speed", "rad/s"), ("load", "N m")], |[speed, load]: [f64; 2]| {
+///     NfgPair::new(&NfgParams { speed, ..NfgParams::table1() })?.with("load torque", load)
 /// });
 /// assert_eq!(plane.at([100.0, 20.0])?.dof(), 1);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -17,14 +17,14 @@ use std::cell::RefCell;
 /// in order along it: each orbit is found from its neighbour.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{Figure, Fit}};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let fit = Fit::new("speed", "deflection", Figure::Mean).over("load torque", 10.0, 60.0);
-/// // The response of the pair with a load of 40 N m, from a fit that starts at 30 N m:
-/// let loaded = pair.with("load torque", 40.0)?;
-/// let measured = fit.response(&loaded, &[100.0, 105.0], &[loaded.static_start()?])?;
-/// let found = fit.run(&pair, &[(100.0, measured[0]), (105.0, measured[1])], &[pair.static_start()?])?;
-/// assert!((found.constants[0].1 - 40.0).abs() < 1e-4);
+/// use gear_dynamics::{State, branches::{Figure, Fit}, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.6)?;
+/// let fit = Fit::new("speed", "deflection", Figure::PeakToPeak).over("mesh damping", 0.02, 0.5);
+/// // The damping of a pair from its response at two speeds. The search starts at a damping of 0.1.
+/// let guess = [State::new(0.0, &[1.1], &[0.0])];
+/// let measured = fit.response(&pair.with("mesh damping", 0.16)?, &[0.6, 0.7], &guess)?;
+/// let found = fit.run(&pair, &[(0.6, measured[0]), (0.7, measured[1])], &guess)?;
+/// assert!((found.constants[0].1 - 0.16).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

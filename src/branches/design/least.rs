@@ -17,11 +17,11 @@ use std::cell::RefCell;
 /// found; at a change of the contact sequence the figure has a kink.   Source: Kraft (1988), as in NLopt.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{Figure, Least}};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let least = Least::new("deflection", Figure::PeakToPeak).over("load torque", 20.0, 40.0);
-/// let best = least.run(&pair, &[pair.static_start()?])?;
-/// assert_eq!(best.constants[0], ("load torque".into(), 20.0)); // the smallest load moves the teeth least
+/// use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
+/// let least = Least::new("deflection", Figure::PeakToPeak).over("mesh damping", 0.02, 0.3);
+/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// assert!((best.constants[0].1 - 0.3).abs() < 1e-9); // the largest damping moves the teeth least
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -37,10 +37,10 @@ pub struct Least {
 /// The result of [`Least`] or [`Fit`](crate::branches::Fit).
 ///
 /// ```
-/// # use gear_dynamics::{NfgPair, NfgParams, branches::{Figure, Least}};
-/// # let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// # let least = Least::new("deflection", Figure::Rms).over("load torque", 20.0, 40.0);
-/// let best = least.run(&pair, &[pair.static_start()?])?;
+/// # use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
+/// # let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
+/// # let least = Least::new("deflection", Figure::Max).over("mesh damping", 0.02, 0.3);
+/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
 /// assert!(best.value > 0.0 && best.evaluations < 20);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -10,12 +10,12 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// [`ShootingOrbit`] or [`FourierOrbit`](crate::periodic::FourierOrbit).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, RattleState, branches::{ByConstant, Continuation}};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+/// use gear_dynamics::{RattleState, State, branches::{ByConstant, Continuation}, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(100.0, 101.0).run(&family, &[pair.static_start()?])?;
+/// let branch = Continuation::new(0.6, 0.65).run(&family, &[State::new(0.0, &[1.1], &[0.0])])?;
 /// let point = branch.points().last().ok_or("a point")?;
-/// assert_eq!((point.parameter, point.rattle[0]), (101.0, RattleState::None));
+/// assert_eq!((point.parameter, point.rattle[0]), (0.65, RattleState::None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

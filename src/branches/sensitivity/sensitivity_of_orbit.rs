@@ -25,13 +25,12 @@ use std::rc::Rc;
 /// sequence of the given orbit.   Source: Serban & Petzold (2000); Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, Shooting, branches::Sensitivity};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let orbit = Shooting::new().run(&pair, &[pair.static_start()?])?;
+/// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
+/// let orbit = Shooting::new().run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
 /// let slopes = Sensitivity::of(&pair, &orbit, &["deflection"])?;
-/// let load = slopes.place("load torque")?;
-/// // Teeth stay in contact: the mean deflection is proportional to the mean load.
-/// assert!(slopes.mean("deflection")?[load] < 0.0);
+/// // Teeth stay in contact: the mean deflection is half the backlash plus a static deflection.
+/// assert!((slopes.mean("deflection")?[slopes.place("mesh half backlash")?] - 1.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
