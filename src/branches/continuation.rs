@@ -136,7 +136,7 @@ impl Continuation {
             return Ok(forward);
         }
         let start = &forward.points[0];
-        let back = self.from_orbit(family, start.parameter, &start.orbit, -self.heading())?.finish();
+        let back = self.begin_at(family, start.parameter, &start.orbit, -self.heading())?.finish();
         Ok(back.reversed_before(forward))
     }
 
@@ -154,7 +154,7 @@ impl Continuation {
         let model = family.at(self.from)?;
         let orbit = self.shooting.run(&*model, guess)?;
         drop(model);
-        self.from_orbit(family, self.from, &orbit, self.heading())
+        self.begin_at(family, self.from, &orbit, self.heading())
     }
 
     /// Continues a branch from its last point in the direction in which it was followed. The result begins
@@ -170,7 +170,7 @@ impl Continuation {
         self.check()?;
         let none = BranchError::NoPoint { what: "a branch without points cannot be resumed" };
         let last = branch.points.last().ok_or(none)?;
-        let mut following = self.from_orbit(family, last.parameter, &last.orbit, branch.heading)?;
+        let mut following = self.begin_at(family, last.parameter, &last.orbit, branch.heading)?;
         following.tracker.shift(last.arclength);
         Ok(following)
     }

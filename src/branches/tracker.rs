@@ -12,7 +12,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::detect::{Change, Compared, changes};
 use crate::branches::points::kind::PointKind;
-use crate::branches::points::tests::{Values, dips, doubling, torus};
+use crate::branches::points::test_functions::{Values, dips, doubling, torus};
 use crate::error::ParameterError;
 use crate::model::equations::Model;
 use crate::periodic::multipliers::Multipliers;
@@ -69,7 +69,7 @@ const FEW: usize = 6;
 
 impl Continuation {
     /// A continuation from an orbit. `heading`: sign of the first change of the parameter.
-    pub(crate) fn from_orbit<'f>(
+    pub(crate) fn begin_at<'f>(
         &'f self,
         family: &'f dyn Family,
         p: f64,

@@ -5,7 +5,7 @@ use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::measure;
 use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage, Slopes};
-use crate::branches::points::tests::{doubling, fold, torus};
+use crate::branches::points::test_functions::{doubling, fold, torus};
 use nalgebra::{DMatrix, DVector};
 
 /// What vanishes along a boundary.

@@ -167,6 +167,9 @@ impl Space {
     }
 }
 
+/// Returns the value of an objective and its gradient at a place in the box.
+pub(crate) type Evaluate<'e> = dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), DesignError> + 'e;
+
 /// A place and the value of the objective there.
 pub(crate) struct Found {
     pub(crate) x: Vec<f64>,
@@ -180,7 +183,7 @@ pub(crate) fn minimise(
     start: &[f64],
     tolerance: f64,
     max_evaluations: usize,
-    evaluate: &dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), DesignError>,
+    evaluate: &Evaluate<'_>,
 ) -> Result<Found, DesignError> {
     struct Progress {
         best: Option<(Vec<f64>, f64)>,

@@ -125,10 +125,10 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
             let mut before = step.t0();
             let c = self.at(step, contact, before);
             let mut rates = [relative(&c, 0).1, relative(&c, 1).1];
-            for edge in 0..2 {
+            for (edge, rate) in rates.iter().enumerate() {
                 // A rate that jumps, at a kink of an edge.
                 let last = self.last[contact][edge];
-                if last * rates[edge] < 0.0 {
+                if last * rate < 0.0 {
                     self.keep(contact, edge, last > 0.0, before, relative(&c, edge).0);
                 }
             }
@@ -139,12 +139,12 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
                     step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64)
                 };
                 let c = self.at(step, contact, t);
-                for edge in 0..2 {
+                for (edge, last) in rates.iter_mut().enumerate() {
                     let rate = relative(&c, edge).1;
-                    if rates[edge] * rate < 0.0 {
-                        self.refine(step, contact, edge, [before, rates[edge]], [t, rate]);
+                    if *last * rate < 0.0 {
+                        self.refine(step, contact, edge, [before, *last], [t, rate]);
                     }
-                    rates[edge] = rate;
+                    *last = rate;
                 }
                 before = t;
             }

@@ -2,7 +2,7 @@
 
 use crate::branches::curve::engine::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::points::tests::{below, outside, pairs_outside};
+use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::periodic::multipliers::Multipliers;
 
 /// A change between two points that is to be located.

@@ -3,4 +3,4 @@
 pub(crate) mod branch_point;
 pub(crate) mod detect;
 pub(crate) mod kind;
-pub(crate) mod tests;
+pub(crate) mod test_functions;

@@ -70,12 +70,15 @@ pub(crate) struct Derivatives {
     pub(crate) at: Vec<f64>,
 }
 
+/// Place, weight and ratio of the periods of a neighbour, and its probe.
+type Placed<'g> = ([f64; 3], Probe<'g, dyn Model + 'g>);
+
 /// Observer of the tangent flow.
 struct Gather<'g> {
     quantities: &'g [Quantity],
     base: Probe<'g, dyn Model + 'g>,
     /// For each constant the places, weights and ratios of the periods of its neighbours, with their probes.
-    probes: Vec<Vec<([f64; 3], Probe<'g, dyn Model + 'g>)>>,
+    probes: Vec<Vec<Placed<'g>>>,
     /// -T'/T for each constant.
     speeds: Vec<f64>,
     n: usize,

@@ -6,7 +6,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::measure::measure;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
-use crate::branches::points::tests::{doubling, torus};
+use crate::branches::points::test_functions::{doubling, torus};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, along_direction, constants_of};

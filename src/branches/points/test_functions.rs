@@ -49,6 +49,9 @@ pub(crate) fn torus(multipliers: &Multipliers) -> Option<f64> {
     complex.map(|m| m.norm_sqr() - 1.0).min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
+/// Reads one test.
+type Read = fn(&Values) -> Option<f64>;
+
 /// The values of all test functions at a point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Values {
@@ -75,8 +78,8 @@ impl Values {
 pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     let [before, a, b] = values;
     let mut found = Vec::new();
-    let all = |f: fn(&Values) -> Option<f64>| Some([f(before)?, f(a)?, f(b)?]);
-    let single: [(Change, fn(&Values) -> Option<f64>); 3] = [
+    let all = |f: Read| Some([f(before)?, f(a)?, f(b)?]);
+    let single: [(Change, Read); 3] = [
         (Change::Fold, |v| Some(v.slope).filter(|slope| slope.abs() > VERTICAL)),
         (Change::PeriodDoubling, |v| v.doubling),
         (Change::NeimarkSacker, |v| v.torus),
@@ -119,7 +122,7 @@ fn nears_zero([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::branches::points::tests::nears_zero;
+    use crate::branches::points::test_functions::nears_zero;
 
     #[test]
     fn parabolas_that_touch_zero_are_noticed() {
