@@ -103,6 +103,12 @@ pub enum ParameterError {
         /// The value of largest magnitude among those it is computed from.
         value: f64,
     },
+    /// A matrix does not determine an unknown.
+    #[error("the matrix is singular: it does not determine unknown {unknown}")]
+    Singular {
+        /// Index of the unknown, from 0.
+        unknown: usize,
+    },
     /// A ring has an odd number of ordinary external meshes and cannot turn.
     #[error(
         "a closed ring of {gears} ordinary external meshes cannot turn: each mesh reverses the rotation, so \

@@ -22,4 +22,5 @@ pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::multipliers::{Multipliers, Stability};
 pub use crate::periodic::shooting::failure::{Iterate, ShootingError};
 pub use crate::periodic::shooting::multiple::Shooting;
+pub use crate::periodic::shooting::recorded::RecordedOrbit;
 pub use crate::periodic::shooting::shooting_orbit::ShootingOrbit;

@@ -39,6 +39,10 @@ pub trait Residual {
     }
     /// Writes ∂r_i/∂x_j to every stored entry. `false`: not available; differences are used instead. Default:
     /// `false`.
+    ///
+    /// Without a Jacobian each one costs two residuals per unknown, and its relative error is about 1e-10 for
+    /// residuals that are exact to rounding: Newton's method then converges linearly with that factor. A root at
+    /// which the Jacobian is nearly singular is found less accurately.
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
         let _ = (x, out);
         false

@@ -407,3 +407,41 @@ fn bad_guesses() {
         Err(ShootingError::Flow { segment: 0, .. })
     ));
 }
+
+/// A recorded orbit replays what an integration observes, at all instants, and gives its series.
+#[test]
+fn a_recorded_orbit_needs_no_further_integration() {
+    let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.05 * 0.5625, stiffness: 0.0 };
+    let orbit = Shooting::new().run(&model, &[State::new(0.0, &[1.0], &[0.25])]).unwrap();
+    assert_eq!(orbit.crossings(), 2);
+    let recorded = orbit.record(&model).unwrap();
+    let figures = |replayed: bool| {
+        let (mut statistics, mut rattle) =
+            (Statistics::new(&model, &["q1", "mesh force"]).unwrap(), Rattle::new(&model));
+        let mut both = (&mut statistics, &mut rattle);
+        if replayed {
+            recorded.replay(&mut both)
+        } else {
+            orbit.observe(&model, &mut both).unwrap();
+        }
+        let [q, f] = ["q1", "mesh force"].map(|name| statistics.summary(name).unwrap());
+        [q.mean, q.rms, q.max, q.min, f.mean, f.rms, rattle.contact(0).loss_fraction()]
+    };
+    for (a, b) in figures(true).into_iter().zip(figures(false)) {
+        assert!((a - b).abs() < 1e-11, "{a} {b}");
+    }
+    for i in 0..200 {
+        let t = 0.3 + 0.171 * f64::from(i);
+        let (a, b) = (recorded.at(t).unwrap(), orbit.at(&model, t).unwrap());
+        assert!((a.q[0] - b.q[0]).abs() < 1e-11 && (a.v[0] - b.v[0]).abs() < 1e-11, "{t}: {a:?} {b:?}");
+    }
+    let switches = recorded.switches();
+    assert_eq!(switches.len(), 2);
+    for (t, _) in switches {
+        assert!((recorded.at(t).unwrap().q[0] - 1.0).abs() < 1e-12);
+    }
+    let series = recorded.fourier(&Harmonics::up_to(40)).unwrap();
+    let mean = figures(true)[0];
+    assert!((series.coefficients(0)[0] - mean).abs() < 1e-9);
+    assert!(recorded.at(f64::NAN).is_err());
+}

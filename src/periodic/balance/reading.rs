@@ -40,18 +40,33 @@ impl FourierOrbit {
         }
         let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
         let run = integrator.sample(model, start, &times)?;
+        let samples: Vec<f64> =
+            (0..n).flat_map(|j| (0..m).map(move |s| (j, s))).map(|(j, s)| run.q(s)[j]).collect();
+        Ok(FourierOrbit::of_samples_from(start.t / span, harmonics, span, n, &samples))
+    }
+
+    /// The series of `n` coordinates from uniform samples over one span from t = 0, those of one coordinate
+    /// after those of the other.
+    pub(crate) fn of_samples(harmonics: &Harmonics, span: f64, n: usize, samples: &[f64]) -> Self {
+        FourierOrbit::of_samples_from(0.0, harmonics, span, n, samples)
+    }
+
+    /// [`of_samples`](FourierOrbit::of_samples) for samples that start at the time `start` over the span.
+    fn of_samples_from(start: f64, harmonics: &Harmonics, span: f64, n: usize, samples: &[f64]) -> Self {
+        let m = samples.len() / n.max(1);
         let mut transform = Transform::new(m);
         let mut coefficients = vec![0.0; n * harmonics.unknowns()];
         for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
-            let mut buffer: Vec<Complex64> = (0..m).map(|s| run.q(s)[j].into()).collect();
+            let mut buffer: Vec<Complex64> =
+                samples[j * m..(j + 1) * m].iter().map(|q| (*q).into()).collect();
             transform.analyse(&mut buffer);
             for (i, &order) in harmonics.orders().iter().enumerate() {
-                // The run starts at `start.t`, the series at t = 0.
-                let turn = Complex64::cis(-TAU * (order as f64 * (start.t / span)).fract());
+                // The samples start at `start`, the series at t = 0.
+                let turn = Complex64::cis(-TAU * (order as f64 * start).fract());
                 write(&mut part[harmonics.place(i)..], order, unpack(&buffer, order).0 * turn);
             }
         }
-        Ok(FourierOrbit::of(harmonics, span, coefficients, n))
+        FourierOrbit::of(harmonics, span, coefficients, n)
     }
 
     /// Finds the orbit of the equation near this series by multiple shooting, to 1e-12 of its range, with its

@@ -4,5 +4,6 @@ pub(crate) mod cyclic;
 pub(crate) mod failure;
 pub(crate) mod guess;
 pub(crate) mod multiple;
+pub(crate) mod recorded;
 pub(crate) mod segments;
 pub(crate) mod shooting_orbit;
