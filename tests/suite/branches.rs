@@ -1,7 +1,7 @@
 //! Branches of periodic orbits: located points against the reference, and against closed forms.
 
 use crate::common::family::{Oscillator, oscillator};
-use crate::common::oscillators::CubicChain;
+use crate::common::oscillators::{CubicChain, Idler};
 use crate::common::stored;
 use crate::data::read;
 use gear_dynamics::branches::{
@@ -346,4 +346,32 @@ fn refusals_and_ends() {
     let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));
+}
+
+/// Folds and period doublings of an idler train with two meshes.
+#[test]
+fn idler_of_the_classics() {
+    let file = read("classic_orbits.json");
+    let case = &file["multi_dof"]["idler_inphase"];
+    let family = ByFunction::new("speed", "1", |omega| Ok(Idler { omega, phase: 0.0 }));
+    let start = [State::new(0.0, &[1.1, 1.12], &[0.0; 2])];
+    let branch = Continuation::new(0.5, 2.4).max_step(0.1).run(&family, &start).unwrap();
+    let of = |key: &str, kind: &str| -> Vec<(String, f64)> {
+        let mut list: Vec<f64> =
+            case[key].as_array().unwrap().iter().map(|point| point["W"].as_f64().unwrap()).collect();
+        list.sort_by(f64::total_cmp);
+        list.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        list.into_iter().map(|w| (kind.to_owned(), w)).collect()
+    };
+    let mut all = [of("folds", "fold"), of("period_doublings", "period-doubling")].concat();
+    // The reference holds one end of the window at 0.92 twice. Orbits on both sides show the other end.
+    let near = |point: &&BranchPoint| (point.parameter - 0.93).abs() < 1e-3;
+    let other = branch.of_kind("period-doubling").into_iter().find(near).unwrap();
+    let beyond = |omega: f64| {
+        let orbit = Shooting::new().again(&Idler { omega, phase: 0.0 }, &other.orbit).unwrap();
+        orbit.multipliers().values().iter().any(|m| m.im == 0.0 && m.re < -1.0)
+    };
+    assert_ne!(beyond(other.parameter - 1e-5), beyond(other.parameter + 1e-5));
+    all.push(("period-doubling".into(), other.parameter));
+    compare(&branch, &all, 1e-9);
 }
