@@ -38,16 +38,42 @@ impl Factors {
 
     /// LU factors of a dense matrix, with pivots from the whole column.
     fn of_dense(values: &[f64], n: usize) -> Result<Self, Floating> {
-        let (found, factors) = if n <= SMALL {
-            let lu = nalgebra::LU::new(DMatrix::from_column_slice(n, n, values));
-            let u = lu.lu_internal();
-            (floating(n, |i, j| u[(i, j)]), Factors::Small(lu))
-        } else {
-            let lu = MatRef::from_column_major_slice(values, n, n).partial_piv_lu();
-            let u = lu.U();
-            (floating(n, |i, j| u[(i, j)]), Factors::Dense(lu))
+        let factors = Factors::lu(values, n);
+        let found = match &factors {
+            Factors::Small(lu) => floating(n, |i, j| lu.lu_internal()[(i, j)]),
+            Factors::Dense(lu) => floating(n, |i, j| lu.U()[(i, j)]),
+            Factors::Blocks(_) => None,
         };
         found.map_or(Ok(factors), |unknown| Err(Floating(unknown)))
+    }
+
+    /// LU factors of a dense matrix, singular or not.
+    pub(crate) fn lu(values: &[f64], n: usize) -> Self {
+        if n <= SMALL {
+            Factors::Small(nalgebra::LU::new(DMatrix::from_column_slice(n, n, values)))
+        } else {
+            Factors::Dense(MatRef::from_column_major_slice(values, n, n).partial_piv_lu())
+        }
+    }
+
+    /// Sign and logarithm of the absolute value of the determinant; `None` for factors by blocks.
+    pub(crate) fn determinant(&self) -> Option<(f64, f64)> {
+        let (mut sign, pivots): (f64, Vec<f64>) = match self {
+            Factors::Small(lu) => {
+                (lu.p().determinant(), lu.lu_internal().diagonal().iter().copied().collect())
+            }
+            Factors::Dense(lu) => {
+                let n = lu.U().nrows();
+                (parity(lu.P().arrays().0), (0..n).map(|i| lu.U()[(i, i)]).collect())
+            }
+            Factors::Blocks(_) => return None,
+        };
+        let mut logarithm = 0.0;
+        for pivot in pivots {
+            sign *= if pivot < 0.0 { -1.0 } else { 1.0 };
+            logarithm += pivot.abs().ln();
+        }
+        Some((sign, logarithm))
     }
 
     /// x ← A⁻¹ x.
@@ -61,6 +87,21 @@ impl Factors {
             Factors::Blocks(elimination) => elimination.solve(x),
         }
     }
+}
+
+/// The sign of a permutation.
+fn parity(forward: &[usize]) -> f64 {
+    let (mut seen, mut sign) = (vec![false; forward.len()], 1.0);
+    for start in 0..forward.len() {
+        let (mut at, mut length) = (start, 0);
+        while !std::mem::replace(&mut seen[at], true) {
+            (at, length) = (forward[at], length + 1);
+        }
+        if length > 0 && length % 2 == 0 {
+            sign = -sign;
+        }
+    }
+    sign
 }
 
 #[cfg(test)]

@@ -6,24 +6,22 @@ use crate::excitation::side::Side;
 use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::{Expand, Recorded};
-use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
 use crate::ode::outcome::Finish;
-use crate::ode::step::{Observer, Step};
+use crate::ode::step::Observer;
 use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::Expansion;
-use crate::periodic::flow::impact::Impact;
+use crate::periodic::flow::interrupter::{Interrupter, Stop};
 use crate::periodic::flow::saltation::Saltation;
 use crate::series::Series;
 use crate::tape::recording::Recording;
 use crate::tape::tangent::tangent;
 use std::cell::RefCell;
-use std::ops::ControlFlow;
 
 /// q'' = a(u, q, q') together with δq'' = ∂a/∂q δq + ∂a/∂v δv, for any number of differences.
 ///
@@ -125,7 +123,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 
     /// Largest component of difference k, in units of `scale`.
-    fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
+    pub(crate) fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
         let (of_q, of_v) = self.scale.split_at(self.n);
         let column = self.n * (1 + k);
         let largest = |x: &[f64], scale: &[f64]| {
@@ -391,79 +389,6 @@ impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         if let Some(expanded) = self.model.expand() {
             expanded.redrive_series(t, coefficients, needed, u);
-        }
-    }
-}
-
-/// Reason for an interruption of a run.
-#[derive(Clone, Copy)]
-enum Stop {
-    /// The differences jump.
-    Jump,
-    /// A difference exceeds the size for which its tolerance is valid.
-    Growth,
-    /// The budget is spent.
-    Budget,
-}
-
-/// Observer that interrupts a run for one of the reasons of [`Stop`].
-struct Interrupter<'t, 'w, 'm, M: ?Sized> {
-    tangent: &'t Tangent<'m, M>,
-    watch: Option<&'w mut dyn Observer>,
-    meter: Option<&'t Meter<'t>>,
-    saltation: Saltation<'t, Continued<'m, M>>,
-    /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
-    serves: Vec<f64>,
-    stop: Stop,
-    /// Length of the last step.
-    step: f64,
-}
-
-impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
-    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        if let Some(watch) = &mut self.watch {
-            let _ = watch.step(step);
-        }
-        if self.meter.is_some_and(|meter| meter.spend().is_err()) {
-            self.stop = Stop::Budget;
-            return ControlFlow::Break(());
-        }
-        if self.saltation.changes(step) {
-            self.stop = Stop::Jump;
-            return ControlFlow::Break(());
-        }
-        let grown = |(k, serves): (usize, &f64)| self.tangent.size(k, step.q1(), step.v1()) > *serves;
-        if self.serves.iter().enumerate().any(grown) {
-            (self.stop, self.step) = (Stop::Growth, step.t1() - step.t0());
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
-    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
-        let (model, n) = (&tangent.model, tangent.n);
-        Saltation {
-            model,
-            n,
-            scale: tangent.scale,
-            u: vec![0.0; model.drives()],
-            pieces: vec![Piece::Gap; model.contacts()],
-            contacts: vec![Contact::default(); model.contacts()],
-            gradient: vec![0.0; 2 * n],
-            on_edge: vec![0.0; 2 * n],
-            before: vec![0.0; n],
-            jump: vec![0.0; n],
-            moved: vec![0.0; 2 * n],
-            moved_drives: vec![0.0; model.drives()],
-            q: vec![0.0; n * (1 + tangent.columns)],
-            v: vec![0.0; n * (1 + tangent.columns)],
-            forced: tangent.forced,
-            by_drives: vec![0.0; tangent.forced.len()],
-            rigid: Offers::of(model).rigid_edges(),
-            rests: None,
-            impact: Impact::new(model),
         }
     }
 }
