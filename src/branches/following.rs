@@ -4,7 +4,8 @@ use crate::branches::branch::Branch;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
-/// A continuation that yields its points one by one, from [`Continuation::begin`].
+/// A continuation that yields its points one by one, from
+/// [`Continuation::begin`](crate::branches::Continuation::begin).
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{ByConstant, Continuation}, trains::SpurPair};
