@@ -10,7 +10,7 @@ use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_curve::OrbitCurve;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::detect::{Change, Compared, changes};
+use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{Values, dips, doubling, torus};
 use crate::error::ParameterError;
@@ -277,7 +277,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     ) -> Result<Result<Vec<(f64, CurvePoint<C::Solution>, PointKind)>, &'static str>, CurveError> {
         let (a, next) = (&self.last.point, &reached.point);
         let changes = changes(self.last.compared(), reached.compared());
-        if let Some(what) = changes.unexplained {
+        let exact = self.engine.curve.multipliers_pass_at_folds();
+        if let Some(what) = changes.unexplained.filter(|what| exact || *what != OUTSIDE) {
             return Ok(Err(what));
         }
         let mut found = Vec::new();

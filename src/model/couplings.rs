@@ -102,12 +102,13 @@ impl Couplings {
 impl Couplings {
     /// Reads the constant slopes of another model anew.
     ///
-    /// `false` if they are not constant at the instants, states and pieces that are looked at: the model has
-    /// other couplings.
+    /// `false` if they are not constant, to `tolerance`, at the instants, states and pieces that are looked at:
+    /// the model has other couplings.
     pub(crate) fn reread<M: Periodic + ?Sized>(
         &mut self,
         slopes: &mut Slopes<'_, M>,
         has_fixed_pieces: bool,
+        tolerance: f64,
     ) -> bool {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let varies = |c: &Coupling| matches!((c.q, c.v), (Slope::Periodic(_), Slope::Periodic(_)));
@@ -137,7 +138,7 @@ impl Couplings {
                 for (slope, now) in [&mut c.q, &mut c.v].into_iter().zip(here) {
                     match slope {
                         Slope::Constant(a) if look == 0 => *a = now,
-                        Slope::Constant(a) if (now - *a).abs() > 1e-13 * a.abs() => return false,
+                        Slope::Constant(a) if (now - *a).abs() > tolerance * a.abs() => return false,
                         _ => {}
                     }
                 }

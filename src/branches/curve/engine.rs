@@ -142,7 +142,12 @@ impl<C: Curve> Engine<C> {
             // Next to a branch point the equations hardly determine one direction: corrections along it do not
             // decrease as they do elsewhere.
             let solved = self.at_crossing && linear.residual.amax().max(behind.abs()) <= SOLVED;
-            if size <= self.tolerance || solved || (stalled && size <= NOISE) {
+            let is_last = !self.at_crossing && size <= self.curve.last_correction();
+            if is_last {
+                step.rows(0, n).iter().enumerate().for_each(|(i, step)| x[i] += step * from.units[i]);
+                p += step[n] * from.units[n];
+            }
+            if is_last || size <= self.tolerance || solved || (stalled && size <= NOISE) {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());

@@ -31,6 +31,9 @@ pub(crate) const VERTICAL: f64 = 1e-8;
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;
 
+/// The change that a located point with a multiplier on the unit circle explains.
+pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit circle changed";
+
 /// What is compared of a point.
 pub(crate) struct Compared<'p, S> {
     pub(crate) point: &'p CurvePoint<S>,
@@ -62,7 +65,7 @@ pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
         let double = all.len() - single;
         let change = outside(ma).abs_diff(outside(mb));
         if change > single + 2 * double {
-            unexplained = Some("the number of multipliers outside the unit circle changed");
+            unexplained = Some(OUTSIDE);
         }
     }
     let grazings = grazings(a.trace, b.trace);
