@@ -4,6 +4,7 @@ use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::past::Past;
 use crate::branches::family::Family;
 use crate::branches::following::{Following, Track};
 use crate::branches::orbits::measure::Measured;
@@ -27,6 +28,8 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
     pub(crate) branch: Branch<C::Orbit>,
     /// The last regular point.
     pub(crate) last: Node<C::Solution>,
+    /// The regular point before the last one.
+    past: Option<Past>,
     /// Length of the last step and the values of the tests before it.
     pub(crate) before: Option<(f64, Values)>,
     /// The first point and its figures, to notice a closed branch.
@@ -121,6 +124,7 @@ impl Continuation {
             step: self.first_step.min(self.max_step),
             arclength: 0.0,
             waiting: VecDeque::new(),
+            past: None,
             before: None,
             last: Node::new(point, measured, multipliers),
             engine,
@@ -175,7 +179,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     /// Makes one step: the next regular point and the located ones before it are put in the queue.
     fn advance(&mut self) -> Result<Made, CurveError> {
         let mut step = self.step;
-        let mut next = self.engine.advance(&self.last.point, step)?;
+        let mut next = self.engine.advance(self.past.as_ref(), &self.last.point, step)?;
         let angle = Engine::<C>::angle(&self.last.point, &next);
         if angle > TURN && step > CORNER {
             return Ok(Made::Shorter(CurveError::Turned { angle, step }));
@@ -227,6 +231,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let columns = self.columns(&next, measured.clone(), self.arclength, None)?;
         self.waiting.push_back(columns);
         self.branch.heading = next.slope();
+        self.past = Some(Past::new(&self.last.point));
         let last = Node { point: next, measured, multipliers, values };
         self.before = Some((step, std::mem::replace(&mut self.last, last).values));
         if few && angle < STRAIGHT {

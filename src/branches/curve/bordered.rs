@@ -32,7 +32,10 @@ impl Bordered {
         let (factors, mut sign, pivots): (_, f64, Vec<f64>) = if n <= SMALL {
             let lu = matrix.lu();
             let pivots = lu.lu_internal().diagonal().iter().copied().collect();
-            (Factors::Small(lu.clone()), lu.p().determinant(), pivots)
+            {
+                let sign = lu.p().determinant();
+                (Factors::Small(lu), sign, pivots)
+            }
         } else {
             let lu = faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
             let pivots = (0..n).map(|i| lu.U()[(i, i)]).collect();

@@ -2,6 +2,7 @@
 
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::past::Past;
 use nalgebra::{DMatrix, DVector};
 
 /// A point of a curve, with its unit tangent in scaled unknowns.
@@ -104,15 +105,19 @@ impl<C: Curve> Engine<C> {
         Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution })
     }
 
-    /// The point at the distance `ds` from `from` along its tangent.
+    /// The point at the distance `ds` from `from` along its tangent. `before`: the point before it, for the
+    /// prediction.
     pub(crate) fn advance(
         &mut self,
+        before: Option<&Past>,
         from: &CurvePoint<C::Solution>,
         ds: f64,
     ) -> Result<CurvePoint<C::Solution>, CurveError> {
-        let (x, p) = from.along(&from.tangent, ds);
-        let direction = from.tangent.clone();
-        self.correct(from, &direction, ds, x, p)
+        let (x, p) = match before {
+            Some(past) => past.extrapolate(from, ds),
+            None => from.along(&from.tangent, ds),
+        };
+        self.correct(from, &from.tangent, ds, x, p)
     }
 
     /// The point whose distance from `from` along `direction` is `ds`, by Newton's method from (x, p).
