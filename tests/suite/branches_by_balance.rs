@@ -89,9 +89,10 @@ fn many_orders_give_the_points_of_shooting() {
     let branch = continuation.balance(&family, &balance, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
     let shot = continuation.run(&family, &[State::new(0.0, &[1.25], &[0.0])]).unwrap();
     println!("{branch}\n{shot}");
-    let located = |kinds: Vec<(&str, f64, f64)>| kinds;
-    let a = located(branch.located().map(|(k, p)| (k.name(), p.parameter, p.peak_to_peak())).collect());
-    let b = located(shot.located().map(|(k, p)| (k.name(), p.parameter, p.peak_to_peak())).collect());
+    fn located<O>(branch: &Branch<O>) -> Vec<(&str, f64, f64)> {
+        branch.located().map(|(kind, point)| (kind.name(), point.parameter, point.peak_to_peak())).collect()
+    }
+    let (a, b) = (located(&branch), located(&shot));
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
         assert_eq!(a.0, b.0);
