@@ -100,8 +100,10 @@ impl Continuation {
     }
 
     /// [`balance`](Continuation::balance) with the contact forces truncated to the kept orders before they are
-    /// multiplied by the stiffness, see
-    /// [`Balance::solve_truncating_forces`].   Source: Liu 2021.
+    /// multiplied by the stiffness, see [`Balance::solve_truncating_forces`].   Source: Liu 2021.
+    ///
+    /// Folds, branch points and grazings are located. The multipliers of the points are those of the equation
+    /// along the series; changes of them are not located.
     ///
     /// ```
     /// use gear_dynamics::branches::{ByFunction, Continuation};
@@ -110,7 +112,7 @@ impl Continuation {
     /// let family = ByFunction::new("speed", "rad/s", at);
     /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?); // the 15 unknowns of Liu 2021
     /// let guess = balance.linearised(&at(170.0)?, Piece::Lower)?;
-    /// let continuation = Continuation::new(170.0, 190.0).bounds(170.0, 190.0).max_points(60);
+    /// let continuation = Continuation::new(170.0, 190.0).max_points(20);
     /// let branch = continuation.balance_truncating_forces(&family, &balance, &guess)?;
     /// assert!((branch.of_kind("fold")[0].parameter - 179.9259).abs() < 1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

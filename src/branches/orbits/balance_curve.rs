@@ -65,7 +65,7 @@ pub(crate) struct Series {
 const STEP: f64 = 1e-6;
 
 /// A correction after which the next one would be rounding, by quadratic convergence.
-const LAST: f64 = 1e-6;
+const LAST: f64 = 1e-8;
 
 /// Ranges below this share of the size of a coordinate are rounding: the size is the unit then.
 const AT_REST: f64 = 1e-9;
@@ -153,7 +153,11 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
         Ok(known.1.clone())
     }
 
-    /// The multipliers of the equation along the series.
+    /// The multipliers of the equation along the series, computed once.
+    fn multipliers_along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
+        point.solution.multipliers.get_or_init(|| self.along(point)).clone()
+    }
+
     fn along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         let found = self.evaluated(point, |equations, model| {
             if !equations.integration.follows_switches() && model.contacts() > 0 {
@@ -257,7 +261,8 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
     }
 
     fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
-        point.solution.multipliers.get_or_init(|| self.along(point)).clone()
+        // Those of the equation say nothing on the doublings of a balance with truncated forces.
+        self.family.is_of_equation().then(|| self.multipliers_along(point)).flatten()
     }
 
     /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
@@ -279,7 +284,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
         })?;
         self.meter.left()?;
         let none = || CurveError::NotConverged { corrections: corrections.clone() };
-        Ok((orbit, self.multipliers(point).ok_or_else(none)?))
+        Ok((orbit, self.multipliers_along(point).ok_or_else(none)?))
     }
 
     fn measure(&self, point: &CurvePoint<Series>, channels: &[String]) -> Result<Measured, CurveError> {
@@ -292,5 +297,55 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
 
     fn set_ranges(&mut self, ranges: Vec<f64>) {
         self.ranges = ranges;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::branches::family::ByConstant;
+    use crate::branches::orbits::balance_family::Plain;
+    use crate::models::nfg::{NfgPair, NfgParams};
+    use crate::ode::budget::Budget;
+    use crate::periodic::balance::series::harmonics::Harmonics;
+
+    /// ∂R/∂c is that of differences, for every constant of the face gear pair and every way of integration,
+    /// along a motion with rattle.
+    #[test]
+    fn exact_derivatives_with_respect_to_constants() -> Result<(), Box<dyn std::error::Error>> {
+        let pair = NfgPair::new(&NfgParams { speed: 140.0, ..NfgParams::table1() })?;
+        let b = pair.half_width();
+        let (harmonics, series) = (Harmonics::bands(63, 1, 2)?, [-0.9 * b, 0.3 * b, 0.1 * b]);
+        let rest = vec![0.1 * b; harmonics.unknowns() - 3];
+        let orbit = FourierOrbit::new(&harmonics, pair.period(), &[[&series[..], &rest].concat()])?;
+        let budget = Budget::new();
+        for constant in pair.names() {
+            let family = ByConstant::new(&pair, &constant.name)?;
+            for integrals in
+                [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }]
+            {
+                let p = family.value();
+                let balance = Balance::new(harmonics.clone()).integrals(integrals);
+                let meter = Rc::new(budget.begin());
+                let of = (p, p.abs());
+                let mut curve = BalanceCurve::new(Rc::new(Plain(&family)), &balance, of, &orbit, meter)?;
+                let x = curve.unknowns(&orbit);
+                let exact = curve.linearise(&x, p)?.by_p;
+                assert!(!curve.slope.is_unavailable(), "{constant} {integrals:?}");
+                let h = 1e-5 * p.abs();
+                let (low, high) = (curve.linearise(&x, p - h)?, curve.linearise(&x, p + h)?);
+                // The weights of the equations change with the speed.
+                let mut at = |p: f64| curve.room.get_mut().at(p, |equations, _| weights(equations));
+                let [here, below, above] = [at(p)?, at(p - h)?, at(p + h)?];
+                let plain = |linear: &Linear<Series>, weights: &DVector<f64>| {
+                    linear.residual.component_div(weights).component_mul(&here)
+                };
+                let differences = (plain(&high, &above) - plain(&low, &below)) / (2.0 * h);
+                let error = (&exact - &differences).amax() / exact.amax();
+                println!("{constant} {integrals:?}: {error:.1e}");
+                assert!(error < if matches!(integrals, Integrals::Sampled { .. }) { 1e-2 } else { 1e-6 });
+            }
+        }
+        Ok(())
     }
 }

@@ -25,6 +25,10 @@ pub(crate) trait BalanceFamily<M: Periodic + ?Sized> {
     ) -> Result<BalanceEquations<'m, M>, BalanceError>;
     fn solve(&self, balance: &Balance, model: &M, guess: &FourierOrbit)
     -> Result<FourierOrbit, BalanceError>;
+    /// Whether the balance is one of the equation: its error is small with many orders. Default: yes.
+    fn is_of_equation(&self) -> bool {
+        true
+    }
     /// The derivative of a model with respect to the parameter, as a model, and the relative change of the
     /// speed of the phase. `None` if it is not known exactly.
     fn slope(&self, _model: &Rc<M>) -> Option<(Rc<M>, f64)> {
@@ -98,5 +102,8 @@ where
         guess: &FourierOrbit,
     ) -> Result<FourierOrbit, BalanceError> {
         balance.solve_truncating_forces(model, guess)
+    }
+    fn is_of_equation(&self) -> bool {
+        false
     }
 }

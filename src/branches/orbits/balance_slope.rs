@@ -34,6 +34,12 @@ impl<M: Periodic + ?Sized> BalanceSlope<M> {
         BalanceSlope { arrays: None, unavailable: false }
     }
 
+    /// Whether a derivative was found not to be available.
+    #[cfg(test)]
+    pub(crate) fn is_unavailable(&self) -> bool {
+        self.unavailable || self.arrays.is_none()
+    }
+
     /// ∂R/∂c at the unknowns at which the equations were evaluated last. `None` if it is not available.
     pub(crate) fn at<'m>(
         &mut self,
