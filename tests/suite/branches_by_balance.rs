@@ -198,22 +198,56 @@ fn starts_without_an_orbit_are_refused() {
 /// The balance with truncated forces and 15 unknowns of the published face gear pair, by exact integrals.
 /// Reference: the folds of an independent prototype.
 #[test]
+#[ignore = "a minute without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
 fn folds_of_reading_p() {
     const FOLDS: [f64; 6] = [179.9259, 142.8263, 175.2485, 159.9188, 230.1309, 166.1109];
-    let branch = reading_p(Integrals::Exact);
+    let branch = reading_p(100.0, 250.0, Integrals::Exact);
     println!("{branch}");
     let folds: Vec<f64> = branch.of_kind("fold").iter().map(|point| point.parameter).collect();
     for (fold, expected) in folds.iter().zip(FOLDS) {
+        println!("{fold:.6} {:.1e}", fold - expected);
         assert!((fold - expected).abs() < 1e-3, "{fold} {expected}");
     }
     assert_eq!(folds.len(), FOLDS.len(), "{folds:?}");
+    // Many samples approach the exact integrals.
+    let first = |integrals| reading_p(178.0, 180.5, integrals).of_kind("fold")[0].parameter;
+    let errors = [4096, 16_384, 65_536].map(|samples| first(Integrals::Sampled { samples }) - folds[0]);
+    println!("first fold by 4096, 16384, 65536 samples: {errors:?}");
+    assert!(errors[2].abs() < 1e-4);
 }
 
-fn reading_p(integrals: Integrals) -> Branch<FourierOrbit> {
+fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
     let at =
         |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
     let family = ByFunction::new("speed", "rad/s", at);
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(integrals);
-    let start = balance.linearised(&at(100.0).unwrap(), Piece::Lower).unwrap();
-    Continuation::new(100.0, 250.0).balance_truncating_forces(&family, &balance, &start).unwrap()
+    let start = balance.linearised(&at(from).unwrap(), Piece::Lower).unwrap();
+    let continuation = Continuation::new(from, to).max_points(if to < 200.0 { 120 } else { 2000 });
+    continuation.balance_truncating_forces(&family, &balance, &start).unwrap()
+}
+
+/// Reading A of the face gear pair by shooting: the orbit with bilateral rattle and 252 crossings, settled at
+/// 180 rad/s, continues downwards as an unstable orbit and turns back.
+/// Reference: multiple shooting of an independent prototype.
+#[test]
+#[ignore = "minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
+fn bilateral_branch_by_shooting() {
+    let pair = NfgPair::with_reading(
+        &NfgParams { speed: 180.0, ..NfgParams::table1() },
+        NfgReading::published_on_base_radius(),
+    )
+    .unwrap();
+    let solver = Dop853::new().rtol(1e-9).atol(1e-14);
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+    let start = State { t: 0.0, ..steady.state };
+    let times = uniform_times(0.0, pair.period(), 16).unwrap();
+    let turn = solver.sample(&pair, &start, &times).unwrap();
+    let nodes: Vec<State> = (0..16).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
+    let family = ByConstant::new(&pair, "speed").unwrap();
+    let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(90);
+    let branch = continuation.run(&family, &nodes).unwrap();
+    println!("{branch}");
+    let (doublings, folds) = (branch.of_kind("period-doubling"), branch.of_kind("fold"));
+    assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
+    assert!((folds[0].parameter - 154.881_16).abs() < 1e-4);
 }

@@ -32,10 +32,8 @@ impl Bordered {
         let (factors, mut sign, pivots): (_, f64, Vec<f64>) = if n <= SMALL {
             let lu = matrix.lu();
             let pivots = lu.lu_internal().diagonal().iter().copied().collect();
-            {
-                let sign = lu.p().determinant();
-                (Factors::Small(lu), sign, pivots)
-            }
+            let sign = lu.p().determinant();
+            (Factors::Small(lu), sign, pivots)
         } else {
             let lu = faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
             let pivots = (0..n).map(|i| lu.U()[(i, i)]).collect();
@@ -88,7 +86,8 @@ mod tests {
     #[test]
     fn determinants_and_solutions() -> Result<(), &'static str> {
         for n in [1, 2, 5, 40, 41, 57] {
-            let entry = |i: usize, j: usize| ((1 + 7 * i + 13 * j + n) as f64 * 0.618).fract() - 0.5;
+            let entry =
+                |i: usize, j: usize| ((1 + 7 * i * i + 13 * j + 3 * i * j + n) as f64 * 0.618).fract() - 0.5;
             let matrix = DMatrix::from_fn(n, n, entry);
             let bordered = Bordered::new(matrix.clone()).ok_or("regular")?;
             let determinant = matrix.determinant();
