@@ -171,7 +171,8 @@ impl Continuation {
         let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
         let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
         let x = curve.unknowns(orbit);
-        let mut engine = Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10 };
+        let mut engine =
+            Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false };
         let mut point = engine.start(x, p)?;
         if heading < 0.0 {
             point.tangent.neg_mut();

@@ -179,7 +179,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     /// Makes one step: the next regular point and the located ones before it are put in the queue.
     fn advance(&mut self) -> Result<Made, CurveError> {
         let mut step = self.step;
-        let mut next = self.engine.advance(self.past.as_ref(), &self.last.point, step)?;
+        let past = self.past.as_ref().filter(|_| self.engine.curve.predicts_from_two_points());
+        let mut next = self.engine.advance(past, &self.last.point, step)?;
         let angle = Engine::<C>::angle(&self.last.point, &next);
         if angle > TURN && step > CORNER {
             return Ok(Made::Shorter(CurveError::Turned { angle, step }));

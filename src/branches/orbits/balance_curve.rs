@@ -67,6 +67,9 @@ const STEP: f64 = 1e-6;
 /// A correction after which the next one would be rounding, by quadratic convergence.
 const LAST: f64 = 1e-8;
 
+/// Coefficients up to this share of the range of motion count as zero.
+const SYMMETRIC: f64 = 1e-6;
+
 /// Ranges below this share of the size of a coordinate are rounding: the size is the unit then.
 const AT_REST: f64 = 1e-9;
 
@@ -271,6 +274,10 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
         false
     }
 
+    fn predicts_from_two_points(&self) -> bool {
+        true
+    }
+
     fn orbit(&self, point: &CurvePoint<Series>) -> Result<(FourierOrbit, Multipliers), CurveError> {
         let corrections = &point.corrections;
         let orbit = self.evaluated(point, |equations, _| {
@@ -293,6 +300,25 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
             let orbit = equations.orbit(point.x.as_slice());
             measure_series(equations, &orbit, &places)
         })
+    }
+
+    /// Whether the even orders vanish.
+    fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
+        let vanish = self.room.borrow_mut().here(|equations| {
+            let harmonics = &equations.layout.harmonics;
+            point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
+                |((part, scale), range)| {
+                    harmonics.orders().iter().enumerate().filter(|(_, order)| *order % 2 == 0).all(
+                        |(at, order)| {
+                            let place = harmonics.place(at);
+                            let both = &part[place..=place + usize::from(*order > 0)];
+                            both.iter().all(|c| (c * scale).abs() <= SYMMETRIC * range)
+                        },
+                    )
+                },
+            )
+        });
+        vanish.unwrap_or(false)
     }
 
     fn set_ranges(&mut self, ranges: Vec<f64>) {

@@ -22,6 +22,11 @@ pub(crate) trait OrbitMethod: Curve {
     fn multipliers_pass_at_folds(&self) -> bool {
         true
     }
+    /// Whether the next point is predicted from the last two points rather than along the tangent. Default:
+    /// no.
+    fn predicts_from_two_points(&self) -> bool {
+        false
+    }
     /// The orbit of a point, and its multipliers with their error.
     fn orbit(&self, point: &CurvePoint<Self::Solution>) -> Result<(Self::Orbit, Multipliers), CurveError>;
     /// Figures of the orbit of a point.
