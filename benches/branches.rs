@@ -89,13 +89,19 @@ fn report(
     let balance = Balance::new(Harmonics::up_to(10));
     let guess =
         FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![start, 0.1, 0.1]]).expect("finite");
-    let by_balance = || continuation.balance(&family, &balance, &guess).expect("an orbit");
-    let branch = by_balance();
-    println!("{name}: {branch}");
-    let milliseconds = least(20, || drop(by_balance()));
-    println!("  balance: {} points in {milliseconds:.2} ms", branch.points().len());
-    for (other, theirs) in others {
-        println!("    {other}: {theirs} ms, {:.1} times as long", theirs / milliseconds);
+    // The default steps, then shorter ones, with about as many points as the others compute.
+    let short = continuation.clone().first_step(0.004).max_step(0.018);
+    for (steps, continuation) in [("default steps", continuation), ("short steps", &short)] {
+        let by_balance = || continuation.balance(&family, &balance, &guess).expect("an orbit");
+        let branch = by_balance();
+        if !std::ptr::eq(continuation, &short) {
+            println!("{name}: {branch}");
+        }
+        let milliseconds = least(50, || drop(by_balance()));
+        println!("  balance, {steps}: {} points in {milliseconds:.2} ms", branch.points().len());
+        for (other, theirs) in others {
+            println!("    {other}: {theirs} ms, {:.1} times as long", theirs / milliseconds);
+        }
     }
     let by_shooting = || continuation.run(&family, &[State::new(0.0, &[start], &[0.0])]).expect("an orbit");
     let branch: Branch = by_shooting();

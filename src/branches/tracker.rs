@@ -296,7 +296,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let located = match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,
-                _ => return Ok(Err(unlocated(*change))),
+                _ => return Ok(Err(change.unlocated())),
             };
             let kind = match self.kind(*change, &reached.measured) {
                 PointKind::Branch if self.engine.curve.is_symmetric(&located) => PointKind::SymmetryBreaking,
@@ -345,16 +345,6 @@ fn test_of<C: OrbitMethod>(
             let measured = engine.curve.measure(point, &[]).ok()?;
             measured.trace.nearest(&extremum).map(|at| at.distance)
         }
-    }
-}
-
-fn unlocated(change: Change) -> &'static str {
-    match change {
-        Change::Fold => "a fold was passed",
-        Change::Branch => "the determinant changed its sign",
-        Change::PeriodDoubling => "a multiplier passed -1",
-        Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
-        Change::Grazing(_) => "a contact grazed an edge",
     }
 }
 

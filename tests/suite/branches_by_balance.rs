@@ -165,9 +165,9 @@ fn error_of_a_ring() {
         Ring::as_printed(&set.params().unwrap()).unwrap().in_frame(gear_dynamics::models::ring::Frame::Rigid);
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
     let later = solver.end(&moving, &State::at_rest(7), 40.0 * moving.period()).unwrap();
-    let balance = Balance::new(Harmonics::up_to(12));
+    let balance = Balance::new(Harmonics::up_to(4));
     let start = FourierOrbit::project(&solver, &moving, &later, balance.harmonics()).unwrap();
-    let continuation = Continuation::new(1e-6, 2e-6).max_step(0.3);
+    let continuation = Continuation::new(1e-6, 2e-6).first_step(0.1).max_step(0.3).max_points(6);
     let branch = continuation.balance(&family, &balance, &start).unwrap();
     println!("{branch}");
     let last = branch.points().last().unwrap();
@@ -247,9 +247,9 @@ fn bilateral_branch_by_shooting() {
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
     let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
     let start = State { t: 0.0, ..steady.state };
-    let times = uniform_times(0.0, pair.period(), 16).unwrap();
+    let times = uniform_times(0.0, pair.period(), 63).unwrap();
     let turn = solver.sample(&pair, &start, &times).unwrap();
-    let nodes: Vec<State> = (0..16).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
+    let nodes: Vec<State> = (0..63).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
     let family = ByConstant::new(&pair, "speed").unwrap();
     let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(90);
     let branch = continuation.run(&family, &nodes).unwrap();

@@ -16,6 +16,19 @@ pub(crate) enum Change {
     Grazing(Extremum),
 }
 
+impl Change {
+    /// What is noted if the point is not located.
+    pub(crate) fn unlocated(self) -> &'static str {
+        match self {
+            Change::Fold => "a fold was passed",
+            Change::Branch => "the determinant changed its sign",
+            Change::PeriodDoubling => "a multiplier passed -1",
+            Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
+            Change::Grazing(_) => "a contact grazed an edge",
+        }
+    }
+}
+
 /// The changes between two points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Changes {

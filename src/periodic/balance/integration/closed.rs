@@ -32,6 +32,9 @@ use std::f64::consts::TAU;
 /// samples that show which accelerations and slopes a contact changes.
 const INSTANTS: usize = 5;
 
+/// Number of such instants for a model with another parameter.
+const INSTANTS_AGAIN: usize = 2;
+
 /// Largest deviation of the sum of the series from the model, as a share of the sum of all absolute values
 /// `[1]`.
 const AGREE: f64 = 1e-11;
@@ -85,7 +88,7 @@ impl Closed {
         if !is_linear_on_pieces(model, slopes, LOOKS) {
             return None;
         }
-        let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST)?;
+        let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST, INSTANTS)?;
         let mut closed = Closed {
             base,
             flanks,
@@ -113,9 +116,10 @@ impl Closed {
         couplings: &Couplings,
         slopes: &mut Slopes<'m, M>,
         mut samples: usize,
+        instants: usize,
     ) -> Option<Parts> {
         while samples <= MAX {
-            if let Some(parts) = Closed::sampled(model, couplings, slopes, samples) {
+            if let Some(parts) = Closed::sampled(model, couplings, slopes, samples, instants) {
                 return Some(parts);
             }
             samples *= 2;
@@ -130,6 +134,7 @@ impl Closed {
         couplings: &Couplings,
         slopes: &mut Slopes<'m, M>,
         samples: usize,
+        instants: usize,
     ) -> Option<Parts> {
         let contacts = model.contacts();
         let mut at_rest = AtRest::new(model, couplings, slopes, samples);
@@ -169,7 +174,7 @@ impl Closed {
         // Aliased orders show as deviations between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper]
             .into_iter()
-            .all(|piece| Closed::agrees(&parts, &mut at_rest, piece))
+            .all(|piece| Closed::agrees(&parts, &mut at_rest, piece, instants))
             .then_some(parts)
     }
 
@@ -178,6 +183,7 @@ impl Closed {
         (base, flanks): &Parts,
         at_rest: &mut AtRest<'_, '_, M>,
         piece: Piece,
+        instants: usize,
     ) -> bool {
         let parts = || {
             let flank = |on: &'_ [SeriesPart; 2]| match piece {
@@ -187,7 +193,7 @@ impl Closed {
             let flanks = flanks.iter().filter(|_| piece != Piece::Gap).map(move |on| &on[flank(on)]);
             std::iter::once(base).chain(flanks)
         };
-        (0..INSTANTS).all(|k| {
+        (0..instants).all(|k| {
             let share = weyl(k, 0);
             let sampled = at_rest.between(piece, share);
             let agree = |sampled: &[Vec<f64>], series: &dyn Fn(&SeriesPart) -> &[Series]| {
@@ -225,7 +231,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
         }
         // Three eighths of the samples must exceed the number of orders.
         let samples = (8 * self.longest().max(1)).div_ceil(3).next_power_of_two().max(8);
-        let Some((base, flanks)) = Closed::settled(model, couplings, slopes, samples) else {
+        let Some((base, flanks)) = Closed::settled(model, couplings, slopes, samples, INSTANTS_AGAIN) else {
             return false;
         };
         (self.base, self.flanks) = (base, flanks);
