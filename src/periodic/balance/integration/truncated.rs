@@ -96,13 +96,10 @@ impl Truncated {
 
     /// Calls `add(self, sample, None, 1)` for every sample. With exact switching also `add(self, sample,
     /// pieces, weight)` for the samples around every switch, on the pieces before and after it.
-    fn on_all<G>(
-        &mut self,
-        grid: &Grid<'_, Machine<G>>,
-        switching: &Switching,
-        add: &mut dyn FnMut(&mut Self, usize, Option<&[Piece]>, f64),
-    ) where
+    fn on_all<G, F>(&mut self, grid: &Grid<'_, Machine<G>>, switching: &Switching, add: F)
+    where
         Machine<G>: Periodic,
+        F: Fn(&mut Self, usize, Option<&[Piece]>, f64),
     {
         (0..grid.samples()).for_each(|s| add(self, s, None, 1.0));
         let Some(mut sides) = self.sides.take() else { return };
@@ -242,12 +239,10 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, Machine<G>>, out: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.forces.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, &mut |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
         self.truncate(grid);
         self.accelerations.accelerations.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, &mut |this, s, pieces, w| {
-            this.add_accelerations(grid, s, pieces, w)
-        });
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_accelerations(grid, s, pieces, w));
         self.accelerations.transform_accelerations(grid, out);
     }
 
@@ -259,7 +254,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     ) {
         let grid = &mut *motion.grid;
         self.samples.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, &mut |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
         self.transform(grid);
     }
 
