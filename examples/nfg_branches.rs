@@ -99,8 +99,8 @@ fn main() -> Outcome<()> {
     let turn = settled(&fast, 63)?;
     let begun = Instant::now();
     let down =
-        Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(if coarse() { 12 } else { 90 });
-    // 252 crossings of edges: the corrections of the unstable orbits end by rounding near 1e-9.
+        Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(if coarse() { 12 } else { 250 });
+    // 252 crossings of edges: beside grazings the corrections of the unstable orbits end near 1e-7.
     let down = down.shooting(Shooting::new().tolerance(1e-6)).run(&family, &turn)?;
     report("equation, bilateral, down", &down, begun, (&mut folds, &mut points))?;
     let begun = Instant::now();

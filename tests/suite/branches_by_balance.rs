@@ -252,9 +252,9 @@ fn bilateral_branch_by_shooting() {
     let turn = solver.sample(&pair, &start, &times).unwrap();
     let nodes: Vec<State> = (0..63).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
     let family = ByConstant::new(&pair, "speed").unwrap();
-    // 252 crossings of edges: the corrections of the unstable orbits end by rounding near 1e-9.
-    let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(90);
-    let continuation = continuation.shooting(Shooting::new().tolerance(1e-8));
+    // 252 crossings of edges: beside grazings the corrections of the unstable orbits end near 1e-7.
+    let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(250);
+    let continuation = continuation.shooting(Shooting::new().tolerance(1e-6));
     let branch = continuation.run(&family, &nodes).unwrap();
     println!("{branch}");
     let (doublings, folds) = (branch.of_kind("period-doubling"), branch.of_kind("fold"));
