@@ -7,6 +7,7 @@ use crate::error::ParameterError;
 use crate::export::table::ResultTable;
 use crate::model::equations::Channel;
 use crate::ode::budget::Exhausted;
+use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::multipliers::Stability;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -168,6 +169,9 @@ pub enum BranchError {
     /// The start is no orbit.
     #[error("no orbit at the start of the branch: {0}")]
     Start(#[from] ShootingError),
+    /// The start is no orbit of the balance.
+    #[error("no orbit at the start of the branch: {0}")]
+    Balance(#[from] BalanceError),
     /// The first point has no tangent, or is no point of a branch.
     #[error("no branch at its start: {0}")]
     Curve(#[from] CurveError),

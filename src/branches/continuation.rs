@@ -175,6 +175,10 @@ impl Continuation {
         Ok(following)
     }
 
+    pub(crate) fn is_both_ways(&self) -> bool {
+        self.both_ways
+    }
+
     /// Sign of the first change of the parameter.
     pub(crate) fn heading(&self) -> f64 {
         (self.to - self.from).signum()

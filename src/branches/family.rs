@@ -104,12 +104,19 @@ impl<F> ByFunction<F> {
     }
 }
 
+impl<M, F: Fn(f64) -> Result<M, ParameterError>> ByFunction<F> {
+    /// The model with the parameter `value`.
+    pub(crate) fn make_at(&self, value: f64) -> Result<M, ParameterError> {
+        check::finite(self.parameter.name.as_str(), value)?;
+        (self.make)(value)
+    }
+}
+
 impl<M: Periodic + 'static, F: Fn(f64) -> Result<M, ParameterError>> Family for ByFunction<F> {
     fn parameter(&self) -> Channel {
         self.parameter.clone()
     }
     fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        check::finite(self.parameter.name.as_str(), value)?;
-        Ok(Box::new((self.make)(value)?))
+        Ok(Box::new(self.make_at(value)?))
     }
 }

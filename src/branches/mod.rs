@@ -1,5 +1,6 @@
 //! Branches of periodic orbits: continuation, located bifurcations.
 
+pub(crate) mod balance_branches;
 pub(crate) mod boundary;
 pub(crate) mod branch;
 pub(crate) mod continuation;

@@ -4,13 +4,14 @@ use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::past::Past;
 use crate::branches::family::Family;
 use crate::branches::following::{Following, Track};
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_curve::OrbitCurve;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::detect::{Change, Compared, changes};
+use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{Values, dips, doubling, torus};
 use crate::error::ParameterError;
@@ -27,6 +28,8 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
     pub(crate) branch: Branch<C::Orbit>,
     /// The last regular point.
     pub(crate) last: Node<C::Solution>,
+    /// The regular point before the last one.
+    past: Option<Past>,
     /// Length of the last step and the values of the tests before it.
     pub(crate) before: Option<(f64, Values)>,
     /// The first point and its figures, to notice a closed branch.
@@ -121,6 +124,7 @@ impl Continuation {
             step: self.first_step.min(self.max_step),
             arclength: 0.0,
             waiting: VecDeque::new(),
+            past: None,
             before: None,
             last: Node::new(point, measured, multipliers),
             engine,
@@ -175,7 +179,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     /// Makes one step: the next regular point and the located ones before it are put in the queue.
     fn advance(&mut self) -> Result<Made, CurveError> {
         let mut step = self.step;
-        let mut next = self.engine.advance(&self.last.point, step)?;
+        let past = self.past.as_ref().filter(|_| self.engine.curve.predicts_from_two_points());
+        let mut next = self.engine.advance(past, &self.last.point, step)?;
         let angle = Engine::<C>::angle(&self.last.point, &next);
         if angle > TURN && step > CORNER {
             return Ok(Made::Shorter(CurveError::Turned { angle, step }));
@@ -227,6 +232,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let columns = self.columns(&next, measured.clone(), self.arclength, None)?;
         self.waiting.push_back(columns);
         self.branch.heading = next.slope();
+        self.past = Some(Past::new(&self.last.point));
         let last = Node { point: next, measured, multipliers, values };
         self.before = Some((step, std::mem::replace(&mut self.last, last).values));
         if few && angle < STRAIGHT {
@@ -277,7 +283,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     ) -> Result<Result<Vec<(f64, CurvePoint<C::Solution>, PointKind)>, &'static str>, CurveError> {
         let (a, next) = (&self.last.point, &reached.point);
         let changes = changes(self.last.compared(), reached.compared());
-        if let Some(what) = changes.unexplained {
+        let exact = self.engine.curve.multipliers_pass_at_folds();
+        if let Some(what) = changes.unexplained.filter(|what| exact || *what != OUTSIDE) {
             return Ok(Err(what));
         }
         let mut found = Vec::new();
@@ -289,7 +296,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let located = match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,
-                _ => return Ok(Err(unlocated(*change))),
+                _ => return Ok(Err(change.unlocated())),
             };
             let kind = match self.kind(*change, &reached.measured) {
                 PointKind::Branch if self.engine.curve.is_symmetric(&located) => PointKind::SymmetryBreaking,
@@ -338,16 +345,6 @@ fn test_of<C: OrbitMethod>(
             let measured = engine.curve.measure(point, &[]).ok()?;
             measured.trace.nearest(&extremum).map(|at| at.distance)
         }
-    }
-}
-
-fn unlocated(change: Change) -> &'static str {
-    match change {
-        Change::Fold => "a fold was passed",
-        Change::Branch => "the determinant changed its sign",
-        Change::PeriodDoubling => "a multiplier passed -1",
-        Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
-        Change::Grazing(_) => "a contact grazed an edge",
     }
 }
 

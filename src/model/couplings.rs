@@ -100,6 +100,53 @@ impl Couplings {
 }
 
 impl Couplings {
+    /// Reads the constant slopes of another model anew.
+    ///
+    /// `false` if they are not constant, to `tolerance`, at the instants, states and pieces that are looked at:
+    /// the model has other couplings.
+    pub(crate) fn reread<M: Periodic + ?Sized>(
+        &mut self,
+        slopes: &mut Slopes<'_, M>,
+        has_fixed_pieces: bool,
+        tolerance: f64,
+    ) -> bool {
+        let (model, n) = (slopes.model(), slopes.model().dof());
+        let varies = |c: &Coupling| matches!((c.q, c.v), (Slope::Periodic(_), Slope::Periodic(_)));
+        if self.list.len() == n * n && self.list.iter().all(varies) {
+            return true;
+        }
+        let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
+        let mut pieces = vec![Piece::Gap; model.contacts()];
+        for (look, piece) in [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().enumerate() {
+            model.drive(model.period() * weyl(look, 0), Side::After, &mut u);
+            for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
+                *x = scale * (2.0 * weyl(look, 1 + 2 * (i % n) + i / n) - 1.0);
+            }
+            let (q, v) = state.split_at(n);
+            pieces.fill(piece);
+            slopes.at(has_fixed_pieces.then_some(&pieces[..]), &u, q, v);
+            let jacobian = &slopes.jacobian;
+            let mut listed = self.list.iter().map(|c| c.j * n + c.i).peekable();
+            for place in 0..n * n {
+                let coupled = jacobian.q.as_slice()[place] != 0.0 || jacobian.v.as_slice()[place] != 0.0;
+                if listed.next_if_eq(&place).is_none() && coupled {
+                    return false;
+                }
+            }
+            for c in &mut self.list {
+                let here = [jacobian.q[(c.i, c.j)], jacobian.v[(c.i, c.j)]];
+                for (slope, now) in [&mut c.q, &mut c.v].into_iter().zip(here) {
+                    match slope {
+                        Slope::Constant(a) if look == 0 => *a = now,
+                        Slope::Constant(a) if (now - *a).abs() > tolerance * a.abs() => return false,
+                        _ => {}
+                    }
+                }
+            }
+        }
+        true
+    }
+
     /// The same couplings with all slopes zero.
     pub(crate) fn without_slopes(&self) -> Self {
         let none = Slope::Constant(0.0);
@@ -111,13 +158,17 @@ impl Couplings {
 /// Whether the accelerations on fixed pieces are linear in coordinates and velocities, and the contributions
 /// of the contacts add up.
 ///
-/// Both are tested to 1e-9 at eight instants, with pieces, coordinates and velocities that vary.
-pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(model: &M, slopes: &mut Slopes<'_, M>) -> bool {
+/// Both are tested to 1e-9 at `looks` instants, with pieces, coordinates and velocities that vary.
+pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(
+    model: &M,
+    slopes: &mut Slopes<'_, M>,
+    looks: usize,
+) -> bool {
     let (n, contacts) = (model.dof(), model.contacts());
     let rest = vec![0.0; n];
     let mut u = vec![0.0; model.drives()];
     let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-    for look in 0..8 {
+    for look in 0..looks {
         let random = |direction: usize| weyl(look, direction);
         model.drive(model.period() * random(0), Side::After, &mut u);
         let pieces: Vec<Piece> = (0..contacts)

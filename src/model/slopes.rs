@@ -19,6 +19,14 @@ pub(crate) struct Slopes<'m, M: ?Sized> {
     step: f64,
 }
 
+impl<'m, M: ?Sized> Slopes<'m, M> {
+    /// The same slopes of another model, which offers a Jacobian if and only if this one does.
+    pub(crate) fn with_model<N: ?Sized>(self, model: &N) -> Slopes<'_, N> {
+        let Slopes { scale, jacobian, differenced, y, a, step, .. } = self;
+        Slopes { model, scale, jacobian, differenced, y, a, step }
+    }
+}
+
 impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     /// Slopes for a flow with the given tolerance. The step of differences is ∛(1e-3 tolerance) of the size,
     /// within 5e-6 .. 1e-3. It grows with the tolerance, so that a comparison of flows with two tolerances

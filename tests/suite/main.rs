@@ -43,6 +43,7 @@
 //! | multipliers in closed form | `floquet` |
 //! | backbones, describing function, stability boundaries of stiffness waves in closed form | `closed_forms` |
 //! | tori: balance in several angles; invariant circles | `tori`, `invariant_circles`, `tori_errors` |
+//! | branches of the harmonic balance | `branches_by_balance` |
 //! | Lyapunov exponents | `lyapunov` |
 //! | Newton, Broyden, block matrices | `roots` |
 //! | **Sweeps** | |
@@ -69,6 +70,7 @@ mod bifurcation;
 mod branch_boundaries;
 mod branch_sensitivities;
 mod branches;
+mod branches_by_balance;
 mod check_findings;
 mod check_own_models;
 mod chunks_and_resuming;

@@ -148,7 +148,7 @@ impl Follower<'_> {
 
     fn make_step(&mut self) -> Result<(), CurveError> {
         let mut step = self.step;
-        let mut next = self.engine.advance(&self.last, step)?;
+        let mut next = self.engine.advance(None, &self.last, step)?;
         let angle = Engine::<BoundaryCurve<'_>>::angle(&self.last, &next);
         if angle > TURN {
             return Err(CurveError::Turned { angle, step });

@@ -2,6 +2,7 @@
 
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::past::Past;
 use nalgebra::{DMatrix, DVector};
 
 /// A point of a curve, with its unit tangent in scaled unknowns.
@@ -104,15 +105,19 @@ impl<C: Curve> Engine<C> {
         Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution })
     }
 
-    /// The point at the distance `ds` from `from` along its tangent.
+    /// The point at the distance `ds` from `from` along its tangent. `before`: the point before it, for the
+    /// prediction.
     pub(crate) fn advance(
         &mut self,
+        before: Option<&Past>,
         from: &CurvePoint<C::Solution>,
         ds: f64,
     ) -> Result<CurvePoint<C::Solution>, CurveError> {
-        let (x, p) = from.along(&from.tangent, ds);
-        let direction = from.tangent.clone();
-        self.correct(from, &direction, ds, x, p)
+        let (x, p) = match before {
+            Some(past) => past.extrapolate(from, ds),
+            None => from.along(&from.tangent, ds),
+        };
+        self.correct(from, &from.tangent, ds, x, p)
     }
 
     /// The point whose distance from `from` along `direction` is `ds`, by Newton's method from (x, p).
@@ -142,7 +147,12 @@ impl<C: Curve> Engine<C> {
             // Next to a branch point the equations hardly determine one direction: corrections along it do not
             // decrease as they do elsewhere.
             let solved = self.at_crossing && linear.residual.amax().max(behind.abs()) <= SOLVED;
-            if size <= self.tolerance || solved || (stalled && size <= NOISE) {
+            let is_last = !self.at_crossing && size <= self.curve.last_correction();
+            if is_last {
+                step.rows(0, n).iter().enumerate().for_each(|(i, step)| x[i] += step * from.units[i]);
+                p += step[n] * from.units[n];
+            }
+            if is_last || size <= self.tolerance || solved || (stalled && size <= NOISE) {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());

@@ -3,6 +3,7 @@
 use crate::error::ParameterError;
 use crate::ode::budget::Exhausted;
 use crate::ode::integrate_error::IntegrateError;
+use crate::periodic::balance::balance_error::BalanceError;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
@@ -16,6 +17,11 @@ pub(crate) trait Curve {
     /// Size of each unknown, over the square root of the number of unknowns: the unit in which steps are
     /// measured.
     fn units(&self) -> DVector<f64>;
+    /// A correction up to this size `[1]` is made and is the last one, since the corrections converge
+    /// quadratically. Default: 0, corrections end by the tolerance alone.
+    fn last_correction(&self) -> f64 {
+        0.0
+    }
 }
 
 /// G and its derivatives at one place.
@@ -47,6 +53,14 @@ pub enum CurveError {
         parameter: f64,
         /// The reason.
         error: ParameterError,
+    },
+    /// The equations of the balance cannot be set up for this parameter.
+    #[error("no equations of a balance with the parameter {parameter}: {error}")]
+    Balance {
+        /// The parameter.
+        parameter: f64,
+        /// The reason.
+        error: Box<BalanceError>,
     },
     /// An integration along the orbit failed.
     #[error("the integration over segment {segment} failed: {error}")]

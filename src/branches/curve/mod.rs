@@ -4,3 +4,4 @@ pub(crate) mod bordered;
 pub(crate) mod engine;
 pub(crate) mod equations;
 pub(crate) mod locate;
+pub(crate) mod past;

@@ -18,6 +18,15 @@ pub(crate) trait OrbitMethod: Curve {
     fn unknowns(&self, orbit: &Self::Orbit) -> DVector<f64>;
     /// Floquet multipliers at a point; `None` if they were not found.
     fn multipliers(&self, point: &CurvePoint<Self::Solution>) -> Option<Multipliers>;
+    /// Whether a multiplier passes 1 at every fold, to rounding. Default: yes.
+    fn multipliers_pass_at_folds(&self) -> bool {
+        true
+    }
+    /// Whether the next point is predicted from the last two points rather than along the tangent. Default:
+    /// no.
+    fn predicts_from_two_points(&self) -> bool {
+        false
+    }
     /// The orbit of a point, and its multipliers with their error.
     fn orbit(&self, point: &CurvePoint<Self::Solution>) -> Result<(Self::Orbit, Multipliers), CurveError>;
     /// Figures of the orbit of a point.

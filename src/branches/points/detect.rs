@@ -16,6 +16,19 @@ pub(crate) enum Change {
     Grazing(Extremum),
 }
 
+impl Change {
+    /// What is noted if the point is not located.
+    pub(crate) fn unlocated(self) -> &'static str {
+        match self {
+            Change::Fold => "a fold was passed",
+            Change::Branch => "the determinant changed its sign",
+            Change::PeriodDoubling => "a multiplier passed -1",
+            Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
+            Change::Grazing(_) => "a contact grazed an edge",
+        }
+    }
+}
+
 /// The changes between two points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Changes {
@@ -30,6 +43,9 @@ pub(crate) const VERTICAL: f64 = 1e-8;
 
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;
+
+/// The change that a located point with a multiplier on the unit circle explains.
+pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit circle changed";
 
 /// What is compared of a point.
 pub(crate) struct Compared<'p, S> {
@@ -62,7 +78,7 @@ pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
         let double = all.len() - single;
         let change = outside(ma).abs_diff(outside(mb));
         if change > single + 2 * double {
-            unexplained = Some("the number of multipliers outside the unit circle changed");
+            unexplained = Some(OUTSIDE);
         }
     }
     let grazings = grazings(a.trace, b.trace);

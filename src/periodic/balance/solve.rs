@@ -102,8 +102,10 @@ impl Balance {
     }
 
     /// [`solve`](Balance::solve) with contact forces truncated as in Liu 2021: the value of each contact law
-    /// is truncated to the kept orders before it is multiplied by the stiffness. Requires
-    /// [`Integrals::Sampled`].
+    /// is truncated to the kept orders before it is multiplied by the stiffness.
+    ///
+    /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
+    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their switching is exact. Panels are not available.
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
@@ -121,12 +123,22 @@ impl Balance {
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        if !matches!(self.integrals, Integrals::Sampled { .. }) {
-            return Err(BalanceError::NotAvailable { integrals: self.integrals });
-        }
-        self.solve_equations(self.equations(model, guess)?.truncating_forces(), guess, meter, |orbit| {
+        self.solve_equations(self.truncating_equations(model, guess)?, guess, meter, |orbit| {
             Ok(self.finer_equations(model, orbit)?.truncating_forces())
         })
+    }
+
+    /// The equations with truncated forces.
+    pub(crate) fn truncating_equations<'m, G: Shape>(
+        &self,
+        model: &'m Machine<G>,
+        near: &FourierOrbit,
+    ) -> Result<BalanceEquations<'m, Machine<G>>, BalanceError> {
+        let equations = self.equations(model, near)?;
+        if equations.integrals() == Integrals::Panels {
+            return Err(BalanceError::NotAvailable { integrals: self.integrals });
+        }
+        Ok(equations.truncating_forces())
     }
 
     /// The equations with integrals twice as fine.

@@ -53,12 +53,12 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(crate) slopes: Slopes<'m, M>,
     pub(crate) spectra: Spectra,
     pub(crate) switching: Switching,
-    pub(crate) integration: Box<dyn Integration<M> + 'm>,
-    coefficients: Vec<f64>,
+    pub(crate) integration: Box<dyn Integration<M>>,
+    pub(crate) coefficients: Vec<f64>,
     /// Unknowns at which `spectra` and `switching` were evaluated last; empty before the first evaluation.
-    evaluated: Vec<f64>,
+    pub(crate) evaluated: Vec<f64>,
     /// Whether the last evaluation included the slopes.
-    has_slopes: bool,
+    pub(crate) has_slopes: bool,
 }
 
 /// Maximum number of stored entries of a Jacobian: 2 GB.
@@ -170,7 +170,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 
     /// Evaluates `spectra` and `switching` at the unknowns x, the slopes only if `slopes_too`. Results of the
     /// last evaluation at the same unknowns are kept.
-    fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
+    pub(crate) fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
         let known = self.evaluated == x;
         if known && (self.has_slopes || !slopes_too) {
             return;
@@ -255,12 +255,18 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 }
 
 impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with truncated contact forces: the value of each contact law is sampled and
-    /// truncated to the kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
+    /// The same equations with truncated contact forces: the value of each contact law is truncated to the
+    /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
+    ///
+    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples are
+    /// corrected around every switch. The Jacobian leaves out the motion of switches at which the value of a
+    /// law jumps, for example of damping that acts in contact only. With other integrals the values are
+    /// sampled.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let drives = self.grid.model.drives();
-        self.integration = Box::new(Truncated::new(n, drives, contacts, &self.layout.harmonics, m));
+        let exact = matches!(self.integrals(), Integrals::Closed | Integrals::Kinks);
+        self.integration = Box::new(Truncated::new(n, drives, contacts, &self.layout.harmonics, m, exact));
         self.evaluated.clear();
         self.couplings = self.couplings.without_slopes();
         self.spectra = Spectra::new(n, 0, &self.layout.harmonics);

@@ -2,3 +2,4 @@
 
 pub(crate) mod balance_equations;
 pub(crate) mod metered;
+pub(crate) mod rebinding;

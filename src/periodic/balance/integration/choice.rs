@@ -25,7 +25,7 @@ use crate::periodic::balance::switching::stencil::NODES;
 const MAX_SAMPLES: usize = 1 << 23;
 
 /// A grid of samples and the way of integration on it.
-pub(crate) type Choice<'m, M> = (Grid<'m, M>, Box<dyn Integration<M> + 'm>);
+pub(crate) type Choice<'m, M> = (Grid<'m, M>, Box<dyn Integration<M>>);
 
 /// Input of the choice.
 pub(crate) struct Demand<'a, 'm, M: ?Sized> {
@@ -88,7 +88,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
             }
         }
         let sampled = || Samples::new(n, varying, grid.samples());
-        let integration: Box<dyn Integration<M> + 'm> = match integrals {
+        let integration: Box<dyn Integration<M>> = match integrals {
             Integrals::Panels => {
                 let pulses = pulses(model, self.near, harmonics);
                 Box::new(Panels::new(&grid, varying, &mut drives, finer, &pulses))

@@ -19,6 +19,7 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::at_rest::{AtRest, Series, SeriesPart, value_at};
+use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
@@ -31,11 +32,15 @@ use std::f64::consts::TAU;
 /// samples that show which accelerations and slopes a contact changes.
 const INSTANTS: usize = 5;
 
+/// Number of such instants for a model with another parameter.
+const INSTANTS_AGAIN: usize = 2;
+
 /// Largest deviation of the sum of the series from the model, as a share of the sum of all absolute values
 /// `[1]`.
 const AGREE: f64 = 1e-11;
 
 /// Integration in closed form: the series of a model, and scratch.
+#[derive(Clone)]
 pub(crate) struct Closed {
     /// α, A and B: all contacts in their gaps.
     base: SeriesPart,
@@ -57,8 +62,17 @@ pub(crate) struct Closed {
     sides: BothSides,
 }
 
-/// Maximum number of samples of the drives.
+/// The base, and the flanks of every contact.
+type Parts = (SeriesPart, Vec<[SeriesPart; 2]>);
+
+/// First and maximum number of samples of the drives.
+const FEWEST: usize = 64;
 const MAX: usize = 16_384;
+
+/// Number of instants at which linearity is tested: for the first model, and for a model with another
+/// parameter.
+const LOOKS: usize = 8;
+const LOOKS_AGAIN: usize = 2;
 
 impl Closed {
     /// Finds the series of a model.
@@ -71,20 +85,42 @@ impl Closed {
         couplings: &Couplings,
         slopes: &mut Slopes<'m, M>,
     ) -> Option<Self> {
-        if !is_linear_on_pieces(model, slopes) {
+        if !is_linear_on_pieces(model, slopes, LOOKS) {
             return None;
         }
-        let mut samples = 64;
+        let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST, INSTANTS)?;
+        let mut closed = Closed {
+            base,
+            flanks,
+            indicator: Vec::new(),
+            switches: Vec::new(),
+            phasors: Vec::new(),
+            turns: Vec::new(),
+            slopes: vec![vec![Complex64::ZERO; 2 * harmonics.highest() + 1]; couplings.varying.len()],
+            accelerations: vec![vec![Complex64::ZERO; harmonics.orders().len()]; model.dof()],
+            sides: BothSides::new(model.dof(), model.contacts()),
+        };
+        closed.lengthen(harmonics);
+        Some(closed)
+    }
+
+    /// Makes room for all orders of χ that the products need.
+    fn lengthen(&mut self, harmonics: &Harmonics) {
+        let reach = 2 * harmonics.highest() + harmonics.periods() * self.longest();
+        self.indicator.resize(reach + 1, Complex64::ZERO);
+    }
+
+    /// The series from the first sufficient number of samples: `samples`, then twice as many, and so on.
+    fn settled<'m, M: Periodic + ?Sized>(
+        model: &'m M,
+        couplings: &Couplings,
+        slopes: &mut Slopes<'m, M>,
+        mut samples: usize,
+        instants: usize,
+    ) -> Option<Parts> {
         while samples <= MAX {
-            if let Some(closed) = Closed::sampled(model, couplings, slopes, samples) {
-                let longest = closed.longest();
-                let reach = 2 * harmonics.highest() + harmonics.periods() * longest;
-                return Some(Closed {
-                    indicator: vec![Complex64::ZERO; reach + 1],
-                    slopes: vec![vec![Complex64::ZERO; 2 * harmonics.highest() + 1]; couplings.varying.len()],
-                    accelerations: vec![vec![Complex64::ZERO; harmonics.orders().len()]; model.dof()],
-                    ..closed
-                });
+            if let Some(parts) = Closed::sampled(model, couplings, slopes, samples, instants) {
+                return Some(parts);
             }
             samples *= 2;
         }
@@ -98,7 +134,8 @@ impl Closed {
         couplings: &Couplings,
         slopes: &mut Slopes<'m, M>,
         samples: usize,
-    ) -> Option<Self> {
+        instants: usize,
+    ) -> Option<Parts> {
         let contacts = model.contacts();
         let mut at_rest = AtRest::new(model, couplings, slopes, samples);
         let gap = at_rest.at(&vec![Piece::Gap; contacts], samples);
@@ -133,36 +170,30 @@ impl Closed {
                 ]);
             }
         }
-        let flanks = flanks.into_iter().flatten().collect();
-        let closed = Closed {
-            base,
-            flanks,
-            indicator: Vec::new(),
-            switches: Vec::new(),
-            phasors: Vec::new(),
-            turns: Vec::new(),
-            slopes: Vec::new(),
-            accelerations: Vec::new(),
-            sides: BothSides::new(model.dof(), contacts),
-        };
+        let parts = (base, flanks.into_iter().flatten().collect());
         // Aliased orders show as deviations between the samples.
         [Piece::Gap, Piece::Lower, Piece::Upper]
             .into_iter()
-            .all(|piece| closed.agrees(&mut at_rest, piece))
-            .then_some(closed)
+            .all(|piece| Closed::agrees(&parts, &mut at_rest, piece, instants))
+            .then_some(parts)
     }
 
     /// Whether the series agree with the model between the samples, with all contacts on one piece.
-    fn agrees<M: Periodic + ?Sized>(&self, at_rest: &mut AtRest<'_, '_, M>, piece: Piece) -> bool {
+    fn agrees<M: Periodic + ?Sized>(
+        (base, flanks): &Parts,
+        at_rest: &mut AtRest<'_, '_, M>,
+        piece: Piece,
+        instants: usize,
+    ) -> bool {
         let parts = || {
             let flank = |on: &'_ [SeriesPart; 2]| match piece {
                 Piece::Lower => 0,
                 _ => on.len() - 1,
             };
-            let flanks = self.flanks.iter().filter(|_| piece != Piece::Gap).map(move |on| &on[flank(on)]);
-            std::iter::once(&self.base).chain(flanks)
+            let flanks = flanks.iter().filter(|_| piece != Piece::Gap).map(move |on| &on[flank(on)]);
+            std::iter::once(base).chain(flanks)
         };
-        (0..INSTANTS).all(|k| {
+        (0..instants).all(|k| {
             let share = weyl(k, 0);
             let sampled = at_rest.between(piece, share);
             let agree = |sampled: &[Vec<f64>], series: &dyn Fn(&SeriesPart) -> &[Series]| {
@@ -192,6 +223,23 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     }
     fn check(&self) -> Check {
         Check::Unnecessary
+    }
+    fn adapt(&mut self, grid: &Grid<'_, M>, couplings: &Couplings, slopes: &mut Slopes<'_, M>) -> bool {
+        let model = slopes.model();
+        if !is_linear_on_pieces(model, slopes, LOOKS_AGAIN) {
+            return false;
+        }
+        // Three eighths of the samples must exceed the number of orders.
+        let samples = (8 * self.longest().max(1)).div_ceil(3).next_power_of_two().max(8);
+        let Some((base, flanks)) = Closed::settled(model, couplings, slopes, samples, INSTANTS_AGAIN) else {
+            return false;
+        };
+        (self.base, self.flanks) = (base, flanks);
+        self.lengthen(grid.harmonics());
+        true
+    }
+    fn twin(&self) -> Option<Box<dyn Integration<M>>> {
+        Some(Box::new(self.clone()))
     }
     /// Also writes the coefficients of the periodic slopes, because the accelerations are products of these
     /// slopes and the motion.

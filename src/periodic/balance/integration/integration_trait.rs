@@ -63,6 +63,23 @@ pub(crate) trait Integration<M: ?Sized> {
     /// `accelerations` for the same motion before.
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra);
 
+    /// Whether the periodic slopes and the pattern of the couplings are used. Default: yes.
+    fn needs_slopes(&self) -> bool {
+        true
+    }
+
+    /// Follows a model with another parameter, of which the grid has the drives. `false` if it cannot.
+    /// Default: nothing depends on the model.
+    fn adapt(&mut self, _grid: &Grid<'_, M>, _couplings: &Couplings, _slopes: &mut Slopes<'_, M>) -> bool {
+        true
+    }
+
+    /// A second integration that follows another model, if this one holds results of its model. Default:
+    /// `None`, one integration serves any model.
+    fn twin(&self) -> Option<Box<dyn Integration<M>>> {
+        None
+    }
+
     /// Adds to the Jacobian the terms that do not follow from the periodic slopes. Default: none.
     fn add_jacobian(&self, _layout: &JacobianLayout, _out: &mut Matrix) {}
 }

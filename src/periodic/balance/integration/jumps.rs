@@ -13,6 +13,7 @@ use crate::periodic::balance::switching::stencil::Stencil;
 use std::f64::consts::TAU;
 
 /// Scratch for evaluations on the pieces before and after a switch.
+#[derive(Clone)]
 pub(crate) struct BothSides {
     /// Pieces before and after the switch.
     pub(crate) pieces: [Vec<Piece>; 2],

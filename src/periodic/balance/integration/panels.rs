@@ -1,12 +1,13 @@
 //! Exact switching by Gauss quadrature on the smooth intervals between switches and drive edges.
 
 use crate::excitation::side::Side;
+use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::quadrature::panel_points::{drive_edges, quadrature};
+use crate::periodic::balance::quadrature::panel_points::{MAX_EDGES, drive_edges, quadrature};
 use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
@@ -19,6 +20,8 @@ use std::f64::consts::TAU;
 pub(crate) struct Panels {
     /// Drive edges inside the span, and ends of the panels of pulses.
     edges: Vec<f64>,
+    /// Ends of the panels of pulses, over the span.
+    pulses: Vec<f64>,
     /// The order that the panels resolve. It determines their width.
     order: usize,
     breaks: Vec<f64>,
@@ -51,6 +54,7 @@ impl Panels {
         Panels {
             order: finer * drives.panel_order(&breaks, grid.span(), highest.max(8)),
             edges,
+            pulses: pulses.iter().map(|t| t / grid.span()).collect(),
             breaks,
             q: vec![0.0; n],
             v: vec![0.0; n],
@@ -136,6 +140,11 @@ impl<M: Periodic + ?Sized> Integration<M> for Panels {
     }
     fn check(&self) -> Check {
         Check::Finer
+    }
+    fn adapt(&mut self, grid: &Grid<'_, M>, _: &Couplings, _: &mut Slopes<'_, M>) -> bool {
+        self.edges = drive_edges(grid.model, grid.span());
+        self.edges.extend(self.pulses.iter().map(|share| share * grid.span()));
+        self.edges.len() <= MAX_EDGES
     }
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
         self.integrate(motion, None, out);

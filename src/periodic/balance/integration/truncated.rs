@@ -1,8 +1,10 @@
-//! Uniform samples with truncated contact forces: the value of each contact law is truncated to the kept
-//! orders before it is multiplied by the stiffness.   Source: Liu 2021.
+//! Truncated contact forces: the value of each contact law is truncated to the kept orders before it is
+//! multiplied by the stiffness.   Source: Liu 2021.
+//!
+//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is then
+//! corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece_choice::{ByDeflection, PieceChoice};
+use crate::contact::piece::Piece;
 use crate::dual::Dual;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
@@ -10,14 +12,17 @@ use crate::model::shape::{Drives, Shape};
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
+use crate::periodic::balance::integration::jumps::BothSides;
+use crate::periodic::balance::integration::law_values::{Given, Recorded};
 use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::slope_series::SlopeTable;
 use crate::periodic::balance::series::spectra::{Samples, Spectra, pack};
 use crate::periodic::balance::series::transform::{spread, unpack, write};
+use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::switching::stencil::Stencil;
 use crate::roots::matrix::Matrix;
-use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;
@@ -54,6 +59,8 @@ pub(crate) struct Truncated {
     /// Drives, q, v, f_c and a at one sample.
     duals: Vec<DualNumber>,
     seen_duals: Vec<Cell<DualNumber>>,
+    /// Pieces before and after a switch, for exact switching; `None`: uniform samples alone.
+    sides: Option<BothSides>,
 }
 
 impl Truncated {
@@ -63,6 +70,7 @@ impl Truncated {
         contacts: usize,
         harmonics: &Harmonics,
         samples: usize,
+        exact: bool,
     ) -> Self {
         let tables =
             |count: usize| (0..count).map(|_| SlopeTable::new(harmonics.highest())).collect::<Vec<_>>();
@@ -82,6 +90,103 @@ impl Truncated {
             seen: vec![Cell::new(0.0); contacts],
             duals: vec![zero; drives + 3 * dof + contacts],
             seen_duals: vec![Cell::new(zero); contacts],
+            sides: exact.then(|| BothSides::new(dof, contacts)),
+        }
+    }
+
+    /// Calls `add(self, sample, None, 1)` for every sample. With exact switching also `add(self, sample,
+    /// pieces, weight)` for the samples around every switch, on the pieces before and after it.
+    fn on_all<G, F>(&mut self, grid: &Grid<'_, Machine<G>>, switching: &Switching, add: F)
+    where
+        Machine<G>: Periodic,
+        F: Fn(&mut Self, usize, Option<&[Piece]>, f64),
+    {
+        (0..grid.samples()).for_each(|s| add(self, s, None, 1.0));
+        let Some(mut sides) = self.sides.take() else { return };
+        let stencil = Stencil::get();
+        for event in switching.events() {
+            sides.stand_on(event, switching);
+            for (i, w) in stencil.weights(event.phi).into_iter().enumerate() {
+                let s = Stencil::index(event.cell, i, grid.samples());
+                add(self, s, Some(&sides.pieces[0]), -w);
+                add(self, s, Some(&sides.pieces[1]), w);
+            }
+        }
+        self.sides = Some(sides);
+    }
+
+    /// Adds `weight` times the values of the laws to their samples.
+    fn add_forces<G: Shape>(
+        &mut self,
+        grid: &Grid<'_, Machine<G>>,
+        s: usize,
+        pieces: Option<&[Piece]>,
+        weight: f64,
+    ) {
+        let (q, v, a, _) = split(&mut self.values, self.dof);
+        grid.state(s, q, v);
+        let u = Drives::new(grid.model.size().waves, grid.drives(s));
+        grid.model.shape().accel(&Recorded { seen: &self.seen, pieces }, u, q, v, a);
+        self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] += weight * seen.get());
+    }
+
+    /// Adds `weight` times the accelerations with the truncated values to their samples.
+    fn add_accelerations<G: Shape>(
+        &mut self,
+        grid: &Grid<'_, Machine<G>>,
+        s: usize,
+        pieces: Option<&[Piece]>,
+        weight: f64,
+    ) {
+        let (q, v, a, given) = split(&mut self.values, self.dof);
+        grid.state(s, q, v);
+        given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
+        let u = Drives::new(grid.model.size().waves, grid.drives(s));
+        let laws = Recorded { seen: &self.seen, pieces };
+        grid.model.shape().accel(&Given { forces: given, laws }, u, q, v, a);
+        self.accelerations.accelerations.iter_mut().zip(a).for_each(|(values, a)| values[s] += weight * *a);
+    }
+
+    /// Adds `weight` times the derivatives to their samples.
+    fn add_slopes<G: Shape>(
+        &mut self,
+        grid: &Grid<'_, Machine<G>>,
+        s: usize,
+        pieces: Option<&[Piece]>,
+        weight: f64,
+    ) {
+        let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
+        let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
+        let (q, v, _, forces) = split(&mut self.values, n);
+        grid.state(s, q, v);
+        forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
+        let (u, rest) = self.duals.split_at_mut(drives);
+        let (variables, a) = rest.split_at_mut(2 * n + c);
+        let set = |to: &mut [DualNumber], from: &[f64]| {
+            to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
+        };
+        set(u, grid.drives(s));
+        set(&mut variables[..n], q);
+        set(&mut variables[n..2 * n], v);
+        set(&mut variables[2 * n..], forces);
+        for first in (0..2 * n + c).step_by(DIRECTIONS) {
+            let directions = first..(first + DIRECTIONS).min(2 * n + c);
+            directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
+            let (y, forces) = variables.split_at(2 * n);
+            let given = Given { forces, laws: Recorded { seen: &self.seen_duals, pieces } };
+            grid.model.shape().accel(&given, Drives::new(waves, u), &y[..n], &y[n..], a);
+            for j in directions {
+                variables[j] = variables[j].value.into();
+                for (i, a) in a.iter().enumerate() {
+                    let list = if j < 2 * n { i * 2 * n + j } else { levers + i * c + j - 2 * n };
+                    self.samples[list][s] += weight * a.slope[j - first];
+                }
+                if j < 2 * n {
+                    for (contact, seen) in self.seen_duals.iter().enumerate() {
+                        self.samples[slopes + contact * 2 * n + j][s] += weight * seen.get().slope[j - first];
+                    }
+                }
+            }
         }
     }
 
@@ -120,32 +225,24 @@ impl Truncated {
 
 impl<G: Shape> Integration<Machine<G>> for Truncated {
     fn integrals(&self, samples: usize) -> Integrals {
-        Integrals::Sampled { samples }
+        if self.sides.is_some() { Integrals::Kinks } else { Integrals::Sampled { samples } }
     }
     fn follows_switches(&self) -> bool {
+        self.sides.is_some()
+    }
+    fn needs_slopes(&self) -> bool {
         false
     }
     fn check(&self) -> Check {
-        Check::BetweenSamples
+        if self.sides.is_some() { Check::Finer } else { Check::BetweenSamples }
     }
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, Machine<G>>, out: &mut Spectra) {
         let grid = &mut *motion.grid;
-        let (n, waves) = (self.dof, grid.model.size().waves);
-        for s in 0..grid.samples() {
-            let (q, v, a, _) = split(&mut self.values, n);
-            grid.state(s, q, v);
-            grid.model.shape().accel(&Recorded(&self.seen), Drives::new(waves, grid.drives(s)), q, v, a);
-            self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] = seen.get());
-        }
+        self.forces.iter_mut().for_each(|list| list.fill(0.0));
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
         self.truncate(grid);
-        for s in 0..grid.samples() {
-            let (q, v, a, given) = split(&mut self.values, n);
-            grid.state(s, q, v);
-            given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
-            let u = Drives::new(waves, grid.drives(s));
-            grid.model.shape().accel(&Given { forces: given, seen: &self.seen }, u, q, v, a);
-            self.accelerations.accelerations.iter_mut().zip(a).for_each(|(values, a)| values[s] = *a);
-        }
+        self.accelerations.accelerations.iter_mut().for_each(|list| list.fill(0.0));
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_accelerations(grid, s, pieces, w));
         self.accelerations.transform_accelerations(grid, out);
     }
 
@@ -156,41 +253,8 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
         _: &mut Spectra,
     ) {
         let grid = &mut *motion.grid;
-        let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
-        let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
-        for s in 0..grid.samples() {
-            let (q, v, _, forces) = split(&mut self.values, n);
-            grid.state(s, q, v);
-            forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
-            let (u, rest) = self.duals.split_at_mut(drives);
-            let (variables, a) = rest.split_at_mut(2 * n + c);
-            let set = |to: &mut [DualNumber], from: &[f64]| {
-                to.iter_mut().zip(from).for_each(|(to, x)| *to = Dual::from(*x))
-            };
-            set(u, grid.drives(s));
-            set(&mut variables[..n], q);
-            set(&mut variables[n..2 * n], v);
-            set(&mut variables[2 * n..], forces);
-            for first in (0..2 * n + c).step_by(DIRECTIONS) {
-                let directions = first..(first + DIRECTIONS).min(2 * n + c);
-                directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
-                let (y, forces) = variables.split_at(2 * n);
-                let given = Given { forces, seen: &self.seen_duals };
-                grid.model.shape().accel(&given, Drives::new(waves, u), &y[..n], &y[n..], a);
-                for j in directions {
-                    variables[j] = variables[j].value.into();
-                    for (i, a) in a.iter().enumerate() {
-                        let list = if j < 2 * n { i * 2 * n + j } else { levers + i * c + j - 2 * n };
-                        self.samples[list][s] = a.slope[j - first];
-                    }
-                    if j < 2 * n {
-                        for (contact, seen) in self.seen_duals.iter().enumerate() {
-                            self.samples[slopes + contact * 2 * n + j][s] = seen.get().slope[j - first];
-                        }
-                    }
-                }
-            }
-        }
+        self.samples.iter_mut().for_each(|list| list.fill(0.0));
+        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
         self.transform(grid);
     }
 
@@ -245,36 +309,6 @@ fn operator(table: &SlopeTable, harmonics: &Harmonics) -> DMatrix<f64> {
         }
     }
     matrix
-}
-
-/// Evaluation by deflection that records the value of every law.
-struct Recorded<'a, S>(&'a [Cell<S>]);
-
-impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        let force = nonlinearity.force(x, rate, lower, upper);
-        self.0[i].set(force);
-        force
-    }
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
-        ByDeflection.touch(i, x, lower, upper)
-    }
-}
-
-/// Evaluation that uses the truncated values and records the values of the laws by deflection.
-struct Given<'a, S> {
-    forces: &'a [S],
-    seen: &'a [Cell<S>],
-}
-
-impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        Recorded(self.seen).force(i, nonlinearity, x, rate, lower, upper);
-        self.forces[i]
-    }
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
-        ByDeflection.touch(i, x, lower, upper)
-    }
 }
 
 /// Splits into q, v, a and the rest.

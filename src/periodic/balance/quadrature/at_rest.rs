@@ -15,6 +15,7 @@ pub(crate) type Series = Vec<Complex64>;
 
 /// Contribution of one piece: the acceleration at rest of every coordinate, and the periodic slopes in the
 /// sequence of [`Couplings::varying`]. An empty series is zero.
+#[derive(Clone)]
 pub(crate) struct SeriesPart {
     pub(crate) accelerations: Vec<Series>,
     pub(crate) slopes: Vec<Series>,

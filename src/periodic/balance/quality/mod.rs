@@ -3,3 +3,4 @@
 pub(crate) mod coarseness;
 pub(crate) mod multipliers_of_series;
 pub(crate) mod proof;
+pub(crate) mod series_flow;

@@ -6,27 +6,49 @@ use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
-use crate::model::slopes::Slopes;
-use crate::numeric::gauss::SIX_ON_UNIT;
 use crate::ode::budget::{Budget, Exhausted, Meter};
-use crate::periodic::balance::amplitudes::sizes;
-use crate::periodic::balance::fourier_orbit::{FourierOrbit, turned};
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::panel_points::{MAX_EDGES, drive_edges};
+use crate::periodic::balance::quality::series_flow::SeriesFlow;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
-use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::switching::instants::{Event, Switching};
 use crate::periodic::multipliers::Multipliers;
-use crate::roots::factors::Factors;
-use crate::roots::matrix::Matrix;
 use nalgebra::DMatrix;
-use nalgebra::SMatrix;
 use std::f64::consts::TAU;
 
 /// Length of a step as a phase of the fastest local oscillation `[rad]`. Over ten oscillations the error of
 /// the multipliers is then about 1e-8 or less.
 const STEP: f64 = 1.2;
+
+/// Number of corrections of an instant at which a contact passes an edge.
+const CORRECTIONS: usize = 2;
+
+/// The smooth intervals of one span.
+pub(crate) struct Smooth {
+    /// Their ends, in increasing time.
+    pub(crate) breaks: Vec<f64>,
+    /// Whether an acceleration jumps at a switch.
+    pub(crate) jumps: bool,
+}
+
+/// A contact passes one of its edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Switch {
+    pub(crate) time: f64,
+    pub(crate) contact: usize,
+    pub(crate) lower: bool,
+}
+
+impl From<&Event> for Switch {
+    /// With times in units of the distance of two samples.
+    fn from(event: &Event) -> Self {
+        let lower = event.from == Piece::Lower || event.to == Piece::Lower;
+        Switch { time: event.time(1.0), contact: event.contact, lower }
+    }
+}
 
 impl FourierOrbit {
     /// Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span: Floquet multipliers of the equation linearised along this
@@ -66,25 +88,68 @@ impl FourierOrbit {
             return None;
         }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
-        let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
-            let (mode, half) = (&rigid[k / 2], k % 2);
-            if i / n == half { mode[i % n] } else { 0.0 }
-        });
-        let highest = self.harmonics().highest();
-        let fewer = self.below(highest - highest.div_ceil(4));
         let (breaks, jumps) = self.breaks(model);
         if breaks.len() > MAX_EDGES {
             return None;
         }
+        let smooth = Smooth { breaks, jumps };
+        self.multipliers_between(model, &rigid, &smooth, &|fewer| Some(fewer.breaks(model).0), meter)
+    }
+
+    /// Multipliers with known smooth intervals. `again`: ends of the smooth intervals of the series with fewer
+    /// orders that estimates the error; `None` if they are not found, and the error is then infinite.
+    pub(crate) fn multipliers_between(
+        &self,
+        model: &dyn Periodic,
+        rigid: &[Vec<f64>],
+        smooth: &Smooth,
+        again: &dyn Fn(&FourierOrbit) -> Option<Vec<f64>>,
+        meter: &Meter<'_>,
+    ) -> Option<Multipliers> {
+        let n = self.dof();
+        let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
+            let (mode, half) = (&rigid[k / 2], k % 2);
+            if i / n == half { mode[i % n] } else { 0.0 }
+        });
         let mut flow = SeriesFlow::new(self, model, meter);
-        let multipliers = Multipliers::without(&flow.monodromy(self, &breaks, STEP)?, &basis, 0.0)?;
-        if jumps {
+        let multipliers = Multipliers::without(&flow.monodromy(self, &smooth.breaks, STEP)?, &basis, 0.0)?;
+        if smooth.jumps {
             return Some(multipliers.with_error(f64::INFINITY));
         }
-        let rough = fewer.and_then(|fewer| flow.monodromy(&fewer, &fewer.breaks(model).0, 2.0 * STEP));
-        let rough = rough.and_then(|m| Multipliers::without(&m, &basis, 0.0));
+        let highest = self.harmonics().highest();
+        let rough = self.below(highest - highest.div_ceil(4)).and_then(|fewer| {
+            let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * STEP)?;
+            Multipliers::without(&monodromy, &basis, 0.0)
+        });
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
         Some(multipliers.with_error(error))
+    }
+
+    /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None` if
+    /// one is further away than 1 rad of the highest order.
+    pub(crate) fn switches_near<M: Periodic + ?Sized>(
+        &self,
+        model: &M,
+        switches: impl Iterator<Item = Switch>,
+    ) -> Option<Vec<f64>> {
+        let n = self.dof();
+        let (mut q, mut v, mut u) = (vec![0.0; n], vec![0.0; n], vec![0.0; model.drives()]);
+        let mut contacts = vec![Contact::default(); model.contacts()];
+        let reach = self.span() / (TAU * self.harmonics().highest().max(1) as f64);
+        let mut near = |switch: Switch| {
+            let mut t = switch.time;
+            for _ in 0..CORRECTIONS {
+                self.motion(t, &mut q, &mut v);
+                model.drive(t, Side::After, &mut u);
+                model.contact(&u, &q, &v, &mut contacts);
+                let c = &contacts[switch.contact];
+                let (edge, rate) =
+                    if switch.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+                t -= (c.deflection - edge) / (c.rate - rate);
+            }
+            ((t - switch.time).abs() < reach).then_some(t)
+        };
+        switches.map(&mut near).collect()
     }
 
     /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a switch. Y then jumps
@@ -105,285 +170,5 @@ impl FourierOrbit {
         }
         breaks.sort_by(f64::total_cmp);
         (breaks, jumps)
-    }
-}
-
-/// Number of stages of the collocation.
-const STAGES: usize = 6;
-
-/// Nodes c_i on [0, 1].
-const NODES: [f64; STAGES] = column(0);
-
-/// Weights b_i.
-const WEIGHTS: [f64; STAGES] = column(1);
-
-const fn column(k: usize) -> [f64; STAGES] {
-    let (mut values, mut i) = ([0.0; STAGES], 0);
-    while i < STAGES {
-        values[i] = SIX_ON_UNIT[i][k];
-        i += 1;
-    }
-    values
-}
-
-/// a_ij = ∫_0^{c_i} L_j(x) dx, with L_j the j-th Lagrange polynomial of the nodes.
-const A: [[f64; STAGES]; STAGES] = {
-    let mut a = [[0.0; STAGES]; STAGES];
-    let mut j = 0;
-    while j < STAGES {
-        // Coefficients of L_j, then its integral.
-        let mut p = [0.0; STAGES];
-        p[0] = 1.0;
-        let mut k = 0;
-        while k < STAGES {
-            if k != j {
-                let scale = 1.0 / (NODES[j] - NODES[k]);
-                let mut m = STAGES;
-                while m > 0 {
-                    m -= 1;
-                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - NODES[k] * p[m]);
-                }
-            }
-            k += 1;
-        }
-        let mut i = 0;
-        while i < STAGES {
-            let (mut m, mut sum) = (STAGES, 0.0);
-            while m > 0 {
-                sum = sum * NODES[i] + p[m - 1] / m as f64;
-                m -= 1;
-            }
-            a[i][j] = NODES[i] * sum;
-            i += 1;
-        }
-        j += 1;
-    }
-    a
-};
-
-/// a²: Σ_k a_ik a_kj.
-const SQUARE: [[f64; STAGES]; STAGES] = {
-    let mut square = [[0.0; STAGES]; STAGES];
-    let mut entry = 0;
-    while entry < STAGES * STAGES * STAGES {
-        let (i, j, k) = (entry / STAGES / STAGES, entry / STAGES % STAGES, entry % STAGES);
-        square[i][j] += A[i][k] * A[k][j];
-        entry += 1;
-    }
-    square
-};
-
-/// bᵀa: Σ_i b_i a_ij.
-const TWICE: [f64; STAGES] = {
-    let mut twice = [0.0; STAGES];
-    let mut entry = 0;
-    while entry < STAGES * STAGES {
-        let (i, j) = (entry / STAGES, entry % STAGES);
-        twice[j] += WEIGHTS[i] * A[i][j];
-        entry += 1;
-    }
-    twice
-};
-
-/// Integration of Y along a series.
-struct SeriesFlow<'m, M: ?Sized> {
-    model: &'m M,
-    meter: &'m Meter<'m>,
-    slopes: Slopes<'m, M>,
-    /// Y, 2n x 2n, by columns.
-    y: Vec<f64>,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    /// Coordinates and velocities at every stage.
-    stages: [Vec<[f64; STAGES]>; 2],
-    /// Length of the last step, and sin and cos of the phase from its start to every stage.
-    ahead: (f64, [[f64; STAGES]; 2]),
-    u: Vec<f64>,
-    contacts: Vec<Contact>,
-    pieces: Vec<Piece>,
-    /// ∂a/∂q and ∂a/∂v of every stage, by columns.
-    of_q: Vec<f64>,
-    of_v: Vec<f64>,
-    system: Matrix,
-    /// Accelerations k of every stage for every column of Y.
-    k: Vec<f64>,
-}
-
-impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
-    fn new(orbit: &FourierOrbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
-        let n = orbit.dof();
-        let size = sizes(orbit);
-        let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
-        let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
-        SeriesFlow {
-            slopes: Slopes::new(model, scale, 0.0),
-            q: vec![0.0; n],
-            v: vec![0.0; n],
-            stages: [vec![[0.0; STAGES]; n], vec![[0.0; STAGES]; n]],
-            ahead: (0.0, [[0.0; STAGES]; 2]),
-            u: vec![0.0; model.drives()],
-            contacts: vec![Contact::default(); model.contacts()],
-            pieces: vec![Piece::Gap; model.contacts()],
-            of_q: vec![0.0; STAGES * n * n],
-            of_v: vec![0.0; STAGES * n * n],
-            system: Matrix::dense(if n == 1 { 0 } else { STAGES * n }),
-            k: vec![0.0; STAGES * n * 2 * n],
-            model,
-            meter,
-            y: vec![0.0; 4 * n * n],
-        }
-    }
-
-    /// Monodromy matrix ∂x(span)/∂x(0) along a series. `None` if [`advance`](SeriesFlow::advance) fails.
-    fn monodromy(&mut self, orbit: &FourierOrbit, breaks: &[f64], step: f64) -> Option<DMatrix<f64>> {
-        let m = 2 * orbit.dof();
-        self.ahead.0 = 0.0;
-        self.y.fill(0.0);
-        (0..m).for_each(|i| self.y[i * (m + 1)] = 1.0);
-        for stretch in breaks.windows(2) {
-            self.advance(orbit, stretch[0], stretch[1], step)?;
-        }
-        Some(DMatrix::from_column_slice(m, m, &self.y))
-    }
-
-    /// Integrates Y over a smooth interval. `None` if a slope is not finite, a step is singular, or the
-    /// budget is spent.
-    fn advance(&mut self, orbit: &FourierOrbit, start: f64, end: f64, step: f64) -> Option<()> {
-        let mut t = start;
-        if end <= start {
-            return Some(());
-        }
-        orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
-        self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
-        self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
-        self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
-        let mut fastest = self.read();
-        let mut h = f64::INFINITY;
-        while t < end {
-            if !fastest.is_finite() || self.meter.spend().is_err() {
-                return None;
-            }
-            // Equal steps to the end of the interval, at most `step` radians of the highest frequency so far.
-            // That frequency counts as at least the base frequency.
-            let longest = step / fastest.max(TAU / orbit.span());
-            if h > longest {
-                h = (end - t) / ((end - t) / longest).ceil().max(1.0);
-            }
-            fastest = fastest.max(self.step(orbit, t, h)?);
-            t = if (end - t) <= 1.5 * h { end } else { t + h };
-        }
-        fastest.is_finite().then_some(())
-    }
-
-    /// Reads the slopes at the current drives and motion. Returns the fastest local frequency: the maximum of
-    /// √(Σ_j |∂a_i/∂q_j|) and Σ_j |∂a_i/∂v_j| over the rows i.
-    fn read(&mut self) -> f64 {
-        let fixed = (!self.pieces.is_empty()).then_some(&self.pieces[..]);
-        self.slopes.at(fixed, &self.u, &self.q, &self.v);
-        let (of_q, of_v) = (&self.slopes.jacobian.q, &self.slopes.jacobian.v);
-        let n = self.q.len();
-        let sum = |i: usize, m: &DMatrix<f64>| (0..n).map(|j| m[(i, j)].abs()).sum::<f64>();
-        // `f64::max` ignores NaN.
-        let all = |m: f64, x: f64| if x.is_nan() { f64::INFINITY } else { m.max(x) };
-        (0..n).fold(0.0, |m: f64, i| all(all(m, sum(i, of_q).sqrt()), sum(i, of_v)))
-    }
-
-    /// k_i = A_i (q + c_i h v + h² Σ_j a²_ij k_j) + B_i (v + h Σ_j a_ij k_j): one step of length h.
-    ///
-    /// k_i are the accelerations, A_i = ∂a/∂q and B_i = ∂a/∂v at stage i. Returns the fastest local frequency
-    /// at the stages.
-    fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
-        let n = self.q.len();
-        let mut fastest = 0.0f64;
-        let times = NODES.map(|c| t + c * h);
-        if self.ahead.0 != h {
-            self.ahead = (h, turned(NODES.map(|c| c * h / orbit.span())));
-        }
-        let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.span()]), &self.ahead.1);
-        let phases = [
-            std::array::from_fn(|stage| sin * ahead_cos[stage] + cos * ahead_sin[stage]),
-            std::array::from_fn(|stage| cos * ahead_cos[stage] - sin * ahead_sin[stage]),
-        ];
-        let [q, v] = &mut self.stages;
-        orbit.motions(times, phases, q, v);
-        for (stage, &t) in times.iter().enumerate() {
-            self.model.drive(t, Side::After, &mut self.u);
-            let [q, v] = &self.stages;
-            self.q
-                .iter_mut()
-                .zip(q)
-                .chain(self.v.iter_mut().zip(v))
-                .for_each(|(x, stages)| *x = stages[stage]);
-            fastest = fastest.max(self.read());
-            let read = &self.slopes.jacobian;
-            for (kept, read) in [(&mut self.of_q, &read.q), (&mut self.of_v, &read.v)] {
-                match read.as_slice() {
-                    [one] => kept[stage] = *one,
-                    all => kept[stage * n * n..][..n * n].copy_from_slice(all),
-                }
-            }
-        }
-        if n == 1 {
-            self.single(h)?
-        } else {
-            self.several(h)?
-        }
-        for (y, k) in self.y.chunks_exact_mut(2 * n).zip(self.k.chunks_exact(STAGES * n)) {
-            for i in 0..n {
-                let sum = |weights: &[f64; STAGES]| {
-                    weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>()
-                };
-                y[i] += h * y[n + i] + h * h * sum(&TWICE);
-                y[n + i] += h * sum(&WEIGHTS);
-            }
-        }
-        Some(fastest)
-    }
-
-    /// Computes k for one coordinate, with arrays of fixed size and no allocation.
-    fn single(&mut self, h: f64) -> Option<()> {
-        let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
-        let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            unit - h * h * SQUARE[i][j] * of_q[i] - h * A[i][j] * of_v[i]
-        });
-        let mut k = SMatrix::<f64, STAGES, 2>::from_fn(|i, column| {
-            let (q, v) = (y[2 * column], y[2 * column + 1]);
-            of_q[i] * (q + NODES[i] * h * v) + of_v[i] * v
-        });
-        if !system.lu().solve_mut(&mut k) {
-            return None;
-        }
-        self.k.copy_from_slice(k.as_slice());
-        Some(())
-    }
-
-    /// Computes k for any number of coordinates.
-    fn several(&mut self, h: f64) -> Option<()> {
-        let n = self.q.len();
-        let rows = STAGES * n;
-        for (stage, c) in NODES.iter().enumerate() {
-            let (of_q, of_v) = (&self.of_q[stage * n * n..][..n * n], &self.of_v[stage * n * n..][..n * n]);
-            for other in 0..STAGES {
-                let (by_q, by_v) = (-h * h * SQUARE[stage][other], -h * A[stage][other]);
-                for j in 0..n {
-                    let column = &mut self.system.column_mut(other * n + j)[stage * n..(stage + 1) * n];
-                    for (i, entry) in column.iter_mut().enumerate() {
-                        let unit = if stage == other && i == j { 1.0 } else { 0.0 };
-                        *entry = unit + by_q * of_q[j * n + i] + by_v * of_v[j * n + i];
-                    }
-                }
-            }
-            for (y, k) in self.y.chunks_exact(2 * n).zip(self.k.chunks_exact_mut(rows)) {
-                for i in 0..n {
-                    let along =
-                        |j: usize| of_q[j * n + i] * (y[j] + c * h * y[n + j]) + of_v[j * n + i] * y[n + j];
-                    k[stage * n + i] = (0..n).map(along).sum();
-                }
-            }
-        }
-        let factors = Factors::new(&self.system).ok()?;
-        self.k.chunks_exact_mut(rows).for_each(|k| factors.solve(k));
-        Some(())
     }
 }

@@ -22,6 +22,14 @@ pub(crate) struct Grid<'m, M: ?Sized> {
     pub(crate) transform: Transform,
 }
 
+impl<'m, M: ?Sized> Grid<'m, M> {
+    /// The same grid with another model; drives and motion are kept.
+    pub(crate) fn with_model<N: ?Sized>(self, model: &N) -> Grid<'_, N> {
+        let Grid { harmonics, span, u, drives, z, transform, .. } = self;
+        Grid { model, harmonics, span, u, drives, z, transform }
+    }
+}
+
 impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
     pub(crate) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
         let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
@@ -43,6 +51,27 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
             drives,
             z: vec![vec![Complex64::ZERO; samples]; model.dof()],
             transform: Transform::new(samples),
+        }
+    }
+
+    /// Reads the period and the drives of the model anew. `constants`: only drives that are the same at every
+    /// phase have changed; they are read at one instant.
+    pub(crate) fn redrive(&mut self, constants: bool) {
+        let (model, drives) = (self.model, self.drives);
+        self.span = model.period() * self.harmonics.periods() as f64;
+        let (samples, step) = (self.samples(), self.step());
+        if !constants {
+            for (s, u) in self.u.chunks_exact_mut(drives.max(1)).enumerate() {
+                model.drive(step * s as f64, Side::After, u);
+            }
+            return;
+        }
+        let mut first = vec![0.0; drives];
+        model.drive(0.0, Side::After, &mut first);
+        for (k, value) in first.iter().enumerate() {
+            if self.u[k] != *value {
+                (0..samples).for_each(|s| self.u[s * drives + k] = *value);
+            }
         }
     }
 

@@ -76,6 +76,19 @@ impl Switching {
         self.events.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
     }
 
+    /// Local extremes of the distance of a contact from its lower or its upper edge: time over the span,
+    /// distance, and whether it is a maximum.
+    pub(crate) fn extremes(&self, contact: usize, lower: bool) -> impl Iterator<Item = (f64, f64, bool)> {
+        let edge = if lower { &self.lower[contact] } else { &self.upper[contact] };
+        let (m, stencil) = (edge.len(), Stencil::get());
+        let turns = move |s: usize| edge[s][1] * edge[(s + 1) % m][1] <= 0.0 && edge[s][0].is_finite();
+        (0..m).filter(move |&s| turns(s)).filter_map(move |s| {
+            let polynomial = stencil.polynomial(s, m, |i| edge[i][0]);
+            let y = polynomial.extreme()?;
+            Some(((s as f64 + 0.5 + y) / m as f64, polynomial.at(y).0, edge[s][1] > 0.0))
+        })
+    }
+
     /// Locates all switches of the motion on the grid.
     pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
         let stencil = Stencil::get();

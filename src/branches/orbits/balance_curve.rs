@@ -1,0 +1,377 @@
+//! The equations of a harmonic balance over a parameter.
+
+use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::family::Family;
+use crate::branches::orbits::balance_family::BalanceFamily;
+use crate::branches::orbits::balance_room::{At, BalanceRoom};
+use crate::branches::orbits::balance_slope::BalanceSlope;
+use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::orbits::series_measure::measure_series;
+use crate::model::equations::Periodic;
+use crate::model::rigid::rigid_modes;
+use crate::ode::budget::Meter;
+use crate::ode::probe::Probe;
+use crate::periodic::balance::amplitudes::sizes;
+use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
+use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::quadrature::panel_points::drive_edges;
+use crate::periodic::balance::quality::multipliers_of_series::{Smooth, Switch};
+use crate::periodic::balance::settings::Balance;
+use crate::periodic::multipliers::Multipliers;
+use crate::roots::matrix::Matrix;
+use crate::roots::residual::Residual;
+use nalgebra::{DMatrix, DVector};
+use std::cell::{OnceCell, RefCell};
+use std::rc::Rc;
+
+/// R(x; p) = 0: the coefficients of q'' - a(u(t), q, q') at the kept orders, at fixed phases of the period
+/// T(p).
+///
+/// Unknowns: those of the [`BalanceEquations`], with the scales of the first orbit on the whole branch.
+pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
+    family: Rc<dyn BalanceFamily<M> + 'f>,
+    room: RefCell<BalanceRoom<'f, M>>,
+    /// Equations at a neighbouring parameter, for differences.
+    beside: BalanceRoom<'f, M>,
+    slope: BalanceSlope<M>,
+    matrix: Matrix,
+    /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
+    scales: Vec<f64>,
+    width: usize,
+    rigid: usize,
+    modes: Vec<Vec<f64>>,
+    /// Ranges of motion of the coordinates.
+    ranges: Vec<f64>,
+    /// Step of the differences with respect to a parameter without exact derivative.
+    difference: f64,
+    /// Whether the equations have a continuous derivative.
+    is_smooth: bool,
+    channels: RefCell<(Vec<String>, Vec<usize>)>,
+    meter: Rc<Meter<'f>>,
+}
+
+/// What is known of a point besides its unknowns.
+#[derive(Clone)]
+pub(crate) struct Series {
+    /// Whether an acceleration jumps at a switch.
+    jumps: bool,
+    multipliers: Rc<OnceCell<Option<Multipliers>>>,
+}
+
+/// Step of the one-sided differences, as a share of the unit of the parameter.
+const STEP: f64 = 1e-6;
+
+/// A correction after which the next one would be rounding, by quadratic convergence.
+const LAST: f64 = 1e-8;
+
+/// Coefficients up to this share of the range of motion count as zero.
+const SYMMETRIC: f64 = 1e-6;
+
+/// Ranges below this share of the size of a coordinate are rounding: the size is the unit then.
+const AT_REST: f64 = 1e-9;
+
+impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
+    /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
+    pub(crate) fn new(
+        family: Rc<dyn BalanceFamily<M> + 'f>,
+        balance: &Balance,
+        (p, unit): (f64, f64),
+        orbit: &FourierOrbit,
+        meter: Rc<Meter<'f>>,
+    ) -> Result<Self, CurveError> {
+        let near = Rc::new(orbit.clone());
+        let mut room = BalanceRoom::new(family.clone(), balance, near.clone());
+        let beside = BalanceRoom::new(family.clone(), balance, near);
+        let (matrix, scales, rigid, modes, integrals) = room.at(p, |equations, At { model, .. }| {
+            let layout = &equations.layout;
+            let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
+            (equations.matrix(), layout.scales.clone(), layout.rigid.len(), modes, equations.integrals())
+        })?;
+        let n = scales.len();
+        let sampled = matches!(integrals, Integrals::Sampled { .. });
+        let has_contacts = room.at(p, |_, at| at.model.contacts() > 0)?;
+        let swing = |j: usize| orbit.peak_to_peak(j);
+        Ok(BalanceCurve {
+            family,
+            room: RefCell::new(room),
+            beside,
+            slope: BalanceSlope::new(),
+            matrix,
+            width: orbit.harmonics().unknowns(),
+            rigid,
+            modes,
+            ranges: (0..n).map(swing).chain(sizes(orbit)).collect(),
+            scales,
+            difference: STEP * unit.max(p.abs()),
+            is_smooth: !(sampled && has_contacts),
+            channels: RefCell::default(),
+            meter,
+        })
+    }
+
+    /// Calls `work` with the equations at a point, after an evaluation there.
+    fn evaluated<R>(
+        &self,
+        point: &CurvePoint<Series>,
+        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, M>, &'m M) -> R,
+    ) -> Result<R, CurveError> {
+        self.room.borrow_mut().at(point.p, |equations, at| {
+            equations.evaluate(point.x.as_slice(), false);
+            work(equations, at.model)
+        })
+    }
+
+    /// ∂R/∂p by one-sided differences.
+    fn differences(
+        &mut self,
+        x: &DVector<f64>,
+        p: f64,
+        here: &DVector<f64>,
+    ) -> Result<DVector<f64>, CurveError> {
+        let mut there = DVector::zeros(x.len());
+        let mut at =
+            |p: f64| self.beside.at(p, |equations, _| equations.residual(x.as_slice(), there.as_mut_slice()));
+        let mut beside = p + self.difference;
+        if at(beside).is_err() {
+            beside = p - self.difference;
+            at(beside)?;
+        }
+        Ok((there - here) / (beside - p))
+    }
+
+    /// Indices of channels in the order of [`Probe`].
+    fn places(&self, channels: &[String], p: f64) -> Result<Vec<usize>, CurveError> {
+        let mut known = self.channels.borrow_mut();
+        if known.0 != channels {
+            let places = self.room.borrow_mut().at(p, |_, at| {
+                let probe = Probe::new(at.model);
+                channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()
+            })?;
+            let places = places.map_err(|error| CurveError::Model { parameter: p, error })?;
+            *known = (channels.to_vec(), places);
+        }
+        Ok(known.1.clone())
+    }
+
+    /// The multipliers of the equation along the series, computed once.
+    fn multipliers_along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
+        point.solution.multipliers.get_or_init(|| self.along(point)).clone()
+    }
+
+    fn along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
+        let found = self.evaluated(point, |equations, model| {
+            if !equations.integration.follows_switches() && model.contacts() > 0 {
+                equations.switching.locate(&mut equations.grid);
+            }
+            let orbit = equations.orbit(point.x.as_slice());
+            let step = equations.grid.step();
+            let switches = || {
+                let of = |switch: Switch| Switch { time: switch.time * step, ..switch };
+                equations.switching.events().iter().map(move |event| of(event.into()))
+            };
+            let ends = |switches: Vec<f64>| {
+                let mut ends = drive_edges(model, orbit.span());
+                ends.extend(switches.into_iter().chain([0.0, orbit.span()]));
+                ends.sort_by(f64::total_cmp);
+                ends
+            };
+            let smooth =
+                Smooth { breaks: ends(switches().map(|s| s.time).collect()), jumps: point.solution.jumps };
+            let again = |fewer: &FourierOrbit| fewer.switches_near(model, switches()).map(ends);
+            orbit.multipliers_between(&model, &self.modes, &smooth, &again, &self.meter)
+        });
+        found.ok().flatten()
+    }
+}
+
+impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
+    type Solution = Series;
+
+    fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Series>, CurveError> {
+        self.meter.spend_slowly()?;
+        let n = x.len();
+        let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        let (matrix, slope) = (&mut self.matrix, &mut self.slope);
+        let (exact, jumps, weights) = self.room.get_mut().at(p, |equations, at| {
+            equations.residual(x.as_slice(), residual.as_mut_slice());
+            equations.jacobian(x.as_slice(), matrix);
+            match matrix.single() {
+                Some(entries) => by_x.as_mut_slice().copy_from_slice(entries),
+                None => by_x = DMatrix::from(&*matrix),
+            }
+            let jumps = !equations.spectra.jumps.is_empty();
+            let exact = at.slope.filter(|_| !jumps).and_then(|model| slope.at(equations, model));
+            (exact, jumps, weights(equations))
+        })?;
+        let mut by_p = match exact {
+            Some(by_p) => by_p,
+            None => self.differences(x, p, &residual)?,
+        };
+        residual.component_mul_assign(&weights);
+        by_p.component_mul_assign(&weights);
+        by_x.column_iter_mut().for_each(|mut column| column.component_mul_assign(&weights));
+        Ok(Linear { residual, by_x, by_p, solution: Series { jumps, multipliers: Rc::default() } })
+    }
+
+    fn units(&self) -> DVector<f64> {
+        let n = self.scales.len();
+        let share = (n as f64).sqrt();
+        let unit = |j: usize| {
+            let (range, scale) = (self.ranges[j], self.scales[j]);
+            share * if range > AT_REST * scale { range / scale } else { 1.0 }
+        };
+        DVector::from_fn(n * self.width + self.rigid, |i, _| {
+            if i < n * self.width { unit(i / self.width) } else { share }
+        })
+    }
+
+    fn last_correction(&self) -> f64 {
+        if self.is_smooth { LAST } else { 0.0 }
+    }
+}
+
+/// Weights of the equations: 1/max(s, (k ω)²) at order k, with the largest stiffness s.
+fn weights<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> DVector<f64> {
+    let (layout, stiffest) = (&equations.layout, equations.couplings.stiffest);
+    let width = layout.harmonics.unknowns();
+    let mut weights = DVector::from_element(layout.size(), 1.0);
+    for (at, &order) in layout.harmonics.orders().iter().enumerate() {
+        let (place, rate) = (layout.harmonics.place(at), order as f64 * layout.omega);
+        let weight = 1.0 / stiffest.max(rate * rate).max(layout.omega * layout.omega);
+        for j in 0..layout.dof {
+            weights[j * width + place] = weight;
+            if order > 0 {
+                weights[j * width + place + 1] = weight;
+            }
+        }
+    }
+    weights
+}
+
+impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
+    type Orbit = FourierOrbit;
+
+    fn family(&self) -> &dyn Family {
+        self.family.family()
+    }
+
+    fn unknowns(&self, orbit: &FourierOrbit) -> DVector<f64> {
+        let found = self.room.borrow_mut().here(|equations| equations.unknowns(orbit));
+        DVector::from_vec(found.unwrap_or_default()) // the room holds the model of the first orbit
+    }
+
+    fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
+        // Those of the equation say nothing on the doublings of a balance with truncated forces.
+        self.family.is_of_equation().then(|| self.multipliers_along(point)).flatten()
+    }
+
+    /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
+    /// balance and not at it.
+    fn multipliers_pass_at_folds(&self) -> bool {
+        false
+    }
+
+    fn predicts_from_two_points(&self) -> bool {
+        true
+    }
+
+    fn orbit(&self, point: &CurvePoint<Series>) -> Result<(FourierOrbit, Multipliers), CurveError> {
+        let corrections = &point.corrections;
+        let orbit = self.evaluated(point, |equations, _| {
+            let mut residual = vec![0.0; point.x.len()];
+            equations.residual(point.x.as_slice(), &mut residual);
+            let mut orbit = equations.orbit(point.x.as_slice());
+            orbit.residual = crate::numeric::norms::largest(&residual);
+            (orbit.iterations, orbit.evaluations) = (corrections.len(), corrections.len());
+            orbit.notes = equations.notes();
+            orbit
+        })?;
+        self.meter.left()?;
+        let none = || CurveError::NotConverged { corrections: corrections.clone() };
+        Ok((orbit, self.multipliers_along(point).ok_or_else(none)?))
+    }
+
+    fn measure(&self, point: &CurvePoint<Series>, channels: &[String]) -> Result<Measured, CurveError> {
+        let places = if channels.is_empty() { Vec::new() } else { self.places(channels, point.p)? };
+        self.evaluated(point, |equations, _| {
+            let orbit = equations.orbit(point.x.as_slice());
+            measure_series(equations, &orbit, &places)
+        })
+    }
+
+    /// Whether the even orders vanish.
+    fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
+        let vanish = self.room.borrow_mut().here(|equations| {
+            let harmonics = &equations.layout.harmonics;
+            point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
+                |((part, scale), range)| {
+                    harmonics.orders().iter().enumerate().filter(|(_, order)| *order % 2 == 0).all(
+                        |(at, order)| {
+                            let place = harmonics.place(at);
+                            let both = &part[place..=place + usize::from(*order > 0)];
+                            both.iter().all(|c| (c * scale).abs() <= SYMMETRIC * range)
+                        },
+                    )
+                },
+            )
+        });
+        vanish.unwrap_or(false)
+    }
+
+    fn set_ranges(&mut self, ranges: Vec<f64>) {
+        self.ranges = ranges;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::branches::family::ByConstant;
+    use crate::branches::orbits::balance_family::Plain;
+    use crate::models::nfg::{NfgPair, NfgParams};
+    use crate::ode::budget::Budget;
+    use crate::periodic::balance::series::harmonics::Harmonics;
+
+    /// ∂R/∂c is that of differences, for every constant of the face gear pair and every way of integration,
+    /// along a motion with rattle.
+    #[test]
+    fn exact_derivatives_with_respect_to_constants() -> Result<(), Box<dyn std::error::Error>> {
+        let pair = NfgPair::new(&NfgParams { speed: 140.0, ..NfgParams::table1() })?;
+        let b = pair.half_width();
+        let (harmonics, series) = (Harmonics::bands(63, 1, 2)?, [-0.9 * b, 0.3 * b, 0.1 * b]);
+        let rest = vec![0.1 * b; harmonics.unknowns() - 3];
+        let orbit = FourierOrbit::new(&harmonics, pair.period(), &[[&series[..], &rest].concat()])?;
+        let budget = Budget::new();
+        for constant in pair.names() {
+            let family = ByConstant::new(&pair, &constant.name)?;
+            for integrals in
+                [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }]
+            {
+                let p = family.value();
+                let balance = Balance::new(harmonics.clone()).integrals(integrals);
+                let meter = Rc::new(budget.begin());
+                let of = (p, p.abs());
+                let mut curve = BalanceCurve::new(Rc::new(Plain(&family)), &balance, of, &orbit, meter)?;
+                let x = curve.unknowns(&orbit);
+                let exact = curve.linearise(&x, p)?.by_p;
+                assert!(!curve.slope.is_unavailable(), "{constant} {integrals:?}");
+                let h = 1e-5 * p.abs();
+                let (low, high) = (curve.linearise(&x, p - h)?, curve.linearise(&x, p + h)?);
+                // The weights of the equations change with the speed.
+                let mut at = |p: f64| curve.room.get_mut().at(p, |equations, _| weights(equations));
+                let [here, below, above] = [at(p)?, at(p - h)?, at(p + h)?];
+                let plain = |linear: &Linear<Series>, weights: &DVector<f64>| {
+                    linear.residual.component_div(weights).component_mul(&here)
+                };
+                let differences = (plain(&high, &above) - plain(&low, &below)) / (2.0 * h);
+                let error = (&exact - &differences).amax() / exact.amax();
+                println!("{constant} {integrals:?}: {error:.1e}");
+                assert!(error < if matches!(integrals, Integrals::Sampled { .. }) { 1e-2 } else { 1e-6 });
+            }
+        }
+        Ok(())
+    }
+}

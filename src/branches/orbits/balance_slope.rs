@@ -1,0 +1,117 @@
+//! The derivative of the residual of a balance with respect to a named constant.
+
+use crate::model::couplings::Couplings;
+use crate::model::equations::Periodic;
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
+use crate::periodic::balance::series::spectra::Spectra;
+use nalgebra::DVector;
+
+/// ∂R/∂c = -2 (kω)² σ q_k - (∂a/∂c)_k, at fixed Fourier coefficients q_k, with σ = (∂φ'/∂c)/φ'.
+///
+/// ∂a/∂c is a [model](crate::branches::orbits::along_constant::AlongConstant), whose accelerations are
+/// integrated in the same way as those of the model itself.
+pub(crate) struct BalanceSlope<M: ?Sized> {
+    arrays: Option<Arrays<M>>,
+    /// The way of integration does not follow the derivative.
+    unavailable: bool,
+}
+
+struct Arrays<M: ?Sized> {
+    couplings: Couplings,
+    spectra: Spectra,
+    /// Integration that holds results of the derivative; `None`: that of the equations serves.
+    own: Option<Box<dyn Integration<M>>>,
+    slopes: Option<Slopes<'static, ()>>,
+}
+
+/// Relative difference of two constant slopes that is rounding of differences.
+const SAME: f64 = 1e-9;
+
+impl<M: Periodic + ?Sized> BalanceSlope<M> {
+    pub(crate) fn new() -> Self {
+        BalanceSlope { arrays: None, unavailable: false }
+    }
+
+    /// Whether a derivative was found not to be available.
+    #[cfg(test)]
+    pub(crate) fn is_unavailable(&self) -> bool {
+        self.unavailable || self.arrays.is_none()
+    }
+
+    /// ∂R/∂c at the unknowns at which the equations were evaluated last. `None` if it is not available.
+    pub(crate) fn at<'m>(
+        &mut self,
+        equations: &mut BalanceEquations<'m, M>,
+        (slope, speed): (&'m M, f64),
+    ) -> Option<DVector<f64>> {
+        if self.unavailable {
+            return None;
+        }
+        let arrays = self.arrays.get_or_insert_with(|| Arrays {
+            couplings: equations.couplings.clone(),
+            spectra: Spectra::new(
+                equations.layout.dof,
+                equations.couplings.varying.len(),
+                &equations.layout.harmonics,
+            ),
+            own: equations.integration.twin(),
+            slopes: None,
+        });
+        let found = arrays.integrate(equations, slope);
+        self.unavailable = !found;
+        found.then(|| residual(equations, &arrays.spectra, speed))
+    }
+}
+
+impl<M: Periodic + ?Sized> Arrays<M> {
+    /// Integrates the accelerations of `slope`. `false` if the way of integration does not follow it.
+    fn integrate<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
+        let model = std::mem::replace(&mut equations.grid.model, slope);
+        let integrates = self.integrate_on_grid(equations, slope);
+        equations.grid.model = model;
+        integrates
+    }
+
+    /// [`integrate`](Arrays::integrate) with a grid that is bound to `slope`.
+    fn integrate_on_grid<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
+        let BalanceEquations { grid, switching, coefficients, integration, .. } = equations;
+        if let Some(own) = &mut self.own {
+            let mut slopes = match self.slopes.take() {
+                Some(slopes) => slopes.with_model(slope),
+                None => Slopes::new(slope, equations.slopes.scale.clone(), 0.0),
+            };
+            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME)
+                && own.adapt(grid, &self.couplings, &mut slopes);
+            self.slopes = Some(slopes.with_model(&()));
+            if !follows {
+                return false;
+            }
+        }
+        let mut motion = Motion { grid, switching, couplings: &self.couplings, coefficients };
+        self.own.as_mut().unwrap_or(integration).accelerations(&mut motion, &mut self.spectra);
+        true
+    }
+}
+
+fn residual<M: Periodic + ?Sized>(
+    equations: &BalanceEquations<'_, M>,
+    spectra: &Spectra,
+    speed: f64,
+) -> DVector<f64> {
+    let layout = &equations.layout;
+    let (harmonics, width) = (&layout.harmonics, layout.harmonics.unknowns());
+    let mut by_c = DVector::zeros(layout.size());
+    for (i, a) in spectra.accelerations.iter().enumerate() {
+        let part = &equations.coefficients[i * width..(i + 1) * width];
+        for (at, &order) in harmonics.orders().iter().enumerate() {
+            let (at, rate) = (harmonics.place(at), order as f64 * layout.omega);
+            for place in at..=at + usize::from(order > 0) {
+                by_c[i * width + place] =
+                    (-2.0 * speed * rate * rate * part[place] - a[place]) / layout.scales[i];
+            }
+        }
+    }
+    by_c
+}

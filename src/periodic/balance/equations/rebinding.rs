@@ -1,0 +1,113 @@
+//! Equations of a balance that are bound to another model.
+
+use crate::model::couplings::Couplings;
+use crate::model::equations::Periodic;
+use crate::model::offers::Offers;
+use crate::model::slopes::Slopes;
+use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::integration::integration_trait::Integration;
+use crate::periodic::balance::series::assembly::JacobianLayout;
+use crate::periodic::balance::series::grid::Grid;
+use crate::periodic::balance::series::spectra::Spectra;
+use crate::periodic::balance::switching::instants::Switching;
+use std::f64::consts::TAU;
+
+/// Relative difference of two constant slopes that is rounding.
+const SAME: f64 = 1e-13;
+
+/// The equations of a balance without their model. With a model they are equations again.
+///
+/// The scales of the unknowns, the number of samples and the way of integration remain.
+pub(crate) struct Unbound<M: ?Sized> {
+    layout: JacobianLayout,
+    couplings: Couplings,
+    grid: Grid<'static, ()>,
+    slopes: Slopes<'static, ()>,
+    spectra: Spectra,
+    switching: Switching,
+    integration: Box<dyn Integration<M>>,
+    coefficients: Vec<f64>,
+    evaluated: Vec<f64>,
+    has_slopes: bool,
+}
+
+impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
+    pub(crate) fn unbind(self) -> Unbound<M> {
+        let BalanceEquations {
+            layout,
+            couplings,
+            grid,
+            slopes,
+            spectra,
+            switching,
+            integration,
+            coefficients,
+            evaluated,
+            has_slopes,
+        } = self;
+        let (grid, slopes) = (grid.with_model(&()), slopes.with_model(&()));
+        Unbound {
+            layout,
+            couplings,
+            grid,
+            slopes,
+            spectra,
+            switching,
+            integration,
+            coefficients,
+            evaluated,
+            has_slopes,
+        }
+    }
+}
+
+impl<M: Periodic + ?Sized> Unbound<M> {
+    /// The equations of the model to which they were bound last; its evaluations are kept.
+    pub(crate) fn bind(self, model: &M) -> BalanceEquations<'_, M> {
+        let Unbound {
+            layout,
+            couplings,
+            grid,
+            slopes,
+            spectra,
+            switching,
+            integration,
+            coefficients,
+            evaluated,
+            has_slopes,
+        } = self;
+        let (grid, slopes) = (grid.with_model(model), slopes.with_model(model));
+        BalanceEquations {
+            layout,
+            couplings,
+            grid,
+            slopes,
+            spectra,
+            switching,
+            integration,
+            coefficients,
+            evaluated,
+            has_slopes,
+        }
+    }
+
+    /// The equations of a model with another parameter. `constants`: the drives differ from those of the last
+    /// model by values that are the same at every phase.
+    ///
+    /// `None` if the model needs other equations: its slopes have another pattern, or the way of integration
+    /// does not follow.
+    pub(crate) fn rebind(self, model: &M, constants: bool) -> Option<BalanceEquations<'_, M>> {
+        let mut equations = self.bind(model);
+        let BalanceEquations { layout, couplings, grid, slopes, integration, evaluated, .. } = &mut equations;
+        evaluated.clear();
+        grid.redrive(constants);
+        layout.omega = TAU / grid.span();
+        if integration.needs_slopes() {
+            let has_fixed_pieces = model.contacts() > 0 && Offers::of(model).fixed_pieces();
+            if !couplings.reread(slopes, has_fixed_pieces, SAME) {
+                return None;
+            }
+        }
+        integration.adapt(grid, couplings, slopes).then_some(equations)
+    }
+}
