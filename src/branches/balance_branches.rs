@@ -40,15 +40,15 @@ impl Continuation {
     ///
     /// ```
     /// use gear_dynamics::branches::{ByConstant, Continuation};
-    /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
-    /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+    /// use gear_dynamics::{Balance, Harmonics, contact::Piece, trains::SpurPair};
+    /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
     /// let family = ByConstant::new(&pair, "speed")?;
-    /// let balance = Balance::new(Harmonics::up_to(70));
-    /// let guess = balance.linearised(&pair, Piece::Lower)?;
-    /// let branch = Continuation::new(100.0, 110.0).balance(&family, &balance, &guess)?;
+    /// let balance = Balance::new(Harmonics::up_to(12));
+    /// let guess = balance.linearised(&pair, Piece::Upper)?;
+    /// let branch = Continuation::new(0.6, 0.7).measure(&["q1"]).balance(&family, &balance, &guess)?;
     /// let last = branch.points().last().ok_or("a point")?;
-    /// assert_eq!(last.parameter, 110.0);
-    /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-6 * last.peak_to_peak());
+    /// assert_eq!(last.parameter, 0.7);
+    /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -111,8 +111,8 @@ impl Continuation {
     /// let at = |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
     /// let family = ByFunction::new("speed", "rad/s", at);
     /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?); // the 15 unknowns of Liu 2021
-    /// let guess = balance.linearised(&at(170.0)?, Piece::Lower)?;
-    /// let continuation = Continuation::new(170.0, 190.0).max_points(60);
+    /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
+    /// let continuation = Continuation::new(179.0, 190.0).max_points(20);
     /// let branch = continuation.balance_truncating_forces(&family, &balance, &guess)?;
     /// assert!((branch.of_kind("fold")[0].parameter - 179.9259).abs() < 1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
