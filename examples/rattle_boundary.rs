@@ -12,11 +12,12 @@
 
 mod support;
 
-use gear_dynamics::branches::{BranchPoint, ByConstant, ByConstants, Continuation};
+use gear_dynamics::branches::{BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Rows};
 use gear_dynamics::{
-    Dop853, Integrator, NfgPair, NfgParams, ParameterError, Periodic, Settle, Shooting, Statistics, Sweep,
+    Dop853, Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Settle, Shooting, State,
+    Statistics, Sweep,
 };
 use std::time::Instant;
 use support::{Map, Outcome, coarse, csv_file, gallery, maps_under, progress};
@@ -61,7 +62,7 @@ fn along(pair: &NfgPair, onset: &Onset, speed: f64) -> Outcome<Option<Onset>> {
     let plane = ByConstants::new(pair, ["load torque", "speed"])?;
     let range = Continuation::new(onset.speed, speed).first_step(2.0).max_step(2.0).max_points(4);
     let line = range.bounds_across(1.0, 200.0).shooting(shooting()).boundary(&plane, &onset.point)?;
-    let Some(last) = line.points().last().filter(|last| last.parameters[1] == speed) else {
+    let Some(last) = line.points().last().filter(|last| (last.parameters[1] - speed).abs() < 1e-9) else {
         return Ok(None);
     };
     let load = last.parameters[0];
@@ -92,8 +93,10 @@ fn boundary(pair: &NfgPair, speeds: &[f64], load: f64) -> Outcome<Vec<Onset>> {
             Some(next) => next,
             None => {
                 // A new piece. At the higher load all teeth stay in contact.
-                let (above, piece) = onsets.last().map_or((load, 1), |last| (1.4 * last.load, last.piece + 1));
-                let point = first_loss(&pair.with("speed", speed)?.with("load torque", above)?, "load torque", 1.0)?;
+                let (above, piece) =
+                    onsets.last().map_or((load, 1), |last| (1.4 * last.load, last.piece + 1));
+                let point =
+                    first_loss(&pair.with("speed", speed)?.with("load torque", above)?, "load torque", 1.0)?;
                 Onset { speed, load: point.parameter, piece, point }
             }
         };
@@ -134,52 +137,123 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     Ok(b)
 }
 
-/// Rattle states over speed and load, after 20 turns.
-fn rattle_states(speeds: [f64; 2], loads: [f64; 2], side: usize) -> Outcome<Vec<(f64, f64, i32)>> {
+/// The speed below which the orbit of one turn that touches both flanks is unstable, over the load.
+///
+/// Below it the motion is chaotic and touches the back flank in bursts: the onset of back contact is no
+/// point of a branch of periodic orbits.
+fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
+    let fast = pair.with("speed", 175.0)?;
+    let settled = Dop853::new().end(&fast, &fast.static_start()?, 30.0 * fast.period())?;
+    let shooting = shooting().segments(8);
+    let family = ByConstant::new(&fast, "speed")?;
+    let range = Continuation::new(175.0, 155.0).shooting(shooting.clone());
+    let mut following = range.begin(&family, &[State { t: 0.0, ..settled }])?;
+    let Some(doubling) = following.find(|point| matches!(point.kind, Some(PointKind::PeriodDoubling))) else {
+        return Err(format!("no period doubling: {}", following.branch()).into());
+    };
+    println!("rattle on both flanks of period one is stable from {:.8} rad/s upwards", doubling.parameter);
+    if coarse() {
+        return Ok(Vec::new());
+    }
+    let plane = ByConstants::new(pair, ["speed", "load torque"])?;
+    let range = Continuation::new(30.0, 40.0).both_ways().bounds(10.0, 60.0).bounds_across(100.0, 200.0);
+    let line = range.max_step(0.2).max_points(40).shooting(shooting).boundary(&plane, &doubling)?;
+    println!("its boundary has {} points; {}", line.points().len(), line.end());
+    Ok(line.points().iter().map(|point| (point.parameters[0], point.parameters[1])).collect())
+}
+
+/// Rattle states over speed and load in lanes: 20 turns to settle, 10 turns measured.
+fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) -> Outcome<Rows> {
     let points = Points::grid(vec![
         Axis::linear("speed", speeds[0], speeds[1], side)?,
         Axis::linear("load", loads[0], loads[1], side)?,
     ])?;
-    let pair = pair()?;
     let sweep = Sweep::new(points).periodic_within(5e-3).settle(20).measure(10).rattle();
-    let rows = sweep.run(
-        &LaneRk4::<16>::new(63 * 64),
-        |p: &Point<'_>| pair.with("speed", p["speed"])?.with("load torque", p["load"]),
-        |_, pair| pair.static_start(),
-    )?;
-    let state = |row: gear_dynamics::sweep::Row<'_>| {
-        (row.point()["speed"], row.point()["load"], i32::from(row.rattle_state(0).rsv()))
-    };
-    Ok(rows.iter().map(state).collect())
+    let bar = progress("map", side * side);
+    let advance = |done: usize, _: usize| bar.set_position(done as u64);
+    let model = |p: &Point<'_>| pair.with("speed", p["speed"])?.with("load torque", p["load"]);
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    // 64 steps per mesh period.
+    let engine = LaneRk4::<16>::new(63 * 64);
+    let rows = sweep.runner(&engine, model, start).monitor(&Monitor::new().progress(&advance)).run()?;
+    bar.finish_and_clear();
+    Ok(rows)
 }
 
 fn main() -> Outcome<()> {
     let folder = gallery("rattle_boundary")?;
     let pair = pair()?;
-    let began = Instant::now();
     let nominal = first_loss(&pair, "speed", 148.0)?.parameter;
     println!("contact is first lost at {nominal:.8} rad/s at the nominal load of 30 N m");
 
-    println!("{:.1} s", began.elapsed().as_secs_f64());
     let began = Instant::now();
     let ends = if coarse() { [130.0, 136.0] } else { [100.0, 170.0] };
     let count = (2.0 * (ends[1] - ends[0])) as usize;
     let speeds: Vec<f64> = (0..=count).map(|i| ends[0] + 0.5 * i as f64).collect();
     let onsets = boundary(&pair, &speeds, 60.0)?;
     let pieces = onsets.last().map_or(0, |onset| onset.piece);
-    println!("{} points of the boundary in {pieces} pieces, {:.1} s", onsets.len(), began.elapsed().as_secs_f64());
-    for o in &onsets { println!("{} {} {}", o.speed, o.load, o.piece); }
+    let seconds = began.elapsed().as_secs_f64();
+    println!(
+        "onset from {} to {} rad/s: {} points in {pieces} pieces, {seconds:.1} s",
+        ends[0],
+        ends[1],
+        onsets.len()
+    );
+    let mut csv = csv_file(folder.join("boundary.csv"), "speed,onset_load,piece")?;
+    for onset in &onsets {
+        csv.row(&[&onset.speed, &onset.load, &onset.piece])?;
+    }
+    csv.finish()?;
 
     let began = Instant::now();
-    println!("\nspeed [rad/s]   onset load [N m]   by integration   relative difference");
+    let checks = if coarse() { 5 } else { 20 };
+    println!("\n  speed [rad/s]  onset load [N m]  integrated in time  relative difference");
     let mut worst = 0.0f64;
-    for k in 0..20 {
-        let Onset { speed, load, .. } = &onsets[k * (onsets.len() - 1) / 19];
+    for k in 0..checks {
+        let Onset { speed, load, .. } = &onsets[k * (onsets.len() - 1) / (checks - 1)];
         let in_time = onset_in_time(&pair.with("speed", *speed)?, *load)?;
         let off = (load / in_time - 1.0).abs();
         worst = worst.max(off);
-        println!("{speed:13.6} {load:18.10} {in_time:16.10} {off:14.1e}");
+        println!("{speed:15.1} {load:17.10} {in_time:19.10} {off:20.1e}");
     }
-    println!("largest difference {worst:.1e}, {:.1} s", began.elapsed().as_secs_f64());
+    println!("largest difference {worst:.1e}, {:.1} s\n", began.elapsed().as_secs_f64());
+
+    let began = Instant::now();
+    let doubling = end_of_regular_rattle(&pair)?;
+    println!("{:.1} s\n", began.elapsed().as_secs_f64());
+
+    let (side, [low, high]) = (if coarse() { 24 } else { 140 }, [10.0, 60.0]);
+    let began = Instant::now();
+    let rows = rattle_map(&pair, ends, [low, high], side)?;
+    println!("{side} x {side} points of the map in {:.1} s", began.elapsed().as_secs_f64());
+    let mut csv = csv_file(folder.join("map.csv"), "speed,load,state")?;
+    let (mut wrong, mut near) = (0, 0);
+    for row in rows.iter() {
+        let [speed, load] = [row.point()["speed"], row.point()["load"]];
+        csv.row(&[&speed, &load, &row.rattle_state(0).rsv()])?;
+        let i = ((2.0 * (speed - ends[0])) as usize).min(onsets.len() - 2);
+        let [a, b] = [&onsets[i], &onsets[i + 1]];
+        let onset = a.load + (speed - a.speed) / (b.speed - a.speed) * (b.load - a.load);
+        let differs = (load < onset) != (row.rattle_state(0) != RattleState::None);
+        if (load / onset - 1.0).abs() < 0.02 {
+            near += 1;
+        } else if differs {
+            wrong += 1;
+        }
+    }
+    csv.finish()?;
+    println!(
+        "{wrong} of them lie on the wrong side of the onset, without {near} points closer than 2 % to it"
+    );
+    let map = Map {
+        title: "rattle state: 0 none, 1 unilateral, 2 bilateral; onset of contact loss white".into(),
+        across: ("pinion speed [rad/s]", ends[0], ends[1]),
+        up: ("load [N m]", low, high),
+        columns: side,
+        values: rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+    };
+    let curve = onsets.iter().map(|onset| (onset.speed, onset.load)).collect();
+    maps_under(folder.join("boundary.svg"), &[map], &[curve, doubling])?;
+    println!("picture and tables: {}", folder.display());
     Ok(())
 }
