@@ -4,7 +4,12 @@
 //! At the nominal load, a continuation over the speed locates the grazing at which teeth separate first. Over
 //! speed and load the onset is then followed as a boundary. The largest deflection within a turn occurs at
 //! another tooth from speed to speed: the boundary consists of pieces, one for each tooth. The output compares
-//! twenty of its points with integrations in time. The picture shows the boundary over the map;
+//! twenty of its points with integrations in time.
+//!
+//! The onset of back contact is no such boundary: below the orbits of period one that touch both flanks, the
+//! motion is chaotic. The period doubling at which they become unstable is followed instead.
+//!
+//! The pictures show the onset (white) and the period doubling (red) over rattle states and contact loss;
 //! `boundary.csv` and `map.csv` contain the numbers.
 //!
 //! `cargo run --release --example rattle_boundary`, with `-- --coarse` for a part of the speeds and fewer
@@ -187,9 +192,9 @@ fn main() -> Outcome<()> {
     println!("contact is first lost at {nominal:.8} rad/s at the nominal load of 30 N m");
 
     let began = Instant::now();
-    let ends = if coarse() { [130.0, 136.0] } else { [100.0, 170.0] };
-    let count = (2.0 * (ends[1] - ends[0])) as usize;
-    let speeds: Vec<f64> = (0..=count).map(|i| ends[0] + 0.5 * i as f64).collect();
+    let (ends, step) = if coarse() { ([130.0, 135.0], 0.25) } else { ([100.0, 170.0], 0.5) };
+    let count = ((ends[1] - ends[0]) / step) as usize;
+    let speeds: Vec<f64> = (0..=count).map(|i| ends[0] + step * i as f64).collect();
     let onsets = boundary(&pair, &speeds, 60.0)?;
     let pieces = onsets.last().map_or(0, |onset| onset.piece);
     let seconds = began.elapsed().as_secs_f64();
@@ -206,15 +211,14 @@ fn main() -> Outcome<()> {
     csv.finish()?;
 
     let began = Instant::now();
-    let checks = if coarse() { 5 } else { 20 };
     println!("\n  speed [rad/s]  onset load [N m]  integrated in time  relative difference");
     let mut worst = 0.0f64;
-    for k in 0..checks {
-        let Onset { speed, load, .. } = &onsets[k * (onsets.len() - 1) / (checks - 1)];
+    for k in 0..20 {
+        let Onset { speed, load, .. } = &onsets[k * (onsets.len() - 1) / 19];
         let in_time = onset_in_time(&pair.with("speed", *speed)?, *load)?;
         let off = (load / in_time - 1.0).abs();
         worst = worst.max(off);
-        println!("{speed:15.1} {load:17.10} {in_time:19.10} {off:20.1e}");
+        println!("{speed:15.2} {load:17.10} {in_time:19.10} {off:20.1e}");
     }
     println!("largest difference {worst:.1e}, {:.1} s\n", began.elapsed().as_secs_f64());
 
@@ -231,7 +235,7 @@ fn main() -> Outcome<()> {
     for row in rows.iter() {
         let [speed, load] = [row.point()["speed"], row.point()["load"]];
         csv.row(&[&speed, &load, &row.rattle_state(0).rsv()])?;
-        let i = ((2.0 * (speed - ends[0])) as usize).min(onsets.len() - 2);
+        let i = (((speed - ends[0]) / step) as usize).min(onsets.len() - 2);
         let [a, b] = [&onsets[i], &onsets[i + 1]];
         let onset = a.load + (speed - a.speed) / (b.speed - a.speed) * (b.load - a.load);
         let differs = (load < onset) != (row.rattle_state(0) != RattleState::None);
@@ -245,15 +249,25 @@ fn main() -> Outcome<()> {
     println!(
         "{wrong} of them lie on the wrong side of the onset, without {near} points closer than 2 % to it"
     );
-    let map = Map {
-        title: "rattle state: 0 none, 1 unilateral, 2 bilateral; onset of contact loss white".into(),
+    let map = |title: &str, values: Vec<f64>| Map {
+        title: title.into(),
         across: ("pinion speed [rad/s]", ends[0], ends[1]),
         up: ("load [N m]", low, high),
         columns: side,
-        values: rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+        values,
     };
     let curve = onsets.iter().map(|onset| (onset.speed, onset.load)).collect();
-    maps_under(folder.join("boundary.svg"), &[map], &[curve, doubling])?;
+    maps_under(
+        folder.join("boundary.svg"),
+        &[
+            map(
+                "rattle state: 0 none, 1 unilateral, 2 bilateral",
+                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+            ),
+            map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+        ],
+        &[curve, doubling],
+    )?;
     println!("picture and tables: {}", folder.display());
     Ok(())
 }
