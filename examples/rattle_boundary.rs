@@ -156,13 +156,14 @@ fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     let Some(doubling) = following.find(|point| matches!(point.kind, Some(PointKind::PeriodDoubling))) else {
         return Err(format!("no period doubling: {}", following.branch()).into());
     };
-    println!("rattle on both flanks of period one is stable from {:.8} rad/s upwards", doubling.parameter);
+    println!("rattle on both flanks of period one is stable from {:.6} rad/s upwards", doubling.parameter);
     if coarse() {
         return Ok(Vec::new());
     }
     let plane = ByConstants::new(pair, ["speed", "load torque"])?;
-    let range = Continuation::new(30.0, 40.0).both_ways().bounds(10.0, 60.0).bounds_across(100.0, 200.0);
-    let line = range.max_step(0.2).max_points(40).shooting(shooting).boundary(&plane, &doubling)?;
+    let range = Continuation::new(30.0, 40.0).both_ways().bounds(10.0, 60.0).bounds_across(100.0, 170.0);
+    let line =
+        range.first_step(0.1).max_step(0.3).max_points(24).shooting(shooting).boundary(&plane, &doubling)?;
     println!("its boundary has {} points; {}", line.points().len(), line.end());
     Ok(line.points().iter().map(|point| (point.parameters[0], point.parameters[1])).collect())
 }
@@ -246,9 +247,7 @@ fn main() -> Outcome<()> {
         }
     }
     csv.finish()?;
-    println!(
-        "{wrong} of them lie on the wrong side of the onset, without {near} points closer than 2 % to it"
-    );
+    println!("{wrong} of them contradict the onset; {near} points closer than 2 % to it are not compared");
     let map = |title: &str, values: Vec<f64>| Map {
         title: title.into(),
         across: ("pinion speed [rad/s]", ends[0], ends[1]),
