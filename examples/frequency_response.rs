@@ -93,6 +93,8 @@ struct Problem {
     start: State,
     /// The first and the last speed `[1]`.
     speeds: [f64; 2],
+    /// Lowest and highest speed at which the curve ends `[1]`.
+    bounds: [f64; 2],
 }
 
 fn problems() -> Result<[Problem; 3], ParameterError> {
@@ -127,6 +129,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
             model: from([0.5, 1.6], &duffing)?,
             start: State::at_rest(1),
             speeds: [0.5, 1.6],
+            bounds: [0.5, 1.6],
         },
         Problem {
             name: "dead_zone",
@@ -135,6 +138,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
             model: from([2.5, 0.4], &dead_zone)?,
             start: State::new(0.0, &[1.25], &[0.0]),
             speeds: [2.5, 0.4],
+            bounds: [0.35, 2.6],
         },
         Problem {
             name: "gear_pair",
@@ -143,6 +147,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
             model: from([0.5, 2.2], &gear_pair)?,
             start: State::new(0.0, &[1.1], &[0.0]),
             speeds: [0.5, 2.2],
+            bounds: [0.5, 2.2],
         },
     ])
 }
@@ -223,10 +228,11 @@ fn main() -> Outcome<()> {
     let mut folds = csv_file(folder.join("folds.csv"), "problem,kind,parameter,amplitude")?;
     let mut panels = Vec::new();
     println!("           speed  peak-to-peak  kind");
-    for Problem { name, title, labels, model, start, speeds } in problems()? {
+    for Problem { name, title, labels, model, start, speeds, bounds: [low, high] } in problems()? {
         let family = ByConstant::new(&model, "speed")?;
         let channel = if name == "duffing" { "q1" } else { "deflection" };
-        let continuation = Continuation::new(speeds[0], speeds[1]).max_step(0.01).measure(&[channel]);
+        let continuation =
+            Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).measure(&[channel]);
         let began = Instant::now();
         let branch = continuation.run(&family, &[start])?;
         report(&folder, &mut folds, name, &branch, began.elapsed().as_secs_f64())?;
