@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each example uses some of these")]
 
 use indicatif::{ProgressBar, ProgressStyle};
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use std::error::Error;
 use std::fs::{File, create_dir_all};
@@ -38,7 +39,13 @@ pub fn progress(what: &str, count: usize) -> ProgressBar {
 
 pub enum Mark {
     Line,
+    /// A solid curve in pieces, which values that are not finite separate.
+    Solid,
+    /// A dashed curve in pieces.
+    Dashed,
     Dots,
+    /// Dots with a white rim, over curves.
+    Points,
     /// Dots of one pixel, for many points.
     Specks,
     /// Vertical bars from the bottom of the panel, as in a spectrum.
@@ -152,22 +159,32 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
         for (i, series) in panel.series.iter().enumerate() {
             let color = PALETTE[i % PALETTE.len()].to_rgba();
             let points = series.points.iter().copied().filter(|p| p.1.is_finite());
-            let drawn = match series.mark {
-                Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
-                // Later dots are smaller, so that earlier ones remain visible.
-                Mark::Dots => chart.draw_series(
-                    points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())),
-                )?,
-                Mark::Specks => {
-                    chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?
-                }
-                Mark::Area => {
-                    chart.draw_series([Polygon::new(points.collect::<Vec<_>>(), color.mix(0.4).filled())])?
-                }
-                Mark::Bars => chart.draw_series(
-                    points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))),
-                )?,
-            };
+            let drawn =
+                match series.mark {
+                    Mark::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
+                    Mark::Solid => chart.draw_series(
+                        pieces(&series.points).map(|piece| PathElement::new(piece, color.stroke_width(2))),
+                    )?,
+                    Mark::Dashed => chart.draw_series(
+                        pieces(&series.points)
+                            .map(|piece| DashedPathElement::new(piece, 5, 4, color.stroke_width(1))),
+                    )?,
+                    Mark::Points => chart.draw_series(points.flat_map(|p| {
+                        [Circle::new(p, 5, WHITE.filled()), Circle::new(p, 4, color.filled())]
+                    }))?,
+                    // Later dots are smaller, so that earlier ones remain visible.
+                    Mark::Dots => chart.draw_series(
+                        points.map(|p| Circle::new(p, if i == 0 { 4 } else { 2 }, color.filled())),
+                    )?,
+                    Mark::Specks => {
+                        chart.draw_series(points.map(|p| Circle::new(p, 1, color.mix(0.6).filled())))?
+                    }
+                    Mark::Area => chart
+                        .draw_series([Polygon::new(points.collect::<Vec<_>>(), color.mix(0.4).filled())])?,
+                    Mark::Bars => chart.draw_series(
+                        points.map(|(x, y)| PathElement::new([(x, foot), (x, y)], color.stroke_width(1))),
+                    )?,
+                };
             if !series.label.is_empty() {
                 drawn
                     .label(&series.label)
@@ -186,6 +203,11 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
     }
     root.present()?;
     Ok(())
+}
+
+/// The pieces of a curve between values that are not finite.
+fn pieces(points: &[(f64, f64)]) -> impl Iterator<Item = Vec<(f64, f64)>> {
+    points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|piece| piece.len() > 1).map(<[_]>::to_vec)
 }
 
 /// Minimum and maximum in each of `bins` equal spans of time: a line through a long oscillation.
@@ -214,6 +236,11 @@ pub struct Map {
 
 /// Draws maps in rows of two, each with a scale of its colours.
 pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
+    maps_under(path, all, &[])
+}
+
+/// Draws maps as [`maps`], and over each of them the curves: in white those of even index, in red the others.
+pub fn maps_under(path: PathBuf, all: &[Map], curves: &[Vec<(f64, f64)>]) -> Outcome<()> {
     const SIZE: (u32, u32) = (560, 420);
     let root =
         SVGBackend::new(&path, (2 * SIZE.0, SIZE.1 * all.len().div_ceil(2) as u32)).into_drawing_area();
@@ -253,6 +280,17 @@ pub fn maps(path: PathBuf, all: &[Map]) -> Outcome<()> {
                     from = to;
                 }
             }
+        }
+        for (i, curve) in curves.iter().enumerate() {
+            let within = |x: f64, lo: f64, hi: f64| (lo..=hi).contains(&x);
+            let gap = (f64::NAN, f64::NAN);
+            let inside = |p: &(f64, f64)| {
+                let seen = within(p.0, map.across.1, map.across.2) && within(p.1, map.up.1, map.up.2);
+                if seen { *p } else { gap }
+            };
+            let curve: Vec<_> = curve.iter().map(inside).collect();
+            let color = if i % 2 == 0 { WHITE } else { RED };
+            chart.draw_series(pieces(&curve).map(|piece| PathElement::new(piece, color.stroke_width(2))))?;
         }
         let (foot, head) = if whole { (lo - 0.5, hi + 0.5) } else { (lo, hi) };
         let mut bar = ChartBuilder::on(&scale)

@@ -1,0 +1,259 @@
+//! Frequency responses by continuation: a Duffing oscillator, a dead zone and a spur pair of varying mesh
+//! stiffness.
+//!
+//! The table lists the folds, bifurcations and grazings of each curve. The picture shows the peak-to-peak
+//! value over the speed, stable orbits solid and all others dashed, with the located points. At the period
+//! doublings of the spur pair the orbits of twice the period are followed as well. `folds.csv` contains the
+//! located points, and each curve has a file of its own.
+//!
+//! `cargo run --release --example frequency_response`; everything is written to
+//! target/gallery/frequency_response/.
+
+mod support;
+
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind};
+use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::excitation::{Angle, Fourier, Side};
+use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::periodic::Stability;
+use gear_dynamics::{Backlash, Machine, ParameterError, Shape, State, Wave};
+use plotters::prelude::SeriesLabelPosition;
+use std::fs::File;
+use std::path::Path;
+use std::time::Instant;
+use support::{Csv, Mark, Outcome, Panel, csv_file, figure, gallery};
+
+/// q'' + c q' + k q + γ q³ + s (1 + a cos φ) g(q) = F + P cos φ, with the dead zone g of half width b.
+#[derive(PartialEq)]
+struct Oscillator {
+    cos: Wave,
+    law: Backlash,
+}
+
+const NAMES: [&str; 9] = [
+    "speed",
+    "damping",
+    "linear stiffness",
+    "cubic stiffness",
+    "mesh stiffness",
+    "stiffness variation",
+    "mean force",
+    "force",
+    "half backlash",
+];
+
+impl Shape for Oscillator {
+    #[inline(always)]
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, contacts: 1, constants: NAMES.len() }
+    }
+    fn constants(&self) -> Vec<Channel> {
+        NAMES.map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+        u[0] = self.cos.value(angle, side);
+    }
+    #[inline(always)]
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let [cos] = u.waves();
+        let [_, _, _, mesh, variation, _, _, b] = u.constants();
+        let force = (mesh + mesh * variation * cos) * law.force(i, &self.law, q[0], v[0], -b, b);
+        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
+    }
+    #[inline(always)]
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [cos] = u.waves();
+        let [damping, linear, cubic, _, _, mean, force, _] = u.constants();
+        let springs = linear * q[0] + cubic * q[0] * q[0] * q[0] + self.contact(law, 0, u, q, v).force;
+        a[0] = mean + force * cos - damping * v[0] - springs;
+    }
+}
+
+/// The oscillator with these constants, all others 0.
+fn oscillator(given: &[(&str, f64)]) -> Result<Machine<Oscillator>, ParameterError> {
+    let value = |name: &str| given.iter().find(|(other, _)| *other == name).map_or(0.0, |(_, value)| *value);
+    let constants = NAMES.map(|name| (name, value(name)));
+    let shape = Oscillator { cos: Wave::new(Fourier::new(0.0, &[[1.0, 0.0]])?), law: Backlash::new(0.0)? };
+    Machine::with_constants(shape, &constants)
+}
+
+/// An oscillator whose orbits are followed over the speed.
+struct Problem {
+    name: &'static str,
+    title: &'static str,
+    labels: SeriesLabelPosition,
+    model: Machine<Oscillator>,
+    start: State,
+    /// The first and the last speed `[1]`.
+    speeds: [f64; 2],
+    /// Lowest and highest speed at which the curve ends `[1]`.
+    bounds: [f64; 2],
+}
+
+fn problems() -> Result<[Problem; 3], ParameterError> {
+    let from = |speeds: [f64; 2], rest: &[(&str, f64)]| oscillator(&[&[("speed", speeds[0])], rest].concat());
+    // The Duffing oscillator has no teeth: its edges lie beyond the motion.
+    let duffing = [
+        ("damping", 0.05),
+        ("linear stiffness", 1.0),
+        ("cubic stiffness", 0.1),
+        ("force", 0.18),
+        ("half backlash", 100.0),
+    ];
+    let dead_zone = [
+        ("damping", 0.1),
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.25),
+        ("force", 0.25),
+        ("half backlash", 1.0),
+    ];
+    let gear_pair = [
+        ("damping", 0.1),
+        ("mesh stiffness", 1.0),
+        ("stiffness variation", -0.2),
+        ("mean force", 0.1),
+        ("half backlash", 1.0),
+    ];
+    Ok([
+        Problem {
+            name: "duffing",
+            title: "q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ωt",
+            labels: SeriesLabelPosition::UpperLeft,
+            model: from([0.5, 1.6], &duffing)?,
+            start: State::at_rest(1),
+            speeds: [0.5, 1.6],
+            bounds: [0.5, 1.6],
+        },
+        Problem {
+            name: "dead_zone",
+            title: "x'' + 0.1 x' + g(x) = 0.25 + 0.25 cos Ωt",
+            labels: SeriesLabelPosition::UpperRight,
+            model: from([2.5, 0.4], &dead_zone)?,
+            start: State::new(0.0, &[1.25], &[0.0]),
+            speeds: [2.5, 0.4],
+            bounds: [0.35, 2.6],
+        },
+        Problem {
+            name: "gear_pair",
+            title: "x'' + 0.1 x' + (1 - 0.2 cos Ωt) g(x) = 0.1",
+            labels: SeriesLabelPosition::UpperMiddle,
+            model: from([0.5, 2.2], &gear_pair)?,
+            start: State::new(0.0, &[1.1], &[0.0]),
+            speeds: [0.5, 2.2],
+            bounds: [0.5, 2.2],
+        },
+    ])
+}
+
+/// Kinds of points that are drawn, in the order of their colours.
+const KINDS: [&str; 4] = ["fold", "period-doubling", "neimark-sacker", "grazing"];
+
+/// The stable and the unstable parts of a branch: peak-to-peak value over the parameter, in pieces.
+fn parts(branch: &Branch) -> [Vec<(f64, f64)>; 2] {
+    let mut parts = [Vec::new(), Vec::new()];
+    for two in branch.points().windows(2) {
+        let is = |stability: Stability| two.iter().any(|point| point.stability() == stability);
+        // A located bifurcation itself is undecided: the other end of the piece decides.
+        let part = &mut parts[usize::from(is(Stability::Unstable) || !is(Stability::Stable))];
+        let ends = [&two[0], &two[1]].map(|point| (point.parameter, point.peak_to_peak()));
+        if part.last() != Some(&ends[0]) {
+            part.push((f64::NAN, f64::NAN));
+            part.push(ends[0]);
+        }
+        part.push(ends[1]);
+    }
+    parts
+}
+
+/// The orbits of twice the period from a period doubling to the next crossing with the simple orbits. Beyond
+/// it the branch repeats the same orbits, half a period apart.
+fn doubled(continuation: &Continuation, family: &dyn Family, point: &BranchPoint) -> Outcome<Branch> {
+    let mut following = continuation.begin_switch(family, point, 1.0)?;
+    let crosses = |point: &BranchPoint| matches!(point.kind, Some(PointKind::Branch));
+    let _ = following.by_ref().find(crosses);
+    Ok(following.into_branch())
+}
+
+/// Whether a branch of twice the period ends at this period doubling.
+fn leaves_at(doubled: &Branch, point: &BranchPoint) -> bool {
+    doubled.of_kind("branch").iter().any(|end| (end.parameter - point.parameter).abs() < 1e-9)
+}
+
+/// Writes a branch and its located points, and prints them.
+fn report(folder: &Path, folds: &mut Csv, name: &str, branch: &Branch, seconds: f64) -> Outcome<()> {
+    let end = match branch.end() {
+        BranchEnd::Open => "the next period doubling is reached".to_owned(),
+        end => end.to_string(),
+    };
+    println!("\n{name}: {} points in {seconds:.1} s; {end}", branch.points().len());
+    branch.table()?.write_csv(File::create(folder.join(format!("{name}.csv")))?)?;
+    for (kind, point) in branch.located() {
+        println!("{:16.10}  {:10.6}  {kind}", point.parameter, point.peak_to_peak());
+        folds.row(&[&name, &kind.name(), &point.parameter, &point.peak_to_peak()])?;
+    }
+    for note in branch.notes() {
+        println!("  {note}");
+    }
+    Ok(())
+}
+
+/// The response with the branches of twice the period.
+fn panel(title: &str, labels: SeriesLabelPosition, branches: &[Branch]) -> Panel {
+    let all = |pick: &dyn Fn(&Branch) -> Vec<(f64, f64)>| branches.iter().flat_map(pick).collect::<Vec<_>>();
+    let label =
+        |points: &[(f64, f64)], name: &str| if points.is_empty() { String::new() } else { name.into() };
+    let mut panel = Panel::new(title, "speed Ω", "peak-to-peak value").labels_at(labels);
+    for (i, (name, mark)) in [("stable", Mark::Solid), ("unstable", Mark::Dashed)].into_iter().enumerate() {
+        let points = all(&|branch| parts(branch)[i].clone());
+        panel = panel.with(label(&points, name), mark, points);
+    }
+    for kind in KINDS {
+        let points = all(&|branch| {
+            branch.of_kind(kind).iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
+        });
+        panel = panel.with(label(&points, kind), Mark::Points, points);
+    }
+    panel
+}
+
+fn main() -> Outcome<()> {
+    let folder = gallery("frequency_response")?;
+    let mut folds = csv_file(folder.join("folds.csv"), "problem,kind,parameter,amplitude")?;
+    let mut panels = Vec::new();
+    println!("           speed  peak-to-peak  kind");
+    for Problem { name, title, labels, model, start, speeds, bounds: [low, high] } in problems()? {
+        let family = ByConstant::new(&model, "speed")?;
+        let channel = if name == "duffing" { "q1" } else { "deflection" };
+        let continuation =
+            Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).measure(&[channel]);
+        let began = Instant::now();
+        let branch = continuation.run(&family, &[start])?;
+        report(&folder, &mut folds, name, &branch, began.elapsed().as_secs_f64())?;
+        let mut branches = Vec::new();
+        if name == "gear_pair" {
+            for point in branch.of_kind("period-doubling") {
+                if branches.iter().any(|doubled| leaves_at(doubled, point)) {
+                    continue;
+                }
+                let began = Instant::now();
+                let doubled = doubled(&continuation, &family, point)?;
+                let name = format!("gear_pair_doubled_{}", branches.len() + 1);
+                report(&folder, &mut folds, &name, &doubled, began.elapsed().as_secs_f64())?;
+                branches.push(doubled);
+            }
+        }
+        branches.insert(0, branch);
+        panels.push(panel(title, labels, &branches));
+    }
+    folds.finish()?;
+    figure(folder.join("response.svg"), 1, &panels)?;
+    println!("\npicture and tables: {}", folder.display());
+    Ok(())
+}
