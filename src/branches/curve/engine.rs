@@ -61,6 +61,13 @@ pub(crate) struct Engine<C> {
 /// A correction below this that no longer decreases is noise of the integration.
 const NOISE: f64 = 1e-9;
 
+/// Residual, in units of the motion, below which corrections that no longer decrease are noise even if they are
+/// larger; [`ShootingOrbit::accuracy`](crate::periodic::ShootingOrbit::accuracy) tells their size.
+const NOISY: f64 = 1e-10;
+
+/// Largest correction of that kind.
+const UNSTEADY: f64 = 1e-6;
+
 /// Residual, in units of the motion, of solved equations next to a branch point.
 const SOLVED: f64 = 1e-12;
 
@@ -146,13 +153,16 @@ impl<C: Curve> Engine<C> {
             let stalled = size > 0.5 * before;
             // Next to a branch point the equations hardly determine one direction: corrections along it do not
             // decrease as they do elsewhere.
-            let solved = self.at_crossing && linear.residual.amax().max(behind.abs()) <= SOLVED;
+            let residual = linear.residual.amax().max(behind.abs());
+            let solved = self.at_crossing && residual <= SOLVED;
+            // The noise of an integration over hundreds of edges, amplified by the equations.
+            let noisy = residual <= NOISY && size <= UNSTEADY;
             let is_last = !self.at_crossing && size <= self.curve.last_correction();
             if is_last {
                 step.rows(0, n).iter().enumerate().for_each(|(i, step)| x[i] += step * from.units[i]);
                 p += step[n] * from.units[n];
             }
-            if is_last || size <= self.tolerance || solved || (stalled && size <= NOISE) {
+            if is_last || size <= self.tolerance || solved || (stalled && (size <= NOISE || noisy)) {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());

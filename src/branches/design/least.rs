@@ -91,6 +91,7 @@ impl Least {
         let (space, start) = Space::new(constants, &self.over)?;
         let orbit = self.shooting.run(model, guess)?;
         let last = RefCell::new((space.values(&start), orbit));
+        let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = last.borrow_mut();
@@ -99,13 +100,15 @@ impl Least {
             let value = self.figure.value(&*model, &orbit, &self.channel)?;
             let sensitivity = Sensitivity::of(&&*model, &orbit, &[&self.channel])?;
             let all = self.figure.slopes(&sensitivity, &self.channel)?;
+            let mut best = best.borrow_mut();
+            if best.as_ref().is_none_or(|(least, _)| value < *least) {
+                *best = Some((value, orbit.clone()));
+            }
             *last = (values, orbit);
             Ok((value, space.gradient(&all)))
         };
         let found = minimise(&space, &start, self.tolerance, self.max_evaluations, &evaluate)?;
-        let values = space.values(&found.x);
-        let last = last.into_inner();
-        let orbit = reach(constants, &self.shooting, &last.1, &last.0, &values)?;
+        let orbit = best.into_inner().map_or_else(|| last.into_inner().1, |(_, orbit)| orbit);
         let constants = space.named(&found.x);
         Ok(Optimum { constants, value: found.value, evaluations: found.evaluations, orbit })
     }
