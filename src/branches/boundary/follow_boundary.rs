@@ -20,6 +20,9 @@ use std::rc::Rc;
 /// orbits do not.
 const TURN: f64 = 0.5;
 
+/// Number of corrections up to which the next step is longer.
+const FEW: usize = 8;
+
 /// Angle below which the next step is longer `[rad]`.
 const STRAIGHT: f64 = 0.2;
 
@@ -194,7 +197,8 @@ impl Follower<'_> {
         if let Boundary::Grazing(extremum) = &mut self.engine.curve.boundary {
             *extremum = *measured.trace.nearest(extremum).ok_or(CurveError::BoundaryEnds)?;
         }
-        let few = next.corrections.len() <= 5;
+        // The differences of the test functions make the corrections converge linearly.
+        let few = next.corrections.len() <= FEW;
         self.engine.curve.unit = if p == 0.0 { self.engine.curve.unit } else { p.abs() };
         self.engine.curve.orbits.set_ranges(measured.ranges);
         self.engine.rescale(&mut next);

@@ -22,7 +22,7 @@ use std::rc::Rc;
 /// The derivatives of the flow are exact, with the jumps at tooth edges. The change of a channel along the
 /// change of the orbit is a central difference of fourth order, exact to rounding for channels that are
 /// linear in coordinates and constants. At a change of the contact sequence the derivative is that of the
-/// sequence of the given orbit.   Source: Serban & Petzold (2000); Leine & Nijmeijer, Sect. 7.4.
+/// sequence of the given orbit.   Source: Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
