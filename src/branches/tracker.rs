@@ -16,6 +16,7 @@ use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{Values, dips, doubling, torus};
 use crate::error::ParameterError;
 use crate::model::equations::Model;
+use crate::ode::probe::Probe;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::collections::VecDeque;
@@ -108,10 +109,7 @@ impl Continuation {
         mut engine: Engine<C>,
         mut point: CurvePoint<C::Solution>,
     ) -> Result<Tracker<'f, C>, BranchError> {
-        let channels = match &self.channels {
-            Some(channels) => channels.clone(),
-            None => vec![default_channel(&*engine.curve.family().at(point.p)?)?],
-        };
+        let channels = chosen_channels(self.channels.as_deref(), &*engine.curve.family().at(point.p)?)?;
         let measured = engine.curve.measure(&point, &channels)?;
         engine.curve.set_ranges(measured.ranges.clone());
         engine.rescale(&mut point);
@@ -135,11 +133,15 @@ impl Continuation {
     }
 }
 
-/// The first deflection, or the first coordinate of a model without contacts.
-fn default_channel(model: &dyn Model) -> Result<String, ParameterError> {
-    let names = crate::ode::probe::Probe::new(model);
-    let found = names.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(found.map_or("q1".to_owned(), |channel| channel.name.clone()))
+/// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.
+fn chosen_channels(wanted: Option<&[String]>, model: &dyn Model) -> Result<Vec<String>, ParameterError> {
+    let probe = Probe::new(model);
+    if let Some(wanted) = wanted {
+        wanted.iter().try_for_each(|name| probe.index(name).map(|_| ()))?;
+        return Ok(wanted.to_vec());
+    }
+    let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
+    Ok(vec![found.map_or("q1".to_owned(), |channel| channel.name.clone())])
 }
 
 /// What became of an attempt to make a step.

@@ -11,7 +11,7 @@ use crate::model::equations::{Channel, Periodic};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let model: &dyn Model = &pair;
 /// let slope = model.named_constants().ok_or("constants")?.drive_slope(0); // the speed
-/// assert_eq!(slope.speed, 0.01); // φ' is the speed: (∂φ'/∂c)/φ' = 1/100
+/// assert!((slope.speed - 0.01).abs() < 1e-16); // φ' is the speed: (∂φ'/∂c)/φ' = 1/100
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -33,7 +33,7 @@ fn onset_of_contact_loss_in_closed_form() {
     let range = Continuation::new(0.1, 0.3).both_ways().bounds(0.01, 0.6).bounds_across(0.2, 3.0);
     let line = range.boundary(&plane, onset).unwrap();
     print(&line);
-    assert!(line.points().len() > 20);
+    assert!(line.points().len() > 20 && line.notes().is_empty());
     for point in line.points() {
         let [speed, force] = point.parameters;
         let w = speed * speed;

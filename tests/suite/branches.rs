@@ -311,7 +311,7 @@ fn refusals_and_ends() {
     assert!(matches!(refused(Continuation::new(1.0, 1.2).first_step(0.0)), BranchError::Parameter(_)));
     assert!(matches!(
         refused(Continuation::new(1.0, 1.2).measure(&["q7"])),
-        BranchError::Curve(_) | BranchError::Parameter(_)
+        BranchError::Parameter(ParameterError::NoSuchChannel { .. })
     ));
     let no_orbit =
         Continuation::new(1.0, 1.2).shooting(Shooting::new().max_iterations(1)).run(&family, &rest);

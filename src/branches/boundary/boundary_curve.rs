@@ -2,7 +2,7 @@
 
 use crate::branches::boundary::plane::Slice;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
-use crate::branches::orbits::contact_trace::Extremum;
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::orbits::measure::measure;
 use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::branches::points::test_functions::{doubling, fold, torus};
@@ -16,6 +16,21 @@ pub(crate) enum Boundary {
     NeimarkSacker,
     /// The distance of this extremum from its edge, over the range of motion.
     Grazing(Extremum),
+}
+
+impl Boundary {
+    /// The crossings of all edges of all contacts. At the edge of a grazing, where rounding decides about the
+    /// extremum of the boundary, the number of other extremes past the edge replaces them.
+    pub(crate) fn sequence(&self, trace: &ContactTrace) -> Vec<[u32; 2]> {
+        let mut sequence = trace.crossings.clone();
+        if let Boundary::Grazing(own) = self {
+            let tracked = trace.nearest(own).map(|extremum| extremum.phase);
+            let past = |e: &&Extremum| if e.maximum { e.distance > 0.0 } else { e.distance < 0.0 };
+            let others = trace.extremes.iter().filter(|e| e.is_like(own) && Some(e.phase) != tracked);
+            sequence[own.contact][usize::from(!own.lower)] = others.filter(past).count() as u32;
+        }
+        sequence
+    }
 }
 
 /// G(x, p, λ) = 0 and ψ(x, p, λ) = 0 for an orbit x and the test function ψ of a boundary. Unknowns: x, then p.

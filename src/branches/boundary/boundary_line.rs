@@ -1,6 +1,6 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
-use crate::branches::branch::BranchEnd;
+use crate::branches::branch::{BranchEnd, BranchNote};
 use crate::branches::points::kind::PointKind;
 use crate::model::equations::Channel;
 use crate::periodic::multipliers::Multipliers;
@@ -64,6 +64,7 @@ pub struct BoundaryLine {
     pub(crate) parameters: [Channel; 2],
     pub(crate) kind: PointKind,
     pub(crate) points: Vec<BoundaryPoint>,
+    pub(crate) notes: Vec<BranchNote>,
     pub(crate) end: BranchEnd,
 }
 
@@ -84,6 +85,11 @@ impl BoundaryLine {
     pub fn end(&self) -> &BranchEnd {
         &self.end
     }
+    /// Values of λ between which the rest of the contact sequence changes: from there on the boundary is no
+    /// longer that of orbits with the sequence of its start, for example because another tooth separated first.
+    pub fn notes(&self) -> &[BranchNote] {
+        &self.notes
+    }
     /// The turning points.
     pub fn turns(&self) -> impl Iterator<Item = (Turn, &BoundaryPoint)> {
         self.points.iter().filter_map(|point| point.turn.map(|turn| (turn, point)))
@@ -91,6 +97,7 @@ impl BoundaryLine {
     pub(crate) fn reversed_before(mut self, forward: BoundaryLine) -> Self {
         self.points.reverse();
         self.points.extend(forward.points.into_iter().skip(1));
+        self.notes.extend(forward.notes);
         BoundaryLine { end: forward.end, ..self }
     }
 }

@@ -3,7 +3,7 @@
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 use crate::branches::boundary::plane::{Plane, Slice};
-use crate::branches::branch::{BranchEnd, BranchError};
+use crate::branches::branch::{BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
@@ -83,6 +83,7 @@ impl Continuation {
             }
         };
         let range = measured.ranges.iter().take(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
+        let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
         let curve = BoundaryCurve { slice: &slice, orbits, boundary, unit, other_unit, range };
         let tolerance = self.shooting.correction_tolerance();
@@ -93,10 +94,15 @@ impl Continuation {
         if heading < 0.0 {
             first.tangent.neg_mut();
         }
-        let line =
-            BoundaryLine { parameters: plane.parameters(), kind, points: Vec::new(), end: BranchEnd::Open };
+        let line = BoundaryLine {
+            parameters: plane.parameters(),
+            kind,
+            points: Vec::new(),
+            notes: Vec::new(),
+            end: BranchEnd::Open,
+        };
         let mut follower =
-            Follower { settings: self, engine, last: first, step: self.first_step, across, line };
+            Follower { settings: self, engine, last: first, step: self.first_step, across, sequence, line };
         follower.keep(None)?;
         while follower.line.end == BranchEnd::Open {
             follower.advance();
@@ -112,6 +118,8 @@ struct Follower<'f> {
     step: f64,
     /// Bounds of the first parameter.
     across: [f64; 2],
+    /// Crossings of the last point, without those of the extremum of the boundary.
+    sequence: Vec<[u32; 2]>,
     line: BoundaryLine,
 }
 
@@ -198,10 +206,17 @@ impl Follower<'_> {
             *extremum = *measured.trace.nearest(extremum).ok_or(CurveError::BoundaryEnds)?;
         }
         // The differences of the test functions make the corrections converge linearly.
+        let sequence = self.engine.curve.boundary.sequence(&measured.trace);
+        let changed = sequence != self.sequence;
+        let parameters = [self.last.p, next.p];
+        self.sequence = sequence;
         let few = next.corrections.len() <= FEW;
         self.engine.curve.unit = if p == 0.0 { self.engine.curve.unit } else { p.abs() };
         self.engine.curve.orbits.set_ranges(measured.ranges);
         self.engine.rescale(&mut next);
+        if changed {
+            self.line.notes.push(BranchNote { parameters, what: "the contact sequence changed".into() });
+        }
         self.last = next;
         self.keep(None)?;
         if few && angle < STRAIGHT {

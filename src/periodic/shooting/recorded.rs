@@ -26,9 +26,11 @@ use std::ops::ControlFlow;
 /// let mut statistics = Statistics::new(&pair, &["deflection"])?;
 /// recorded.replay(&mut statistics);
 /// assert!((statistics.summary("deflection")?.mean - 1.1).abs() < 1e-12);
-/// // Teeth stay in contact: one harmonic, of the amplitude e W²/√((1 - W²)² + (2 ζ W)²).
+/// // Teeth stay in contact: one harmonic. The coordinate is the deflection plus the error e cos φ, of the
+/// // amplitude e √(1 + (2 ζ W)²)/√((1 - W²)² + (2 ζ W)²).
 /// let series = recorded.fourier(&Harmonics::up_to(3))?;
-/// assert!((0.5 * series.peak_to_peak(0) - 0.02 * 0.49 / 0.51f64.hypot(0.07)).abs() < 1e-12);
+/// let coefficients = series.coefficients(0);
+/// assert!((coefficients[1].hypot(coefficients[2]) - 0.02 * 1f64.hypot(0.07) / 0.51f64.hypot(0.07)).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
