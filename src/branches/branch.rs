@@ -34,6 +34,9 @@ pub struct Branch<O = ShootingOrbit> {
     pub(crate) notes: Vec<BranchNote>,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) end: BranchEnd,
+    /// Why a branch followed in both directions begins where it does.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) start: Option<BranchEnd>,
     /// dp/ds at the last point, over the unit of the parameter: the direction in which a continuation resumes.
     pub(crate) heading: f64,
 }
@@ -60,7 +63,7 @@ pub enum BranchEnd {
     Open,
     /// A bound of the parameter is reached. The last point lies on it.
     Bound,
-    /// The branch is closed: its last point repeats the first.
+    /// The branch is closed: its last step passes the first point.
     Closed,
     /// A contact reaches a rigid stop: the last point grazes it, and beyond it the motion has impacts.
     Stop {
@@ -190,7 +193,7 @@ impl<O> Branch<O> {
     pub(crate) fn new(parameter: Channel, channels: Vec<String>) -> Self {
         let parameter = StoredChannel { name: parameter.name, unit: parameter.unit };
         let (points, notes) = (Vec::new(), Vec::new());
-        Branch { parameter, channels, points, notes, end: BranchEnd::Open, heading: 0.0 }
+        Branch { parameter, channels, points, notes, end: BranchEnd::Open, start: None, heading: 0.0 }
     }
     /// This branch in reverse, followed by another one from the same start.
     pub(crate) fn reversed_before(mut self, forward: Self) -> Self {
@@ -203,7 +206,7 @@ impl<O> Branch<O> {
         self.points.reverse();
         self.points.extend(forward.points.into_iter().skip(1));
         self.notes.extend(forward.notes);
-        Branch { end: forward.end, heading: forward.heading, ..self }
+        Branch { end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
     }
     /// Name and unit of the parameter.
     pub fn parameter(&self) -> Channel {
@@ -229,12 +232,17 @@ impl<O> Branch<O> {
     pub fn end(&self) -> &BranchEnd {
         &self.end
     }
+    /// Why a branch followed in both directions begins where it does; `None` for one direction, or if the second
+    /// one failed at its start.
+    pub fn start(&self) -> Option<&BranchEnd> {
+        self.start.as_ref()
+    }
     /// Changes that were noticed and not resolved.
     pub fn notes(&self) -> &[BranchNote] {
         &self.notes
     }
-    /// The points with a parameter between those of two neighbouring points: linear interpolation is not
-    /// used; the orbits nearest to `parameter` on every pass of the branch are returned.
+    /// On each pass of the branch over `parameter`, the nearer of the two neighbouring points. Nothing is
+    /// interpolated.
     pub fn near(&self, parameter: f64) -> Vec<&BranchPoint<O>> {
         let passes = self.points.windows(2).filter_map(|two| {
             let [a, b] = [two[0].parameter - parameter, two[1].parameter - parameter];
@@ -289,6 +297,9 @@ impl<O> fmt::Display for Branch<O> {
         }
         for note in &self.notes {
             writeln!(f, "  note: {note}")?;
+        }
+        if let Some(start) = &self.start {
+            writeln!(f, "  start: {start}")?;
         }
         write!(f, "  end: {}", self.end)
     }

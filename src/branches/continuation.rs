@@ -3,7 +3,7 @@
 use crate::branches::branch::{Branch, BranchEnd, BranchError};
 use crate::branches::family::Family;
 use crate::branches::following::Following;
-use crate::error::check;
+use crate::error::{ParameterError, check};
 use crate::model::equations::State;
 use crate::ode::budget::Budget;
 use crate::periodic::shooting::multiple::Shooting;
@@ -105,7 +105,8 @@ impl Continuation {
     pub fn min_step(self, min_step: f64) -> Self {
         Continuation { min_step, ..self }
     }
-    /// Maximum number of points, located points included. Default: 2000.
+    /// Maximum number of points in each direction; the located points of the last step may exceed it. Default:
+    /// 2000.
     pub fn max_points(self, max_points: usize) -> Self {
         Continuation { max_points, ..self }
     }
@@ -119,7 +120,8 @@ impl Continuation {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
     }
-    /// Maximum number of integration steps and maximum time of the whole continuation.
+    /// Maximum number of integration steps and maximum time of each direction. The first orbit has the budget of
+    /// its [`Shooting`].
     pub fn budget(self, budget: Budget) -> Self {
         Continuation { budget, ..self }
     }
@@ -136,8 +138,11 @@ impl Continuation {
             return Ok(forward);
         }
         let start = &forward.points[0];
-        let back = self.begin_at(family, start.parameter, &start.orbit, -self.heading())?.finish();
-        Ok(back.reversed_before(forward))
+        // What fails in the second direction does not lose the first.
+        match self.begin_at(family, start.parameter, &start.orbit, -self.heading()) {
+            Ok(back) => Ok(back.finish().reversed_before(forward)),
+            Err(_) => Ok(forward),
+        }
     }
 
     /// Starts a continuation that yields its points one by one. It can be stopped at any point; see
@@ -225,6 +230,10 @@ impl Continuation {
         check::positive("first_step", self.first_step)?;
         check::positive("max_step", self.max_step)?;
         check::positive("min_step", self.min_step)?;
+        if self.min_step > self.max_step {
+            let (name, value, allowed) = ("min_step".into(), self.min_step, "at most max_step");
+            return Err(ParameterError::OutOfRange { name, value, allowed }.into());
+        }
         Ok(())
     }
 }

@@ -57,6 +57,9 @@ impl<C: OrbitMethod> Tracker<'_, C> {
                 break;
             }
         }
+        if distance.abs() > TOUCHES * first.distance.abs() {
+            return None;
+        }
         let (point, measured) = reached?;
         let contact = first.contact;
         let rattle = [measured.rattle[contact]; 2];

@@ -9,6 +9,7 @@ use crate::branches::following::Following;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
+use crate::error::check;
 use crate::model::equations::State;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};
@@ -41,7 +42,8 @@ impl Continuation {
         point: &BranchPoint,
         way: f64,
     ) -> Result<Following<'f>, BranchError> {
-        self.check_steps()?;
+        self.check()?;
+        check::finite("way", way)?;
         let orbit = match point.kind {
             Some(PointKind::PeriodDoubling) => doubled(&point.orbit),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => point.orbit.clone(),

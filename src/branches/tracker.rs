@@ -7,16 +7,13 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::past::Past;
 use crate::branches::family::Family;
 use crate::branches::following::{Following, Track};
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measure::{Measured, chosen_channels};
 use crate::branches::orbits::orbit_curve::OrbitCurve;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{Values, dips, doubling, torus};
-use crate::error::ParameterError;
-use crate::model::equations::Model;
-use crate::ode::probe::Probe;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::collections::VecDeque;
@@ -127,21 +124,11 @@ impl Continuation {
             last: Node::new(point, measured, multipliers),
             engine,
         };
+        tracker.branch.heading = tracker.last.point.slope();
         let start = tracker.columns(&tracker.last.point, tracker.last.measured.clone(), 0.0, None)?;
         tracker.waiting.push_back(start);
         Ok(tracker)
     }
-}
-
-/// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.
-fn chosen_channels(wanted: Option<&[String]>, model: &dyn Model) -> Result<Vec<String>, ParameterError> {
-    let probe = Probe::new(model);
-    if let Some(wanted) = wanted {
-        wanted.iter().try_for_each(|name| probe.index(name).map(|_| ()))?;
-        return Ok(wanted.to_vec());
-    }
-    let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(vec![found.map_or("q1".to_owned(), |channel| channel.name.clone())])
 }
 
 /// What became of an attempt to make a step.
@@ -201,37 +188,37 @@ impl<C: OrbitMethod> Tracker<'_, C> {
                 None => next = self.last.point.clone(), // the last point lies on the bound
             }
             end = Some(BranchEnd::Bound);
-            if step <= self.settings.min_step || next.p == self.last.point.p {
+            if next.p == self.last.point.p {
                 return Ok(Made::End(BranchEnd::Bound));
             }
         }
         let measured = self.measure(&next)?;
         let multipliers = self.engine.curve.multipliers(&next);
         let reached = Node::new(next, measured, multipliers);
-        let found = match self.between(&reached, step)? {
-            Ok(found) => found,
-            Err(what) if step > SEPARATE * self.settings.max_step => {
-                let _ = what;
-                return Ok(Made::Shorter(CurveError::Turned { angle, step }));
-            }
-            Err(what) => {
-                let parameters = [self.last.point.p, reached.point.p];
-                self.branch.notes.push(BranchNote { parameters, what: what.into() });
-                Vec::new()
-            }
-        };
+        let (found, unexplained) = self.between(&reached, step)?;
+        if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * self.settings.max_step) {
+            return Ok(Made::Shorter(CurveError::Unexplained { what }));
+        }
+        let mut located = Vec::with_capacity(found.len());
         for (sigma, point, kind) in found {
             let measured = self.measure(&point)?;
-            let located = self.columns(&point, measured, self.arclength + sigma, Some(kind))?;
-            self.waiting.push_back(located);
+            located.push(self.columns(&point, measured, self.arclength + sigma, Some(kind))?);
         }
         let Node { point: mut next, measured, multipliers, values } = reached;
         let closed = self.closes(&next, step);
-        self.arclength += step;
         let few = next.corrections.len() <= FEW;
+        let columns = self.columns(&next, measured.clone(), self.arclength + step, None)?;
+        // From here on nothing fails: the step is not made again.
+        let parameters = [self.last.point.p, next.p];
+        let note = |what: &str| BranchNote { parameters, what: what.into() };
+        self.branch.notes.extend(unexplained.into_iter().map(note));
+        if angle > TURN {
+            self.branch.notes.push(note("the branch turned by more than 0.5 rad over a shortest step"));
+        }
+        self.arclength += step;
         self.engine.curve.set_ranges(measured.ranges.clone());
         self.engine.rescale(&mut next);
-        let columns = self.columns(&next, measured.clone(), self.arclength, None)?;
+        self.waiting.extend(located);
         self.waiting.push_back(columns);
         self.branch.heading = next.slope();
         self.past = Some(Past::new(&self.last.point));
@@ -275,19 +262,20 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
     }
 
-    /// The located points between the last point and `next`, in order. The inner error says what was not
-    /// explained or located.
-    #[allow(clippy::type_complexity, reason = "a list of distance, point and kind, or what is unexplained")]
+    /// The located points between the last point and `next`, in order, and what was not explained or located.
+    #[allow(clippy::type_complexity, reason = "a list of distance, point and kind, and what is unexplained")]
     fn between(
         &mut self,
         reached: &Node<C::Solution>,
         step: f64,
-    ) -> Result<Result<Vec<(f64, CurvePoint<C::Solution>, PointKind)>, &'static str>, CurveError> {
+    ) -> Result<(Vec<(f64, CurvePoint<C::Solution>, PointKind)>, Vec<&'static str>), CurveError> {
         let (a, next) = (&self.last.point, &reached.point);
         let changes = changes(self.last.compared(), reached.compared());
         let exact = self.engine.curve.multipliers_pass_at_folds();
-        if let Some(what) = changes.unexplained.filter(|what| exact || *what != OUTSIDE) {
-            return Ok(Err(what));
+        let mut unexplained: Vec<&'static str> = Vec::new();
+        unexplained.extend(changes.unexplained.filter(|what| exact || *what != OUTSIDE));
+        if !unexplained.is_empty() && step > SEPARATE * self.settings.max_step {
+            return Ok((Vec::new(), unexplained));
         }
         let mut found = Vec::new();
         for change in &changes.all {
@@ -298,7 +286,10 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let located = match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => point,
-                _ => return Ok(Err(change.unlocated())),
+                _ => {
+                    unexplained.push(change.unlocated());
+                    continue;
+                }
             };
             let kind = match self.kind(*change, &reached.measured) {
                 PointKind::Branch if self.engine.curve.is_symmetric(&located) => PointKind::SymmetryBreaking,
@@ -323,7 +314,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             }
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(Ok(found))
+        Ok((found, unexplained))
     }
 }
 
@@ -386,7 +377,9 @@ impl<C: OrbitMethod> Track<C::Orbit> for Tracker<'_, C> {
         &self.branch
     }
     fn into_branch(self: Box<Self>) -> Branch<C::Orbit> {
-        self.branch
+        let Tracker { mut branch, waiting, .. } = *self;
+        branch.points.extend(waiting);
+        branch
     }
     fn shift(&mut self, arclength: f64) {
         self.arclength += arclength;

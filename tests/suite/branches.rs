@@ -6,7 +6,7 @@ use crate::common::stored;
 use crate::data::read;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, ByFunction, Continuation,
-    Sensitivity,
+    CurveError, Sensitivity,
 };
 use gear_dynamics::model::{Machine, State};
 use gear_dynamics::ode::Exhausted;
@@ -222,9 +222,10 @@ fn a_branch_is_stored_and_resumed() {
     following.by_ref().take(30).for_each(drop);
     assert_eq!(following.branch().points().len(), 30);
     let stored: Branch = stored(&following.into_branch());
+    let taken = stored.points().len();
     assert_eq!(stored.end(), &BranchEnd::Open);
     let rest = range.resume(&family, &stored).unwrap().finish();
-    assert_eq!(rest.points()[0].arclength, stored.points()[29].arclength);
+    assert_eq!(rest.points()[0].arclength, stored.points()[taken - 1].arclength);
     let all: Vec<f64> =
         [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
     for (ours, theirs) in all.iter().zip(whole.of_kind("fold")) {
@@ -249,6 +250,7 @@ fn both_ways() {
     let branch = range.run(&family, &[State::at_rest(1)]).unwrap();
     let ends = [&branch.points()[0], &branch.points()[branch.points().len() - 1]];
     assert_eq!(ends.map(|point| point.parameter), [0.5, 1.6]);
+    assert_eq!((branch.start(), branch.end()), (Some(&BranchEnd::Bound), &BranchEnd::Bound));
     assert!(branch.points().windows(2).all(|two| two[0].arclength < two[1].arclength));
     assert_eq!(branch.of_kind("fold").len(), 2);
     // The table has a row per point and the figures of the points.
@@ -279,7 +281,7 @@ fn symmetry_breaking() {
     for way in [1.0, -1.0] {
         let other = range.clone().max_points(6).switch(&family, point, way).unwrap();
         let last = other.points().last().unwrap();
-        assert!(last.summaries[0].mean.abs() > 1e-3 && last.summaries[0].mean * way != 0.0);
+        assert!(last.summaries[0].mean.abs() > 1e-3);
         println!("{way}: {} mean {}", last.parameter, last.summaries[0].mean);
     }
     // At the crossing the equations determine the asymmetry to the root of their accuracy only.
@@ -323,8 +325,12 @@ fn refusals_and_ends() {
     let spent = range.clone().budget(Budget::new().steps(2000)).run(&family, &rest).unwrap();
     assert!(matches!(spent.end(), BranchEnd::Exhausted(Exhausted::Steps { limit: 2000 })));
     assert!(spent.points().len() > 3);
-    let coarse = range.clone().min_step(0.04).max_step(0.05).first_step(0.05).run(&family, &rest).unwrap();
-    assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. } | BranchEnd::Bound), "{}", coarse.end());
+    let coarse = range.clone().min_step(0.3).max_step(0.3).first_step(0.3).run(&family, &rest).unwrap();
+    assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. }), "{}", coarse.end());
+    assert!(matches!(refused(range.clone().min_step(0.1)), BranchError::Parameter(_)));
+    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let cancelled = range.clone().budget(Budget::new().cancel(stop)).run(&family, &rest);
+    assert!(matches!(cancelled, Err(BranchError::Curve(CurveError::Exhausted(Exhausted::Cancelled)))));
     // A family that fails beyond a parameter.
     let short = ByFunction::new("speed", "1", |speed| {
         if speed > 0.8 {
@@ -336,6 +342,17 @@ fn refusals_and_ends() {
     let ended = range.run(&short, &rest).unwrap();
     assert!(matches!(ended.end(), BranchEnd::Model { parameter, .. } if *parameter > 0.8), "{}", ended.end());
     assert!((ended.points().last().unwrap().parameter - 0.8).abs() < 1e-6);
+    // A start that is an orbit of another model; an orbit of other coordinates.
+    let other = ByFunction::new("speed", "1", |speed| model.with("speed", speed)?.with("force", 0.3));
+    assert!(matches!(
+        range.resume(&other, &points).err(),
+        Some(BranchError::Curve(CurveError::NoSolution { .. }))
+    ));
+    let chain = ByFunction::new("speed", "1", |omega| Ok(CubicChain { omega }));
+    assert!(matches!(
+        range.resume(&chain, &points).err(),
+        Some(BranchError::Curve(CurveError::Model { .. }))
+    ));
     // Switching where no branch crosses; resuming nothing.
     let fold = points.points()[0].clone();
     assert!(matches!(range.switch(&family, &fold, 1.0), Err(BranchError::NoPoint { .. })));

@@ -31,8 +31,8 @@ impl Continuation {
     /// the onset of contact loss among them) along a second parameter λ, from the start of this continuation
     /// towards its end. The point was located at λ = `from`.
     ///
-    /// The line passes extremes of λ and cusps. It ends at a bound of λ, where the extremum of the contact or
-    /// the pair of multipliers ceases to exist, or as a branch does.   Source: Govaerts (2000), Ch. 4 and 8;
+    /// The line passes extremes of λ and cusps. It ends at a bound of λ or p, where the extremum of the contact or
+    /// the pair of multipliers ceases to exist, or at the maximum of points. A closed line is not noticed.   Source: Govaerts (2000), Ch. 4 and 8;
     /// for grazing, Dercole & Kuznetsov, ACM Trans. Math. Softw. 31, 95 (2005).
     ///
     /// # Errors
@@ -44,7 +44,10 @@ impl Continuation {
         if !self.goes_both_ways() || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
-        Ok(self.boundary_one_way(plane, point, -self.heading())?.reversed_before(forward))
+        match self.boundary_one_way(plane, point, -self.heading()) {
+            Ok(back) => Ok(back.reversed_before(forward)),
+            Err(_) => Ok(forward),
+        }
     }
 
     fn boundary_one_way(
@@ -101,8 +104,15 @@ impl Continuation {
             notes: Vec::new(),
             end: BranchEnd::Open,
         };
-        let mut follower =
-            Follower { settings: self, engine, last: first, step: self.first_step, across, sequence, line };
+        let mut follower = Follower {
+            settings: self,
+            engine,
+            last: first,
+            step: self.first_step.min(self.max_step),
+            across,
+            sequence,
+            line,
+        };
         follower.keep(None)?;
         while follower.line.end == BranchEnd::Open {
             follower.advance();

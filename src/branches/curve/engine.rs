@@ -71,6 +71,9 @@ const UNSTEADY: f64 = 1e-6;
 /// Residual, in units of the motion, of solved equations next to a branch point.
 const SOLVED: f64 = 1e-12;
 
+/// Largest residual of a start, in units of the motion.
+const START: f64 = 1e-6;
+
 /// A correction that exceeds the one before by this factor ends the corrections.
 const GROWS: f64 = 2.0;
 
@@ -102,6 +105,10 @@ impl<C: Curve> Engine<C> {
     /// The point of a solution x at the parameter p, with its tangent towards increasing p.
     pub(crate) fn start(&mut self, x: DVector<f64>, p: f64) -> Result<CurvePoint<C::Solution>, CurveError> {
         let linear = self.curve.linearise(&x, p)?;
+        let residual = linear.residual.amax();
+        if !(residual <= START.max(self.tolerance)) {
+            return Err(CurveError::NoSolution { residual });
+        }
         let units = self.units();
         let n = x.len();
         let up = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });

@@ -73,6 +73,13 @@ pub enum CurveError {
     /// The equations do not determine the point: more than one direction is free.
     #[error("the equations with the arclength condition are singular: the point is a branch point")]
     Singular,
+    /// The start does not satisfy the equations: it is no orbit of the model with this parameter, or does not lie
+    /// on the boundary.
+    #[error("the start is no solution: its residual is {residual:e} of the size of the motion")]
+    NoSolution {
+        /// The largest residual `[1]`.
+        residual: f64,
+    },
     /// The corrections do not become small.
     #[error(
         "{} corrections did not converge; the last one is {:e} of the size of the orbit",
@@ -90,6 +97,12 @@ pub enum CurveError {
         angle: f64,
         /// Length of the step `[1]`.
         step: f64,
+    },
+    /// A change over the step was not located.
+    #[error("{what} over the step, and the place was not found")]
+    Unexplained {
+        /// What happened.
+        what: &'static str,
     },
     /// What vanishes along a boundary no longer exists: the extremum of a contact, or a pair of complex
     /// multipliers.

@@ -136,6 +136,7 @@ impl Fit {
         let size: f64 = values.iter().map(|m| m * m).sum();
         check::positive("sum of the squares of the measured values", size)?;
         let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess)?));
+        let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = orbits.borrow_mut();
@@ -151,13 +152,16 @@ impl Fit {
                 slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
                 found.push(orbit);
             }
+            let mut best = best.borrow_mut();
+            if best.as_ref().is_none_or(|(least, _)| sum < *least) {
+                *best = found.last().map(|orbit| (sum, orbit.clone()));
+            }
             *last = (values, found);
             Ok((sum, slope))
         };
         let found = minimise(&space, &start, self.tolerance, self.max_evaluations, &evaluate)?;
-        let last = orbits.into_inner();
         let none = ParameterError::Empty { name: "measured points".into(), min: 1 };
-        let orbit = last.1.last().cloned().ok_or(none)?;
+        let (_, orbit) = best.into_inner().ok_or(none)?;
         let constants = space.named(&found.x);
         let evaluations = found.evaluations * measured.len();
         Ok(Optimum { constants, value: found.value, evaluations, orbit })

@@ -188,6 +188,12 @@ pub(crate) fn minimise(
     max_evaluations: usize,
     evaluate: &Evaluate<'_>,
 ) -> Result<Found, DesignError> {
+    check::positive("tolerance", tolerance)?;
+    if max_evaluations == 0 {
+        let name = "max_evaluations".into();
+        return Err(crate::error::ParameterError::TooFew { name, value: 0, min: 1 }.into());
+    }
+    let max_evaluations = max_evaluations.min(MOST);
     struct Progress {
         best: Option<(Vec<f64>, f64)>,
         failed: Option<DesignError>,
@@ -201,6 +207,7 @@ pub(crate) fn minimise(
         progress.evaluations += 1;
         match evaluate(x) {
             Ok((value, slopes)) => {
+                progress.failed = None;
                 if progress.unit == 0.0 {
                     progress.unit = if value == 0.0 { 1.0 } else { value.abs() };
                 }
@@ -213,7 +220,8 @@ pub(crate) fn minimise(
                 value / progress.unit
             }
             Err(error) => {
-                // Far from the last orbit there may be none: the value sends the line search back.
+                // Far from the last orbit there may be none: the large value makes the line search shorten its
+                // step.
                 if let Some(gradient) = gradient {
                     gradient.fill(0.0);
                 }
@@ -232,6 +240,10 @@ pub(crate) fn minimise(
             DesignError::Parameter(crate::error::ParameterError::Empty { name: "design".into(), min: 1 });
         return Err(failed.unwrap_or(none));
     };
+    if let Some(error) = failed {
+        let (reason, constants) = (error.to_string(), space.named(&x));
+        return Err(DesignError::NotConverged { reason, evaluations, best: value, constants });
+    }
     let reason = match outcome {
         Ok((SuccessStatus::MaxEvalReached, ..)) => "the maximum number of evaluations is reached".to_owned(),
         // Rounding limits the search only where it has converged.
@@ -241,6 +253,9 @@ pub(crate) fn minimise(
     let constants = space.named(&x);
     Err(DesignError::NotConverged { reason, evaluations, best: value, constants })
 }
+
+/// Maximum number of evaluations that the optimiser can count.
+const MOST: usize = i32::MAX as usize;
 
 /// The objective, over its size at the start, where no orbit is found.
 const NO_ORBIT: f64 = 1e3;

@@ -85,11 +85,20 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
         let near = Rc::new(orbit.clone());
         let mut room = BalanceRoom::new(family.clone(), balance, near.clone());
         let beside = BalanceRoom::new(family.clone(), balance, near);
-        let (matrix, scales, rigid, modes, integrals) = room.at(p, |equations, At { model, .. }| {
-            let layout = &equations.layout;
-            let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
-            (equations.matrix(), layout.scales.clone(), layout.rigid.len(), modes, equations.integrals())
-        })?;
+        let (matrix, scales, rigid, modes, integrals, width) =
+            room.at(p, |equations, At { model, .. }| {
+                let layout = &equations.layout;
+                let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
+                let width = layout.harmonics.unknowns();
+                (
+                    equations.matrix(),
+                    layout.scales.clone(),
+                    layout.rigid.len(),
+                    modes,
+                    equations.integrals(),
+                    width,
+                )
+            })?;
         let n = scales.len();
         let sampled = matches!(integrals, Integrals::Sampled { .. });
         let has_contacts = room.at(p, |_, at| at.model.contacts() > 0)?;
@@ -100,7 +109,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             beside,
             slope: BalanceSlope::new(),
             matrix,
-            width: orbit.harmonics().unknowns(),
+            width,
             rigid,
             modes,
             ranges: (0..n).map(swing).chain(sizes(orbit)).collect(),

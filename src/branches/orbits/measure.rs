@@ -5,10 +5,12 @@ use crate::analysis::statistics::{Statistics, Summary};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
 use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
+use crate::error::ParameterError;
 use crate::model::equations::Model;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
+use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use crate::ode::taylor::integrate::Prepared;
 use crate::ode::taylor::settings::Taylor;
@@ -88,4 +90,18 @@ fn pass(
         meter.left()?;
     }
     Ok(())
+}
+
+/// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.
+pub(crate) fn chosen_channels(
+    wanted: Option<&[String]>,
+    model: &dyn Model,
+) -> Result<Vec<String>, ParameterError> {
+    let probe = Probe::new(model);
+    if let Some(wanted) = wanted {
+        wanted.iter().try_for_each(|name| probe.index(name).map(|_| ()))?;
+        return Ok(wanted.to_vec());
+    }
+    let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
+    Ok(vec![found.map_or("q1".to_owned(), |channel| channel.name.clone())])
 }

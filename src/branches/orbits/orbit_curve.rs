@@ -5,6 +5,7 @@ use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::error::check;
 use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
@@ -105,6 +106,8 @@ impl<'f> OrbitCurve<'f> {
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
         let model = family.at(p).map_err(|error| CurveError::Model { parameter: p, error })?;
+        check::length("coordinates and velocities of the orbit", orbit.scale.len(), 2 * model.dof())
+            .map_err(|error| CurveError::Model { parameter: p, error })?;
         let period = orbit.period();
         let floor = orbit.scale.iter().zip(&orbit.range);
         Ok(OrbitCurve {

@@ -72,7 +72,7 @@ pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
             unexplained = Some("several multipliers passed -1");
         }
         let single = all.len();
-        if pairs_outside(ma) != pairs_outside(mb) {
+        if pairs_outside(ma) != pairs_outside(mb) && outside(ma) != outside(mb) {
             all.push(Change::NeimarkSacker);
         }
         let double = all.len() - single;

@@ -67,6 +67,9 @@ impl Sensitivity {
             }
         };
         let own = along[place];
+        if !(own.is_finite() && own != 0.0) {
+            return Err(CurveError::Singular.into());
+        }
         let slope = |(k, slope): (usize, &f64)| if k == place { 0.0 } else { -slope / own };
         Ok(along.iter().enumerate().map(slope).collect())
     }
@@ -99,6 +102,9 @@ fn of_multipliers(
     let unit = totals.units[place];
     let at = |h: f64| constants.with_values(&[(place, value[place] + h * tangent[n] * unit)]);
     let by_tangent = along_direction(totals, &unscaled(&tangent), &at, of)?;
+    if !(by_tangent.is_finite() && by_tangent != 0.0) {
+        return Err(CurveError::Singular.into());
+    }
     let mut all = Vec::with_capacity(totals.units.len());
     for (k, own) in totals.units.iter().enumerate() {
         if k == place {

@@ -74,7 +74,7 @@ impl Sensitivity {
     ///
     /// # Errors
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
-    /// [`CurveError::Singular`] at a fold, where the derivatives do not exist.
+    /// [`CurveError::Singular`] if an orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
         let (model, constants) = (model as &dyn Periodic, constants_of(model)?);
         let probe = Probe::new(model);

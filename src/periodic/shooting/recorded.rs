@@ -133,7 +133,8 @@ impl RecordedOrbit {
         view.at(inside, y);
     }
 
-    /// The Fourier series of the coordinates at the given orders of the orbit.
+    /// The Fourier series of the coordinates at the given orders of the orbit. A drift along rigid modes spoils
+    /// it.
     ///
     /// # Errors
     /// Orders that are not valid; more than 2²⁶ samples.
