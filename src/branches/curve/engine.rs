@@ -106,7 +106,7 @@ impl<C: Curve> Engine<C> {
     pub(crate) fn start(&mut self, x: DVector<f64>, p: f64) -> Result<CurvePoint<C::Solution>, CurveError> {
         let linear = self.curve.linearise(&x, p)?;
         let residual = linear.residual.amax();
-        if !(residual <= START.max(self.tolerance)) {
+        if residual.is_nan() || residual > START.max(self.tolerance) {
             return Err(CurveError::NoSolution { residual });
         }
         let units = self.units();
