@@ -204,10 +204,6 @@ impl Continuation {
         Err(BranchError::Bounds { low, high, start: p })
     }
 
-    pub(crate) fn goes_both_ways(&self) -> bool {
-        self.both_ways
-    }
-
     /// Unit of the parameter in the length of a step.
     pub(crate) fn unit(&self) -> f64 {
         (self.to - self.from).abs()

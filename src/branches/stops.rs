@@ -7,7 +7,8 @@ use crate::branches::points::kind::PointKind;
 use crate::branches::tracker::Tracker;
 use crate::model::offers::Offers;
 
-/// Share of the distance to the stop that one step covers `[1]`. The rest keeps the point on this side.
+/// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side without
+/// impacts.
 const SHARE: f64 = 0.9;
 
 /// Maximum number of steps towards the stop.

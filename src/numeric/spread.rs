@@ -1,7 +1,7 @@
 //! Evenly spread points without a period. Samples at such points are not in phase with any wave.
 
 /// 1/φ = (√5 - 1)/2 of the golden ratio φ.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+pub(crate) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// frac(i/φ): multiples of the golden ratio modulo 1, evenly spread over (0, 1).
 ///

@@ -206,7 +206,7 @@ fn starts_without_an_orbit_are_refused() {
 /// The balance with truncated forces and 15 unknowns of the published face gear pair, by exact integrals.
 /// Reference: the folds of an independent prototype.
 #[test]
-#[ignore = "a minute without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
+#[ignore = "more than six minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
 fn folds_of_reading_p() {
     const FOLDS: [f64; 6] = [179.9259, 142.8263, 175.2485, 159.9188, 230.1309, 166.1109];
     let branch = reading_p(100.0, 250.0, Integrals::Exact);

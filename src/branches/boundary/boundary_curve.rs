@@ -127,11 +127,12 @@ impl Curve for BoundaryCurve<'_> {
         full.view_mut((0, 0), (n, n)).copy_from(&by_x);
         full.view_mut((0, n), (n, 1)).copy_from(&(by_c.column(0) / self.unit));
         by_p.rows_mut(0, n).copy_from(&(by_c.column(1) / self.other_unit));
+        let mut moved = x.clone();
         for j in 0..n {
-            let mut moved = x.clone();
             let h = STEP * sizes[j];
-            moved[j] += h;
+            moved[j] = x[j] + h;
             full[(n, j)] = (self.test_at(&moved, p, other)? - psi) / h;
+            moved[j] = x[j];
         }
         let h = STEP * self.unit;
         full[(n, n)] = (self.test_at(&x, p + h, other)? - psi) / h;

@@ -41,7 +41,7 @@ impl Continuation {
     pub fn boundary(&self, plane: &dyn Plane, point: &BranchPoint) -> Result<BoundaryLine, BranchError> {
         self.check()?;
         let forward = self.boundary_one_way(plane, point, self.heading())?;
-        if !self.goes_both_ways() || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
+        if !self.is_both_ways() || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
         match self.boundary_one_way(plane, point, -self.heading()) {

@@ -3,6 +3,7 @@
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::numeric::brent::Brent;
+use crate::numeric::spread::GOLDEN;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.
@@ -19,9 +20,6 @@ const BESIDE_STEP: f64 = 0.02;
 
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
-
-/// (√5 - 1)/2.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Maximum number of golden sections in the search of an extremum.
 const SECTIONS: usize = 14;

@@ -8,6 +8,7 @@ use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::equations::{Model, Periodic};
 use crate::numeric::gauss::FIVE;
+use crate::numeric::spread::GOLDEN;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::Expansion;
@@ -86,6 +87,8 @@ struct Gather<'g> {
     y: Vec<f64>,
     moved: Vec<f64>,
     out: Vec<Derivatives>,
+    /// Scratch: derivatives at one instant.
+    slopes: Vec<f64>,
     /// An instant at which the derivatives are wanted.
     instant: Option<f64>,
 }
@@ -101,9 +104,6 @@ const POLISHES: usize = 3;
 
 /// Step of the differences in time, as a share of the bracket.
 const NEAR: f64 = 5e-3;
-
-/// (√5 - 1)/2.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Gather<'_> {
     /// Derivatives of quantity j at the state in `y`, at the time `t`.
@@ -216,7 +216,7 @@ impl Gather<'_> {
 
 impl Observer for Gather<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let mut slopes = vec![0.0; self.speeds.len()];
+        let mut slopes = std::mem::take(&mut self.slopes);
         if let Some(t) = self.instant.filter(|t| (step.t0()..=step.t1()).contains(t)) {
             let side = self.look(step, t);
             for j in 0..self.quantities.len() {
@@ -245,6 +245,7 @@ impl Observer for Gather<'_> {
             }
             self.extremes(step, (t0, t1));
         }
+        self.slopes = slopes;
         ControlFlow::Continue(())
     }
 }
@@ -295,6 +296,7 @@ pub(crate) fn gather(
                 at: vec![0.0; count],
             })
             .collect(),
+        slopes: vec![0.0; count],
         instant,
     };
     for i in 0..passage.states.len() {
