@@ -90,8 +90,7 @@ impl Continuation {
         branch: &Branch<FourierOrbit>,
     ) -> Result<Following<'f, FourierOrbit>, BranchError> {
         self.check()?;
-        let none = BranchError::NoPoint { what: "a branch without points cannot be resumed" };
-        let last = branch.points.last().ok_or(none)?;
+        let last = branch.points.last().ok_or(BranchError::NoPoints)?;
         let family = Rc::new(Plain(family));
         let mut following =
             self.balance_from(family, balance, last.parameter, &last.orbit, branch.heading)?;
@@ -175,8 +174,7 @@ impl Continuation {
             Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false };
         let mut point = engine.start(x, p)?;
         if heading < 0.0 {
-            point.tangent.neg_mut();
-            point.sign = -point.sign;
+            point.turn_round();
         }
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
     }

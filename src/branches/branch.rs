@@ -11,6 +11,8 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::multipliers::Stability;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+#[cfg(feature = "serde")]
+use crate::stored::branch_end::StoredEnd;
 use std::fmt;
 use thiserror::Error;
 
@@ -28,25 +30,15 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Branch<O = ShootingOrbit> {
-    pub(crate) parameter: StoredChannel,
-    pub(crate) channels: Vec<String>,
+    pub(crate) parameter: Channel,
+    pub(crate) channels: Vec<Channel>,
     pub(crate) points: Vec<BranchPoint<O>>,
     pub(crate) notes: Vec<BranchNote>,
-    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) end: BranchEnd,
     /// Why a branch followed in both directions begins where it does.
-    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) start: Option<BranchEnd>,
     /// dp/ds at the last point, over the unit of the parameter: the direction in which a continuation resumes.
     pub(crate) heading: f64,
-}
-
-/// Name and unit of the parameter.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct StoredChannel {
-    pub(crate) name: String,
-    pub(crate) unit: String,
 }
 
 /// Why a branch ends.
@@ -56,9 +48,11 @@ pub(crate) struct StoredChannel {
 /// assert_eq!(BranchEnd::Bound.to_string(), "a bound of the parameter is reached");
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "StoredEnd", into = "StoredEnd"))]
 #[non_exhaustive]
 pub enum BranchEnd {
-    /// The branch is still being followed, or was read from a file.
+    /// The branch is still being followed.
     #[default]
     Open,
     /// A bound of the parameter is reached. The last point lies on it.
@@ -91,6 +85,11 @@ pub enum BranchEnd {
     },
     /// A limit of the budget is reached.
     Exhausted(Exhausted),
+    /// The branch was read from a file, in which an error or a limit is stored as its text.
+    Stored {
+        /// The text.
+        reason: String,
+    },
 }
 
 impl fmt::Display for BranchEnd {
@@ -108,6 +107,7 @@ impl fmt::Display for BranchEnd {
                 write!(f, "there is no model with the parameter {parameter}: {error}")
             }
             BranchEnd::Exhausted(exhausted) => exhausted.fmt(f),
+            BranchEnd::Stored { reason } => f.write_str(reason),
         }
     }
 }
@@ -181,17 +181,27 @@ pub enum BranchError {
     /// Derivatives with respect to constants of a model that has no named constants.
     #[error("the model has no named constants: build it from a Shape and its constants (Machine)")]
     NoConstants,
-    /// A branch without points cannot be resumed, and a point that is no such bifurcation cannot be switched at.
-    #[error("{what}")]
-    NoPoint {
-        /// What is missing.
-        what: &'static str,
+    /// A branch or a boundary without points cannot be resumed.
+    #[error("there is no point from which to resume")]
+    NoPoints,
+    /// The kind of a point does not allow what is asked.
+    #[error("the point is {}: {wanted} is needed", kind.as_ref().map_or("a regular point", PointKind::name))]
+    Kind {
+        /// The kind; `None` for a point that was not located.
+        kind: Option<PointKind>,
+        /// What kinds of points allow it.
+        wanted: &'static str,
+    },
+    /// The orbit of a grazing has no extremum at the edge of this contact.
+    #[error("contact {contact} has no extremum at this edge: the orbit does not graze it")]
+    NoExtremum {
+        /// Index of the contact, from 0.
+        contact: usize,
     },
 }
 
 impl<O> Branch<O> {
-    pub(crate) fn new(parameter: Channel, channels: Vec<String>) -> Self {
-        let parameter = StoredChannel { name: parameter.name, unit: parameter.unit };
+    pub(crate) fn new(parameter: Channel, channels: Vec<Channel>) -> Self {
         let (points, notes) = (Vec::new(), Vec::new());
         Branch { parameter, channels, points, notes, end: BranchEnd::Open, start: None, heading: 0.0 }
     }
@@ -209,11 +219,11 @@ impl<O> Branch<O> {
         Branch { end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
     }
     /// Name and unit of the parameter.
-    pub fn parameter(&self) -> Channel {
-        Channel::new(self.parameter.name.as_str(), self.parameter.unit.as_str())
+    pub fn parameter(&self) -> &Channel {
+        &self.parameter
     }
-    /// Names of the measured channels.
-    pub fn channels(&self) -> &[String] {
+    /// Names and units of the measured channels.
+    pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
     /// All points, in order along the branch.
@@ -253,32 +263,49 @@ impl<O> Branch<O> {
         near
     }
 
-    /// One row per point: parameter, arclength, then for each channel `mean`, `rms`, `peak-to-peak`, then the
-    /// largest |μ|, the stability (1 stable, -1 unstable, 0 undecided) and the rattle state of each contact.
+    /// One row per point: the parameter, `arclength`, then
+    ///
+    /// - for each channel `mean`, `rms` and `peak-to-peak`;
+    /// - `multiplier i real` and `multiplier i imaginary`, by decreasing absolute value, and `largest multiplier` |μ|;
+    /// - `stability`: 1 stable, -1 unstable, 0 undecided;
+    /// - for each contact its rattle state, `rattle i`, and its sequence: the crossings of its edges in one
+    ///   period, `crossings lower i` and `crossings upper i`;
+    /// - `kind`: 0 for a regular point, otherwise the [code](PointKind::code) of the located one.
     ///
     /// # Errors
     /// [`ParameterError::Twice`] for a channel measured twice.
     pub fn table(&self) -> Result<ResultTable, ParameterError> {
-        let mut columns = vec![self.parameter(), Channel::new("arclength", "1")];
-        for channel in &self.channels {
-            for figure in ["mean", "rms", "peak-to-peak"] {
-                columns.push(Channel::new(format!("{channel} {figure}"), ""));
-            }
+        let mut columns = vec![self.parameter.clone(), Channel::new("arclength", "1")];
+        let number = |name: String| Channel::new(name, "1");
+        for Channel { name, unit } in &self.channels {
+            let figures = ["mean", "rms", "peak-to-peak"];
+            columns.extend(figures.map(|figure| Channel::new(format!("{name} {figure}"), unit.as_str())));
         }
-        columns.extend(["largest multiplier", "stability"].map(|name| Channel::new(name, "1")));
-        let contacts = self.points.first().map_or(0, |point| point.rattle.len());
-        columns.extend((0..contacts).map(|i| Channel::new(format!("rattle {}", i + 1), "1")));
+        let first = self.points.first();
+        let multipliers = first.map_or(0, |point| point.multipliers.values().len());
+        for i in 1..=multipliers {
+            columns.extend(["real", "imaginary"].map(|part| number(format!("multiplier {i} {part}"))));
+        }
+        columns.extend(["largest multiplier", "stability"].map(|name| number(name.into())));
+        for i in 1..=first.map_or(0, |point| point.rattle.len()) {
+            columns.extend(["rattle", "crossings lower", "crossings upper"].map(|n| number(format!("{n} {i}"))));
+        }
+        columns.push(number("kind".into()));
         let mut table = ResultTable::new(columns)?;
         for point in &self.points {
             let mut row = vec![point.parameter, point.arclength];
             row.extend(point.summaries.iter().flat_map(|s| [s.mean, s.rms, s.peak_to_peak()]));
+            row.extend(point.multipliers.values().iter().flat_map(|m| [m.re, m.im]));
             row.push(point.multipliers.largest());
             row.push(match point.stability() {
                 Stability::Stable => 1.0,
                 Stability::Unstable => -1.0,
                 Stability::Undecided => 0.0,
             });
-            row.extend(point.rattle.iter().map(|state| f64::from(state.rsv())));
+            for (rattle, [lower, upper]) in point.rattle.iter().zip(&point.crossings) {
+                row.extend([f64::from(rattle.rsv()), f64::from(*lower), f64::from(*upper)]);
+            }
+            row.push(point.kind.as_ref().map_or(0.0, |kind| f64::from(kind.code())));
             table.push(&row)?;
         }
         Ok(table)

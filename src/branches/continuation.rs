@@ -173,11 +173,14 @@ impl Continuation {
         branch: &Branch,
     ) -> Result<Following<'f>, BranchError> {
         self.check()?;
-        let none = BranchError::NoPoint { what: "a branch without points cannot be resumed" };
-        let last = branch.points.last().ok_or(none)?;
+        let last = branch.points.last().ok_or(BranchError::NoPoints)?;
         let mut following = self.begin_at(family, last.parameter, &last.orbit, branch.heading)?;
         following.tracker.shift(last.arclength);
         Ok(following)
+    }
+
+    pub(crate) fn is_bounded_across(&self) -> bool {
+        self.across.is_some()
     }
 
     pub(crate) fn is_both_ways(&self) -> bool {

@@ -32,6 +32,18 @@ pub trait Family {
     }
 }
 
+impl<F: Family + ?Sized> Family for &F {
+    fn parameter(&self) -> Channel {
+        (**self).parameter()
+    }
+    fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        (**self).at(value)
+    }
+    fn constant(&self) -> Option<usize> {
+        (**self).constant()
+    }
+}
+
 /// The family of a model over one of its named constants.
 ///
 /// ```

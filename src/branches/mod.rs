@@ -16,6 +16,7 @@ pub(crate) mod switching;
 pub(crate) mod tracker;
 
 pub use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
+pub use crate::branches::boundary::following_boundary::FollowingBoundary;
 pub use crate::branches::boundary::plane::{ByConstants, ByFunctionOfTwo, Plane};
 pub use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 pub use crate::branches::continuation::Continuation;

@@ -26,7 +26,7 @@ impl Continuation {
     /// parameter, which is the tangent at a period doubling and at a symmetry breaking.
     ///
     /// # Errors
-    /// [`BranchError::NoPoint`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point
+    /// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point
     /// of the other branch is found.
     pub fn switch(&self, family: &dyn Family, point: &BranchPoint, way: f64) -> Result<Branch, BranchError> {
         Ok(self.begin_switch(family, point, way)?.finish())
@@ -47,7 +47,10 @@ impl Continuation {
         let orbit = match point.kind {
             Some(PointKind::PeriodDoubling) => doubled(&point.orbit),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => point.orbit.clone(),
-            _ => return Err(BranchError::NoPoint { what: "no branch crosses at a point of this kind" }),
+            ref kind => {
+                let wanted = "a period doubling, a branch point or a symmetry breaking";
+                return Err(BranchError::Kind { kind: kind.clone(), wanted });
+            }
         };
         let mut engine = self.shooting_engine(family, point.parameter, &orbit)?;
         let (x, p) = (engine.curve.unknowns(&orbit), point.parameter);

@@ -14,6 +14,8 @@ use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{Values, dips, doubling, torus};
+use crate::branches::stops::{Impacts, Rigid};
+use crate::model::offers::Offers;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::collections::VecDeque;
@@ -21,7 +23,7 @@ use std::rc::Rc;
 
 /// A continuation in progress, by any method.
 pub(crate) struct Tracker<'f, C: OrbitMethod> {
-    settings: &'f Continuation,
+    pub(crate) settings: &'f Continuation,
     pub(crate) engine: Engine<C>,
     pub(crate) branch: Branch<C::Orbit>,
     /// The last regular point.
@@ -30,24 +32,26 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
     past: Option<Past>,
     /// Length of the last step and the values of the tests before it.
     pub(crate) before: Option<(f64, Values)>,
-    /// The first point and its figures, to notice a closed branch.
-    first: CurvePoint<C::Solution>,
+    /// The first point, to notice a closed branch.
+    pub(crate) first: Option<CurvePoint<C::Solution>>,
     pub(crate) step: f64,
     pub(crate) arclength: f64,
     /// Points that are found and not yet yielded.
     pub(crate) waiting: VecDeque<BranchPoint<C::Orbit>>,
+    /// Which edges of each contact are rigid stops.
+    pub(crate) rigid: Rigid,
 }
 
 /// A point of the curve with what is measured along its orbit.
 pub(crate) struct Node<S> {
     pub(crate) point: CurvePoint<S>,
-    measured: Measured,
+    pub(crate) measured: Measured,
     multipliers: Option<Multipliers>,
     pub(crate) values: Values,
 }
 
 impl<S> Node<S> {
-    fn new(point: CurvePoint<S>, measured: Measured, multipliers: Option<Multipliers>) -> Self {
+    pub(crate) fn new(point: CurvePoint<S>, measured: Measured, multipliers: Option<Multipliers>) -> Self {
         let values = Values::new(point.slope(), multipliers.as_ref(), &measured.trace);
         Node { point, measured, multipliers, values }
     }
@@ -81,8 +85,7 @@ impl Continuation {
         let x = engine.curve.unknowns(orbit);
         let mut point = engine.start(x, p)?;
         if heading < 0.0 {
-            point.tangent.neg_mut();
-            point.sign = -point.sign;
+            point.turn_round();
         }
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
     }
@@ -95,7 +98,7 @@ impl Continuation {
     ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
         let meter = Rc::new(self.budget.begin());
         let unit = self.unit();
-        let curve = OrbitCurve::new(family, (p, unit), orbit, &self.shooting, meter)?;
+        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &self.shooting, meter)?;
         let tolerance = self.shooting.correction_tolerance();
         Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
     }
@@ -106,7 +109,10 @@ impl Continuation {
         mut engine: Engine<C>,
         mut point: CurvePoint<C::Solution>,
     ) -> Result<Tracker<'f, C>, BranchError> {
-        let channels = chosen_channels(self.channels.as_deref(), &*engine.curve.family().at(point.p)?)?;
+        let model = engine.curve.family().at(point.p)?;
+        let channels = chosen_channels(self.channels.as_deref(), &*model)?;
+        let rigid = Offers::of(&*model).rigid_edges();
+        drop(model);
         let measured = engine.curve.measure(&point, &channels)?;
         engine.curve.set_ranges(measured.ranges.clone());
         engine.rescale(&mut point);
@@ -115,10 +121,11 @@ impl Continuation {
         let mut tracker = Tracker {
             settings: self,
             branch,
-            first: point.clone(),
+            first: Some(point.clone()),
             step: self.first_step.min(self.max_step),
             arclength: 0.0,
             waiting: VecDeque::new(),
+            rigid,
             past: None,
             before: None,
             last: Node::new(point, measured, multipliers),
@@ -195,6 +202,13 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let measured = self.measure(&next)?;
         let multipliers = self.engine.curve.multipliers(&next);
         let reached = Node::new(next, measured, multipliers);
+        match self.impacts(&reached, step) {
+            Impacts::Same => {}
+            Impacts::Unresolved => {
+                return Ok(Made::Shorter(CurveError::Unexplained { what: "impacts on a rigid stop ended" }));
+            }
+            Impacts::End(contact) => return Ok(Made::End(BranchEnd::Stop { contact })),
+        }
         let (found, unexplained) = self.between(&reached, step)?;
         if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * self.settings.max_step) {
             return Ok(Made::Shorter(CurveError::Unexplained { what }));
@@ -224,6 +238,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         self.past = Some(Past::new(&self.last.point));
         let last = Node { point: next, measured, multipliers, values };
         self.before = Some((step, std::mem::replace(&mut self.last, last).values));
+        self.keep_clear_of_impacts();
         if few && angle < STRAIGHT {
             self.step = (1.5 * self.step).min(self.settings.max_step);
         } else if angle > STRAIGHT {
@@ -238,14 +253,9 @@ impl<C: OrbitMethod> Tracker<'_, C> {
 
     /// Whether the branch returns to its first point between the last point and the next one.
     fn closes(&self, next: &CurvePoint<C::Solution>, step: f64) -> bool {
-        if self.branch.points.len() + self.waiting.len() < 8 {
-            return false;
-        }
-        let first = &self.first;
-        let along = first.tangent.dot(&first.scaled_difference(next));
-        let before = first.tangent.dot(&first.scaled_difference(&self.last.point));
-        let near = first.scaled_difference(next).norm();
-        before < 0.0 && along >= 0.0 && near < 2.0 * step && first.tangent.dot(&next.tangent) > 0.9
+        let far = self.branch.points.len() + self.waiting.len() >= 8;
+        let first = self.first.as_ref().filter(|_| far);
+        first.is_some_and(|first| first.is_passed(&self.last.point, next, step))
     }
 
     /// The kind of the point at which a change happens.

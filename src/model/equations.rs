@@ -244,6 +244,7 @@ impl<M: Periodic + ?Sized> Periodic for &M {
 /// assert_eq!(channel.to_string(), "mesh force [N]");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Channel {
     /// Name.
     pub name: String,

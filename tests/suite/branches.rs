@@ -355,11 +355,11 @@ fn refusals_and_ends() {
     ));
     // Switching where no branch crosses; resuming nothing.
     let fold = points.points()[0].clone();
-    assert!(matches!(range.switch(&family, &fold, 1.0), Err(BranchError::NoPoint { .. })));
+    assert!(matches!(range.switch(&family, &fold, 1.0), Err(BranchError::Kind { kind: None, .. })));
     let twice = ByConstants::new(&model, ["speed", "speed"]);
     assert!(matches!(twice.err(), Some(ParameterError::Twice { .. })));
     let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
-    assert!(matches!(Continuation::new(0.18, 0.2).boundary(&plane, &fold), Err(BranchError::NoPoint { .. })));
+    assert!(matches!(Continuation::new(0.18, 0.2).boundary(&plane, &fold), Err(BranchError::Kind { kind: None, .. })));
     let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));

@@ -832,7 +832,7 @@ fn branches_of_an_oscillator_with_a_stop() {
         let family = ByFunction::new("amplitude", "1", |amplitude| Ok(Oscillator::new(c, w, amplitude)));
         let start = Oscillator::new(c, w, 1.0).guess(1, number("v_at_A_1").unwrap());
         let branch =
-            Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(120).run(&family, &[start]).unwrap();
+            Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(1500).run(&family, &[start]).unwrap();
         println!("{branch}");
         for (kind, key) in [("period-doubling", "A_period_doubling"), ("fold", "A_fold")] {
             let Some(exact) = number(key) else { continue };

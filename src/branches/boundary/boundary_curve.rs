@@ -7,6 +7,7 @@ use crate::branches::orbits::measure::measure;
 use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::branches::points::test_functions::{doubling, fold, torus};
 use nalgebra::{DMatrix, DVector};
+use std::rc::Rc;
 
 /// What vanishes along a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,11 +38,13 @@ impl Boundary {
 ///
 /// The derivatives of ψ are forward differences: one integration over the orbit for each unknown.
 pub(crate) struct BoundaryCurve<'f> {
-    pub(crate) slice: &'f Slice<'f>,
+    pub(crate) slice: Rc<Slice<'f>>,
     pub(crate) orbits: OrbitCurve<'f>,
     pub(crate) boundary: Boundary,
     /// Unit of p.
     pub(crate) unit: f64,
+    /// Least unit of p.
+    pub(crate) least_unit: f64,
     /// Unit of λ.
     pub(crate) other_unit: f64,
     /// Unit of a distance from an edge.

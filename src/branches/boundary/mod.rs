@@ -3,4 +3,5 @@
 pub(crate) mod boundary_curve;
 pub(crate) mod boundary_line;
 pub(crate) mod follow_boundary;
+pub(crate) mod following_boundary;
 pub(crate) mod plane;

@@ -38,6 +38,17 @@ impl<S> CurvePoint<S> {
     pub(crate) fn scaled_difference(&self, other: &CurvePoint<S>) -> DVector<f64> {
         self.scaled(&other.x, other.p)
     }
+    /// Reverses the direction of the curve.
+    pub(crate) fn turn_round(&mut self) {
+        self.tangent.neg_mut();
+        self.sign = -self.sign;
+    }
+    /// Whether a step from `last` to `next` passes this point in the direction of its tangent.
+    pub(crate) fn is_passed(&self, last: &CurvePoint<S>, next: &CurvePoint<S>, step: f64) -> bool {
+        let [before, after] = [last, next].map(|point| self.scaled_difference(point));
+        let [from, to] = [&before, &after].map(|difference| self.tangent.dot(difference));
+        from < 0.0 && to >= 0.0 && after.norm() < 2.0 * step && self.tangent.dot(&next.tangent) > 0.9
+    }
     /// (x, p) at the distance `ds` along a direction in scaled unknowns.
     pub(crate) fn along(&self, direction: &DVector<f64>, ds: f64) -> (DVector<f64>, f64) {
         let n = self.x.len();

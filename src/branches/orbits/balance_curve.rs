@@ -9,7 +9,7 @@ use crate::branches::orbits::balance_slope::BalanceSlope;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::orbits::series_measure::measure_series;
-use crate::model::equations::Periodic;
+use crate::model::equations::{Channel, Periodic};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
@@ -49,7 +49,7 @@ pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
     difference: f64,
     /// Whether the equations have a continuous derivative.
     is_smooth: bool,
-    channels: RefCell<(Vec<String>, Vec<usize>)>,
+    channels: RefCell<(Vec<Channel>, Vec<usize>)>,
     meter: Rc<Meter<'f>>,
 }
 
@@ -152,12 +152,12 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     }
 
     /// Indices of channels in the order of [`Probe`].
-    fn places(&self, channels: &[String], p: f64) -> Result<Vec<usize>, CurveError> {
+    fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
         let mut known = self.channels.borrow_mut();
         if known.0 != channels {
             let places = self.room.borrow_mut().at(p, |_, at| {
                 let probe = Probe::new(at.model);
-                channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()
+                channels.iter().map(|channel| probe.index(&channel.name)).collect::<Result<Vec<_>, _>>()
             })?;
             let places = places.map_err(|error| CurveError::Model { parameter: p, error })?;
             *known = (channels.to_vec(), places);
@@ -303,7 +303,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
         Ok((orbit, self.multipliers_along(point).ok_or_else(none)?))
     }
 
-    fn measure(&self, point: &CurvePoint<Series>, channels: &[String]) -> Result<Measured, CurveError> {
+    fn measure(&self, point: &CurvePoint<Series>, channels: &[Channel]) -> Result<Measured, CurveError> {
         let places = if channels.is_empty() { Vec::new() } else { self.places(channels, point.p)? };
         self.evaluated(point, |equations, _| {
             let orbit = equations.orbit(point.x.as_slice());

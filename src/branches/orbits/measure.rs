@@ -6,7 +6,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
 use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
 use crate::error::ParameterError;
-use crate::model::equations::Model;
+use crate::model::equations::{Channel, Model};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::methods::dop853::Dop853;
@@ -37,12 +37,12 @@ pub(crate) fn measure(
     curve: &OrbitCurve<'_>,
     p: f64,
     passage: &Passage,
-    channels: &[String],
+    channels: &[Channel],
 ) -> Result<Measured, CurveError> {
     let model = curve.model(p)?;
     let plain: &dyn Model = &*model;
     let (start, period) = (passage.states[0].t, passage.end - passage.states[0].t);
-    let names: Vec<&str> = channels.iter().map(String::as_str).collect();
+    let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
     let mut statistics =
         Statistics::new(plain, &names).map_err(|error| CurveError::Model { parameter: p, error })?;
     let mut rattle = Rattle::new(plain);
@@ -96,12 +96,11 @@ fn pass(
 pub(crate) fn chosen_channels(
     wanted: Option<&[String]>,
     model: &dyn Model,
-) -> Result<Vec<String>, ParameterError> {
+) -> Result<Vec<Channel>, ParameterError> {
     let probe = Probe::new(model);
     if let Some(wanted) = wanted {
-        wanted.iter().try_for_each(|name| probe.index(name).map(|_| ()))?;
-        return Ok(wanted.to_vec());
+        return wanted.iter().map(|name| Ok(probe.channels()[probe.index(name)?].clone())).collect();
     }
     let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(vec![found.map_or("q1".to_owned(), |channel| channel.name.clone())])
+    Ok(vec![found.cloned().map_or_else(|| Ok(probe.channels()[probe.index("q1")?].clone()), Ok)?])
 }

@@ -8,6 +8,7 @@ pub(crate) mod balance_slope;
 pub(crate) mod contact_trace;
 pub(crate) mod differences;
 pub(crate) mod measure;
+pub(crate) mod nodes;
 pub(crate) mod orbit_curve;
 pub(crate) mod orbit_method;
 pub(crate) mod series_measure;

@@ -4,10 +4,11 @@ use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::{Measured, measure};
+use crate::branches::orbits::nodes::clear;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::error::check;
 use crate::model::constants::DriveSlope;
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Channel, Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
@@ -25,7 +26,7 @@ use std::rc::Rc;
 /// Unknowns: coordinates and velocities at the nodes, one node after the other, then the slacks s along the
 /// rigid motions B.
 pub(crate) struct OrbitCurve<'f> {
-    family: &'f dyn Family,
+    family: Rc<dyn Family + 'f>,
     multiple: usize,
     /// Times of the nodes over the period of the orbit.
     phases: Vec<f64>,
@@ -99,7 +100,7 @@ const STEP: f64 = 1e-6;
 impl<'f> OrbitCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
-        family: &'f dyn Family,
+        family: Rc<dyn Family + 'f>,
         (p, unit): (f64, f64),
         orbit: &ShootingOrbit,
         shooting: &Shooting,
@@ -109,6 +110,8 @@ impl<'f> OrbitCurve<'f> {
         check::length("coordinates and velocities of the orbit", orbit.scale.len(), 2 * model.dof())
             .map_err(|error| CurveError::Model { parameter: p, error })?;
         let period = orbit.period();
+        let modes = rigid_modes(&*model, period);
+        drop(model);
         let floor = orbit.scale.iter().zip(&orbit.range);
         Ok(OrbitCurve {
             family,
@@ -117,7 +120,7 @@ impl<'f> OrbitCurve<'f> {
             scale: orbit.scale.clone(),
             range: orbit.range.clone(),
             floor: floor.map(|(s, r)| if *s > RAISED * r { *s } else { 0.0 }).collect(),
-            modes: rigid_modes(&*model, period),
+            modes,
             reference: orbit.states()[0].clone(),
             flow_tolerance: orbit.flow,
             wanted: shooting.method(),
@@ -164,7 +167,7 @@ impl<'f> OrbitCurve<'f> {
         &self.meter
     }
 
-    pub(crate) fn model(&self, p: f64) -> Result<Box<dyn Periodic + 'f>, CurveError> {
+    pub(crate) fn model(&self, p: f64) -> Result<Box<dyn Periodic + '_>, CurveError> {
         self.family.at(p).map_err(|error| CurveError::Model { parameter: p, error })
     }
 
@@ -331,14 +334,14 @@ impl OrbitMethod for OrbitCurve<'_> {
     type Orbit = ShootingOrbit;
 
     fn family(&self) -> &dyn Family {
-        self.family
+        &*self.family
     }
 
     fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
         point.solution.multipliers.clone()
     }
 
-    fn measure(&self, point: &CurvePoint<Passage>, channels: &[String]) -> Result<Measured, CurveError> {
+    fn measure(&self, point: &CurvePoint<Passage>, channels: &[Channel]) -> Result<Measured, CurveError> {
         measure(self, point.p, &point.solution, channels)
     }
 
@@ -360,6 +363,21 @@ impl OrbitMethod for OrbitCurve<'_> {
     fn set_ranges(&mut self, ranges: Vec<f64>) {
         self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
         self.range = ranges;
+    }
+
+    fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
+        let since: Vec<f64> = self.phases.iter().map(|phase| phase - self.phases[0]).collect();
+        clear(&since, impacts)
+    }
+
+    fn shifted(&self, point: &CurvePoint<Passage>, shift: f64) -> Result<DVector<f64>, CurveError> {
+        self.unknowns_later(point, shift)
+    }
+
+    fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
+        self.phases.iter_mut().for_each(|phase| *phase += shift);
+        let m = self.scale.len();
+        self.reference = State::new(0.0, &x.as_slice()[..m / 2], &x.as_slice()[m / 2..m]);
     }
 
     /// The error of the multipliers is the change when the tolerance of the flow is 100 times larger.

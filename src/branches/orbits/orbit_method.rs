@@ -4,6 +4,7 @@ use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
+use crate::model::equations::Channel;
 use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 
@@ -33,10 +34,25 @@ pub(crate) trait OrbitMethod: Curve {
     fn measure(
         &self,
         point: &CurvePoint<Self::Solution>,
-        channels: &[String],
+        channels: &[Channel],
     ) -> Result<Measured, CurveError>;
     /// Whether x(t + T/2) = -x(t) along the orbit of a point.
     fn is_symmetric(&self, point: &CurvePoint<Self::Solution>) -> bool;
+    /// A shift of the nodes, in periods, that keeps them clear of impacts at these phases; `None` if they are clear.
+    /// Default: `None`.
+    fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
+        let _ = impacts;
+        None
+    }
+    /// The unknowns of a point on nodes that lie later by `shift` periods. Default: those of the point.
+    fn shifted(&self, point: &CurvePoint<Self::Solution>, shift: f64) -> Result<DVector<f64>, CurveError> {
+        let _ = shift;
+        Ok(point.x.clone())
+    }
+    /// Moves the nodes by `shift` periods. `x`: the unknowns of an orbit on them.
+    fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
+        let _ = (shift, x);
+    }
     /// Takes the ranges of motion of an accepted point as units.
     fn set_ranges(&mut self, ranges: Vec<f64>);
 }

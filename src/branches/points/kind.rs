@@ -48,6 +48,18 @@ impl PointKind {
             PointKind::Grazing { .. } => "grazing",
         }
     }
+    /// The kind as a number in tables: 1 fold, 2 period doubling, 3 Neimark-Sacker point, 4 branch point, 5 symmetry
+    /// breaking, 6 grazing.
+    pub fn code(&self) -> u8 {
+        match self {
+            PointKind::Fold => 1,
+            PointKind::PeriodDoubling => 2,
+            PointKind::NeimarkSacker => 3,
+            PointKind::Branch => 4,
+            PointKind::SymmetryBreaking => 5,
+            PointKind::Grazing { .. } => 6,
+        }
+    }
     /// Whether the rattle state of a contact changes: an onset of contact loss or of back contact.
     pub fn changes_rattle(&self) -> bool {
         matches!(self, PointKind::Grazing { rattle: [before, after], .. } if before != after)

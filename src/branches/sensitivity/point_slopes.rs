@@ -33,7 +33,7 @@ impl Sensitivity {
     /// Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, Ch. 4.
     ///
     /// # Errors
-    /// [`BranchError::NoPoint`] for a point that was not located or is a crossing of branches;
+    /// [`BranchError::Kind`] for a point that was not located or is a crossing of branches;
     /// [`BranchError::NoConstants`]; an unknown constant.
     pub fn of_point<M: Periodic>(
         model: &M,
@@ -60,10 +60,9 @@ impl Sensitivity {
             Some(PointKind::Grazing { contact, edge, .. }) => {
                 grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
             }
-            _ => {
-                return Err(BranchError::NoPoint {
-                    what: "the point was not located, or branches cross there",
-                });
+            kind => {
+                let wanted = "a fold, a period doubling, a Neimark-Sacker point or a grazing";
+                return Err(BranchError::Kind { kind: kind.clone(), wanted });
             }
         };
         let own = along[place];
@@ -137,7 +136,7 @@ fn grazing(
     let measured = measure(&totals.curve, 0.0, &totals.passage, &[])?;
     let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
     let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
-    let nearest = nearest.ok_or(BranchError::NoPoint { what: "the contact has no extremum at this edge" })?;
+    let nearest = nearest.ok_or(BranchError::NoExtremum { contact })?;
     let (start, period) = (totals.passage.states[0].t, totals.passage.end - totals.passage.states[0].t);
     let instant = start + nearest.phase * period;
     let quantity = [Quantity::Distance { contact, lower }];

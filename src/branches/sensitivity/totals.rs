@@ -46,7 +46,7 @@ impl<'f> Totals<'f> {
         orbit: &ShootingOrbit,
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
-        let curve = OrbitCurve::new(alone, (0.0, 1.0), orbit, &Shooting::new(), meter)?;
+        let curve = OrbitCurve::new(Rc::new(alone), (0.0, 1.0), orbit, &Shooting::new(), meter)?;
         let x = curve.unknowns_of(orbit);
         let unit = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         let units: Vec<f64> = constants.values().iter().map(|value| unit(*value)).collect();
