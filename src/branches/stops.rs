@@ -27,11 +27,14 @@ const SHORT: f64 = 1e-3;
 /// First step from orbits without the impact towards the stop, as a share of the step that passed the grazing.
 const TRIAL: f64 = 1e-3;
 
+/// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.
+pub(crate) const STEEP: f64 = 1e-3;
+
 /// Which edges of each contact are rigid stops.
 pub(crate) type Rigid = Vec<[bool; 2]>;
 
 /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
-fn at_stops<'t>(rigid: &'t Rigid, trace: &'t ContactTrace, past: bool) -> impl Iterator<Item = &'t Extremum> {
+pub(crate) fn at_stops<'t>(rigid: &'t Rigid, trace: &'t ContactTrace, past: bool) -> impl Iterator<Item = &'t Extremum> {
     trace.extremes.iter().filter(move |e| {
         // A maximum at an upper stop, or a minimum at a lower one.
         let (edge, beyond) = if e.lower { (0, e.distance < 0.0) } else { (1, e.distance > 0.0) };
@@ -162,6 +165,3 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
     }
 }
-
-/// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the branch `[1]`.
-const STEEP: f64 = 1e-3;

@@ -1,7 +1,11 @@
 //! Boundaries of folds, doublings and contact loss over two parameters.
 
 use crate::common::family::{Oscillator, oscillator};
-use gear_dynamics::branches::{BoundaryLine, Branch, BranchEnd, ByConstant, ByConstants, Continuation, Turn};
+use crate::common::stored;
+use gear_dynamics::branches::{
+    BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
+    Continuation, Plane, Turn,
+};
 use gear_dynamics::model::{Machine, State};
 
 fn pair() -> Machine<Oscillator> {
@@ -69,4 +73,67 @@ fn folds_meet_in_a_cusp() {
     assert_eq!(over_speed(&model.with("mean force", 0.999 * highest).unwrap()).of_kind("fold").len(), 2);
     assert_eq!(over_speed(&model.with("mean force", 1.001 * highest).unwrap()).of_kind("fold").len(), 0);
     assert_eq!(line.end(), &BranchEnd::Bound);
+}
+
+/// A boundary is stopped, stored, read and resumed: the points are those of one run. Its table and its text.
+#[test]
+fn a_boundary_is_stored_and_resumed() {
+    let (model, branch) = (pair(), over_speed(&pair()));
+    let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
+    let onset = branch.of_kind("grazing")[0];
+    let range = Continuation::new(0.1, 0.3);
+    let whole = range.boundary(&plane, onset).unwrap();
+    let mut following = range.begin_boundary(&plane, onset).unwrap();
+    assert_eq!(following.by_ref().take(6).count(), 6);
+    assert_eq!(following.line().points().len(), 6);
+    let stopped: BoundaryLine = stored(&following.into_line());
+    assert_eq!(stopped.end(), &BranchEnd::Open);
+    let last = &stopped.points()[5];
+    let rest = range.resume_boundary(&plane, &stopped).unwrap().finish();
+    assert_eq!((rest.points()[0].parameters, rest.points()[0].arclength), (last.parameters, last.arclength));
+    let ends = [&whole, &rest].map(|line| line.points().last().unwrap().parameters);
+    assert_eq!([ends[0][1], ends[1][1]], [0.3; 2]);
+    assert!((ends[0][0] - ends[1][0]).abs() < 1e-11);
+    let read: BoundaryLine = stored(&whole);
+    assert_eq!(read, whole);
+    let table = whole.table().unwrap();
+    assert_eq!(table.len(), whole.points().len());
+    assert_eq!(table.column("mean force").unwrap()[3], whole.points()[3].parameters[1]);
+    assert!(whole.to_string().ends_with("end: a bound of the parameter is reached"), "{whole}");
+    // A boundary without points; a kind without a boundary.
+    let empty = range.begin_boundary(&plane, onset).unwrap();
+    let none = BoundaryLine::clone(empty.line());
+    assert_eq!(range.resume_boundary(&plane, &none).err(), Some(BranchError::NoPoints));
+}
+
+/// A closed boundary that crosses p = 0: with the inertia force A (p² + λ²)/R², the teeth separate on the circle of
+/// radius R.
+#[test]
+fn a_closed_boundary_ends_at_its_start() {
+    const R: f64 = 0.5;
+    let w = 0.49;
+    let onset = 0.1 * ((1.0f64 - w).powi(2) + 0.01 * w).sqrt() / w;
+    let at = move |[p, other]: [f64; 2]| {
+        let force = onset * (p * p + other * other) / (R * R);
+        pair().with("speed", 0.7)?.with("inertia force", force)
+    };
+    let family = ByFunction::new("p", "1", move |p| at([p, 0.0]));
+    let branch = Continuation::new(0.4, 0.6).run(&family, &[State::new(0.0, &[1.1], &[0.0])]).unwrap();
+    let plane = ByFunctionOfTwo::new([("p", "1"), ("λ", "1")], at);
+    assert_eq!(plane.parameters()[1].name, "λ");
+    let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0);
+    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    println!("{line}");
+    assert_eq!(line.end(), &BranchEnd::Closed);
+    for point in line.points() {
+        let [p, other] = point.parameters;
+        assert!((p.hypot(other) - R).abs() < 1e-10, "{p} {other}");
+    }
+    assert!(line.points().iter().any(|point| point.parameters[0] < -0.4));
+    assert_eq!(line.turns().count(), 2);
+    // Without bounds of p its unit is not known at p = 0.
+    let refused = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0);
+    let mut at_zero = branch.of_kind("grazing")[0].clone();
+    at_zero.parameter = 0.0;
+    assert!(matches!(refused.boundary(&plane, &at_zero), Err(BranchError::Bounds { start: 0.0, .. })));
 }

@@ -225,6 +225,12 @@ fn a_branch_is_stored_and_resumed() {
     let taken = stored.points().len();
     assert_eq!(stored.end(), &BranchEnd::Open);
     let rest = range.resume(&family, &stored).unwrap().finish();
+    // The end of a finished branch is stored; an error as its text.
+    let read: Branch = crate::common::stored(&rest);
+    assert_eq!(read, rest);
+    let coarse = range.clone().min_step(0.3).max_step(0.3).first_step(0.3).run(&family, &start).unwrap();
+    let read: Branch = crate::common::stored(&coarse);
+    assert!(matches!(read.end(), BranchEnd::Stored { .. }) && read.end().to_string() == coarse.end().to_string());
     assert_eq!(rest.points()[0].arclength, stored.points()[taken - 1].arclength);
     let all: Vec<f64> =
         [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
@@ -257,6 +263,12 @@ fn both_ways() {
     let table = branch.table().unwrap();
     assert_eq!(table.len(), branch.points().len());
     assert_eq!(table.column("deflection peak-to-peak").unwrap()[0], branch.points()[0].peak_to_peak());
+    let codes: Vec<f64> = table.column("kind").unwrap().iter().copied().filter(|code| *code > 0.0).collect();
+    assert_eq!(codes, [1.0, 1.0]);
+    let (last, m) = (branch.points().len() - 1, branch.points().last().unwrap().multipliers.values()[1]);
+    let parts = ["real", "imaginary"].map(|part| table.column(&format!("multiplier 2 {part}")).unwrap()[last]);
+    assert_eq!(parts, [m.re, m.im]);
+    assert_eq!(table.column("crossings upper 1").unwrap()[last], 0.0);
     assert!(branch.to_string().contains("fold"));
 }
 

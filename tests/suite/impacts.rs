@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// x'' + c x' + k x = A cos ωt with a rigid stop at x = d above.
-struct Oscillator {
+pub(crate) struct Oscillator {
     k: f64,
     c: f64,
     amplitude: f64,
@@ -18,7 +18,7 @@ struct Oscillator {
 }
 
 impl Oscillator {
-    fn new(c: f64, omega: f64, amplitude: f64) -> Self {
+    pub(crate) fn new(c: f64, omega: f64, amplitude: f64) -> Self {
         Oscillator { k: 1.0, c, amplitude, omega, stop: 1.0, restitution: Restitution::new(0.8).unwrap() }
     }
     /// Matrix of the free motion over a time t, for x and x'.
@@ -30,7 +30,7 @@ impl Oscillator {
     }
     /// The orbit with one impact in n periods and the velocity v after it, in closed form: the time of the
     /// impact and the amplitude A of the excitation.
-    fn closed(&self, n: usize, v: f64) -> (f64, f64) {
+    pub(crate) fn closed(&self, n: usize, v: f64) -> (f64, f64) {
         let [[a, b], [c, d]] = self.free(n as f64 * self.period());
         let (a, d) = (a - 1.0, d - 1.0);
         let jump = -v * (1.0 + 1.0 / self.restitution.coefficient());
@@ -42,7 +42,7 @@ impl Oscillator {
         (phase / self.omega, elastic.hypot(damping) * p.hypot(q / self.omega))
     }
     /// A guess: the state of that orbit 0.37 periods after its impact.
-    fn guess(&self, n: usize, v: f64) -> State {
+    pub(crate) fn guess(&self, n: usize, v: f64) -> State {
         let (t, _) = self.closed(n, v);
         Dop853::new().end(self, &State::new(t, &[self.stop], &[v]), t + 0.37 * self.period()).unwrap()
     }
@@ -832,7 +832,7 @@ fn branches_of_an_oscillator_with_a_stop() {
         let family = ByFunction::new("amplitude", "1", |amplitude| Ok(Oscillator::new(c, w, amplitude)));
         let start = Oscillator::new(c, w, 1.0).guess(1, number("v_at_A_1").unwrap());
         let branch =
-            Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(1500).run(&family, &[start]).unwrap();
+            Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(120).run(&family, &[start]).unwrap();
         println!("{branch}");
         for (kind, key) in [("period-doubling", "A_period_doubling"), ("fold", "A_fold")] {
             let Some(exact) = number(key) else { continue };

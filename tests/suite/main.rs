@@ -68,6 +68,7 @@ mod balance_error_estimates;
 mod balance_sampling;
 mod bifurcation;
 mod branch_boundaries;
+mod branch_impacts;
 mod branch_sensitivities;
 mod branches;
 mod branches_by_balance;

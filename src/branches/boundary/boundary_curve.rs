@@ -49,10 +49,16 @@ pub(crate) struct BoundaryCurve<'f> {
     pub(crate) other_unit: f64,
     /// Unit of a distance from an edge.
     pub(crate) range: f64,
+    /// The least squared speed of an impact over the square of the largest velocity; 1 without impacts. The
+    /// derivatives of ψ change over changes of the unknowns by this share.
+    pub(crate) softest: f64,
 }
 
 /// Step of the differences of ψ, in units of the unknowns.
 const STEP: f64 = 1e-6;
+
+/// Share of `softest` from which on the step is shorter `[1]`.
+const EASY: f64 = 10.0;
 
 /// Step of the differences of G with respect to a parameter without exact derivative, in its unit.
 const PARAMETER_STEP: f64 = 1e-5;
@@ -75,7 +81,7 @@ impl BoundaryCurve<'_> {
 
     /// ψ at other unknowns.
     fn test_at(&self, x: &DVector<f64>, p: f64, other: f64) -> Result<f64, CurveError> {
-        let model = self.slice.plane.at([p, other]);
+        let model = self.slice.model([p, other]);
         let model = model.map_err(|error| CurveError::Model { parameter: other, error })?;
         let passage = self.orbits.pass(&*model, x)?;
         drop(model);
@@ -87,7 +93,7 @@ impl BoundaryCurve<'_> {
 
     fn parameters(&self, x: &DVector<f64>, p: f64, other: f64) -> Result<Slopes, CurveError> {
         let failed = |error| CurveError::Model { parameter: other, error };
-        let model = self.slice.plane.at([p, other]).map_err(failed)?;
+        let model = self.slice.model([p, other]).map_err(failed)?;
         let exact = self.slice.plane.constants().zip(model.named_constants());
         let units = [self.unit, self.other_unit];
         let forced = exact.map(|(places, constants)| {
@@ -97,8 +103,8 @@ impl BoundaryCurve<'_> {
         let mut slopes = self.orbits.slopes(&*model, x, &forced.unwrap_or_default())?;
         if !known {
             slopes.by_c = DMatrix::zeros(x.len(), 2);
-            let of_p = |p: f64| self.slice.plane.at([p, other]);
-            let of_other = |other: f64| self.slice.plane.at([p, other]);
+            let of_p = |p: f64| self.slice.model([p, other]);
+            let of_other = |other: f64| self.slice.model([p, other]);
             let columns = [
                 self.orbits.differences(x, p, PARAMETER_STEP * self.unit, &of_p)?,
                 self.orbits.differences(x, other, PARAMETER_STEP * self.other_unit, &of_other)?,
@@ -131,15 +137,16 @@ impl Curve for BoundaryCurve<'_> {
         full.view_mut((0, n), (n, 1)).copy_from(&(by_c.column(0) / self.unit));
         by_p.rows_mut(0, n).copy_from(&(by_c.column(1) / self.other_unit));
         let mut moved = x.clone();
+        let step = STEP * (EASY * self.softest).min(1.0);
         for j in 0..n {
-            let h = STEP * sizes[j];
+            let h = step * sizes[j];
             moved[j] = x[j] + h;
             full[(n, j)] = (self.test_at(&moved, p, other)? - psi) / h;
             moved[j] = x[j];
         }
-        let h = STEP * self.unit;
+        let h = step * self.unit;
         full[(n, n)] = (self.test_at(&x, p + h, other)? - psi) / h;
-        let h = STEP * self.other_unit;
+        let h = step * self.other_unit;
         by_p[n] = (self.test_at(&x, p, other + h)? - psi) / h;
         let residual = residual.insert_row(n, psi);
         Ok(Linear { residual, by_x: full, by_p, solution: passage })

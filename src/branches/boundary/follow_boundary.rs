@@ -2,7 +2,7 @@
 
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::BoundaryLine;
-use crate::branches::boundary::following_boundary::FollowingBoundary;
+use crate::branches::boundary::following_boundary::{FollowingBoundary, softest_impact};
 use crate::branches::boundary::plane::{Plane, Slice};
 use crate::branches::branch::{BranchEnd, BranchError};
 use crate::branches::continuation::Continuation;
@@ -12,6 +12,7 @@ use crate::branches::orbits::orbit_curve::OrbitCurve;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::contact::piece::Piece;
+use crate::model::offers::Offers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::Cell;
 use std::rc::Rc;
@@ -25,7 +26,12 @@ impl Continuation {
     /// towards its end. The point was located at λ = `from`.
     ///
     /// The line passes extremes of λ and cusps. It ends at a bound of λ or p, where it returns to its start, where
-    /// the extremum of the contact or the pair of multipliers ceases to exist, or at the maximum of points.
+    /// the extremum of the contact or the pair of multipliers ceases to exist, or at the maximum of points. A line of
+    /// orbits with impacts on a rigid stop also ends where the speed of an impact falls below 1e-3 of the largest
+    /// velocity ([`BranchEnd::Stop`]): beyond lies a resonant grazing, at which the multipliers are unbounded.
+    ///
+    /// Along the grazing of a rigid stop this stop is left out of the model, unless the orbit strikes it elsewhere: the
+    /// grazing orbits are those without impacts on it. If it does, the line ends where rounding decides about impacts.
     ///
     /// A branch point has no boundary: a change of a second parameter separates the two branches. A symmetry
     /// breaking is not followed.   Source: Govaerts (2000), Ch. 4 and 8; for grazing, Dercole & Kuznetsov, ACM
@@ -91,7 +97,7 @@ impl Continuation {
     ) -> Result<FollowingBoundary<'f>, BranchError> {
         let across = self.across(p)?;
         let least_unit = if self.is_bounded_across() { SHARE * (across[1] - across[0]) } else { 0.0 };
-        let slice = Rc::new(Slice { plane, other: Cell::new(other) });
+        let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: Cell::new(None) });
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
         let orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
@@ -99,10 +105,18 @@ impl Continuation {
         let passage = orbits.pass(&*orbits.model(p)?, &x)?;
         let measured = measure(&orbits, p, &passage, &[])?;
         let boundary = boundary_of(kind, &measured)?;
+        if let Boundary::Grazing(own) = &boundary
+            && !measured.trace.is_past_elsewhere(own)
+        {
+            // For an elastic edge nothing changes.
+            slice.left_out.set(Some((own.contact, own.edge())));
+        }
         let range = measured.ranges.iter().take(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
         let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
-        let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range };
+        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges();
+        let softest = softest_impact(&rigid, &measured);
+        let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range, softest };
         let tolerance = self.shooting.correction_tolerance();
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
@@ -120,7 +134,7 @@ impl Continuation {
             start: None,
             heading: first.slope(),
         };
-        Ok(FollowingBoundary::new(self, engine, first, across, sequence, line)?)
+        Ok(FollowingBoundary::new(self, engine, first, (across, rigid), sequence, line)?)
     }
 }
 

@@ -6,8 +6,10 @@ use crate::branches::branch::{BranchEnd, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
+use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_curve::Passage;
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::stops::{Rigid, STEEP, at_stops};
 use std::collections::VecDeque;
 
 /// Maximum angle by which a boundary may turn over a step `[rad]`. At a cusp the parameters turn back, the
@@ -19,6 +21,16 @@ const FEW: usize = 8;
 
 /// Angle below which the next step is longer `[rad]`.
 const STRAIGHT: f64 = 0.2;
+
+/// Squared speed of an impact, over the square of the largest velocity, below which a boundary ends `[1]`.
+const SOFT: f64 = 1e-6;
+
+/// The least squared speed of an impact over the square of the largest velocity; 1 without impacts.
+pub(crate) fn softest_impact(rigid: &Rigid, measured: &Measured) -> f64 {
+    let largest = measured.ranges.iter().skip(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
+    let squares = at_stops(rigid, &measured.trace, true).map(|e| e.distance.abs() / (largest * largest));
+    squares.fold(1.0, f64::min)
+}
 
 /// Least number of points of a closed boundary.
 const LOOP: usize = 8;
@@ -44,12 +56,14 @@ const LOOP: usize = 8;
 pub struct FollowingBoundary<'f> {
     settings: &'f Continuation,
     engine: Engine<BoundaryCurve<'f>>,
-    first: CurvePoint<Passage>,
+    /// The first point, to notice a closed boundary.
+    first: Option<CurvePoint<Passage>>,
     last: CurvePoint<Passage>,
     step: f64,
     arclength: f64,
     /// Bounds of the first parameter.
     across: [f64; 2],
+    rigid: Rigid,
     /// Crossings of the last point, without those of the extremum of the boundary.
     sequence: Vec<[u32; 2]>,
     line: BoundaryLine,
@@ -75,7 +89,7 @@ impl<'f> FollowingBoundary<'f> {
         settings: &'f Continuation,
         engine: Engine<BoundaryCurve<'f>>,
         first: CurvePoint<Passage>,
-        across: [f64; 2],
+        (across, rigid): ([f64; 2], Rigid),
         sequence: Vec<[u32; 2]>,
         line: BoundaryLine,
     ) -> Result<Self, CurveError> {
@@ -84,11 +98,12 @@ impl<'f> FollowingBoundary<'f> {
         let mut following = FollowingBoundary {
             settings,
             engine,
-            first,
+            first: Some(first),
             last,
             step,
             arclength: 0.0,
             across,
+            rigid,
             sequence,
             line,
             waiting,
@@ -201,9 +216,16 @@ impl<'f> FollowingBoundary<'f> {
         let columns = self.columns(&next, None, self.arclength + step)?;
         // From here on nothing fails: the step is not made again.
         let points = self.line.points.len() + self.waiting.len();
-        if end.is_none() && points >= LOOP && self.first.is_passed(&self.last, &next, step) {
+        let first = self.first.as_ref().filter(|_| points >= LOOP);
+        if end.is_none() && first.is_some_and(|first| first.is_passed(&self.last, &next, step)) {
             end = Some(BranchEnd::Closed);
         }
+        let softest = softest_impact(&self.rigid, &measured);
+        if end.is_none() && softest < SOFT && softest < self.engine.curve.softest {
+            let contact = at_stops(&self.rigid, &measured.trace, true).next().map_or(0, |e| e.contact);
+            end = Some(BranchEnd::Stop { contact });
+        }
+        let impacts: Vec<f64> = at_stops(&self.rigid, &measured.trace, true).map(|e| e.phase).collect();
         let sequence = boundary.sequence(&measured.trace);
         if sequence != self.sequence {
             let parameters = [self.last.p, next.p];
@@ -216,12 +238,13 @@ impl<'f> FollowingBoundary<'f> {
         // The differences of the test functions make the corrections converge linearly.
         let few = next.corrections.len() <= FEW;
         let curve = &mut self.engine.curve;
-        curve.boundary = boundary;
+        (curve.boundary, curve.softest) = (boundary, softest);
         curve.unit = at.p.abs().max(curve.least_unit);
         curve.orbits.set_ranges(measured.ranges);
         self.engine.rescale(&mut next);
         self.line.heading = next.slope();
         self.last = next;
+        self.keep_clear_of_impacts(&impacts);
         if few && angle < STRAIGHT {
             self.step = (1.5 * self.step).min(self.settings.max_step);
         }
@@ -229,6 +252,35 @@ impl<'f> FollowingBoundary<'f> {
             self.line.end = end;
         }
         Ok(())
+    }
+
+    /// Moves the nodes of the last point if an impact comes near one of them.
+    fn keep_clear_of_impacts(&mut self, impacts: &[f64]) {
+        let (n, slope) = (self.last.x.len() - 1, self.last.slope());
+        if impacts.is_empty() || slope.abs() < STEEP {
+            return;
+        }
+        let Some(shift) = self.engine.curve.orbits.clear_of(impacts) else { return };
+        let Ok(x) = self.engine.curve.orbits.shifted(&self.on_orbits(&self.last), shift) else { return };
+        let curve = &mut self.engine.curve;
+        curve.orbits.shift_nodes(shift, &x);
+        let before = curve.boundary;
+        if let Boundary::Grazing(extremum) = &mut curve.boundary {
+            extremum.phase = (extremum.phase - shift).rem_euclid(1.0);
+        }
+        match self.engine.start(x.insert_row(n, self.last.x[n]), self.last.p) {
+            Ok(mut moved) => {
+                if slope < 0.0 {
+                    moved.turn_round();
+                }
+                (self.last, self.first) = (moved, None);
+            }
+            Err(_) => {
+                let curve = &mut self.engine.curve;
+                curve.boundary = before;
+                curve.orbits.shift_nodes(-shift, &self.last.x);
+            }
+        }
     }
 
     /// The turning point between the last point and `next`, if λ turns back.

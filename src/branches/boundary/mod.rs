@@ -5,3 +5,4 @@ pub(crate) mod boundary_line;
 pub(crate) mod follow_boundary;
 pub(crate) mod following_boundary;
 pub(crate) mod plane;
+pub(crate) mod without_stop;

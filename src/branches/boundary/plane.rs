@@ -1,6 +1,8 @@
 //! Families of models over two parameters.
 
+use crate::branches::boundary::without_stop::WithoutStop;
 use crate::branches::family::Family;
+use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Model, Periodic};
@@ -113,6 +115,19 @@ impl<M: Periodic + 'static, F: Fn([f64; 2]) -> Result<M, ParameterError>> Plane 
 pub(crate) struct Slice<'p> {
     pub(crate) plane: &'p dyn Plane,
     pub(crate) other: Cell<f64>,
+    /// A rigid stop that is left out: the one that the orbits of the boundary graze.
+    pub(crate) left_out: Cell<Option<(usize, Piece)>>,
+}
+
+impl Slice<'_> {
+    /// The model at a place of the plane.
+    pub(crate) fn model(&self, values: [f64; 2]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        let model = self.plane.at(values)?;
+        Ok(match self.left_out.get() {
+            Some((contact, on)) => Box::new(WithoutStop { model, contact, on }),
+            None => model,
+        })
+    }
 }
 
 impl Family for Slice<'_> {
@@ -121,7 +136,7 @@ impl Family for Slice<'_> {
         p
     }
     fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        self.plane.at([value, self.other.get()])
+        self.model([value, self.other.get()])
     }
     fn constant(&self) -> Option<usize> {
         self.plane.constants().map(|places| places[0])

@@ -53,6 +53,11 @@ impl ContactTrace {
         let like = self.extremes.iter().filter(|other| other.is_like(near));
         like.min_by(|a, b| a.apart(near.phase).total_cmp(&b.apart(near.phase)))
     }
+    /// Whether another extremum than `own` lies past the same edge.
+    pub(crate) fn is_past_elsewhere(&self, own: &Extremum) -> bool {
+        let mut others = self.extremes.iter().filter(|e| e.is_like(own) && e.apart(own.phase) > SAME);
+        others.any(|e| if e.maximum { e.distance > 0.0 } else { e.distance < 0.0 })
+    }
 }
 
 /// Observer that finds the extremes along an orbit.
@@ -65,6 +70,9 @@ pub(crate) struct Tracer<'m, M: ?Sized> {
     last: Vec<[f64; 2]>,
     pub(crate) trace: ContactTrace,
 }
+
+/// Distance of two phases of the same extremum, by rounding.
+const SAME: f64 = 1e-6;
 
 /// Number of samples in each part of a step.
 const SAMPLES: usize = 3;

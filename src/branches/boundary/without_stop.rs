@@ -1,0 +1,79 @@
+//! A model one of whose rigid stops is left out.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::constants::Constants;
+use crate::model::equations::{Channel, Jacobian, Model, Periodic};
+use crate::model::expansion::expand::Expand;
+
+/// A model without the impacts of one contact on one of its rigid stops.
+///
+/// Along the grazing of a stop the orbits touch it. Rounding would decide whether they strike it, and an impact of
+/// any speed changes their derivatives without bound. Without the stop the orbit and the distance are smooth.
+pub(crate) struct WithoutStop<'m> {
+    pub(crate) model: Box<dyn Periodic + 'm>,
+    pub(crate) contact: usize,
+    pub(crate) on: Piece,
+}
+
+impl Model for WithoutStop<'_> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel(u, q, v, a);
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t, side, u);
+    }
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.redrive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.model.next_edge(t)
+    }
+    fn contacts(&self) -> usize {
+        self.model.contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.model.contact(u, q, v, out);
+    }
+    fn expand(&self) -> Option<&dyn Expand> {
+        self.model.expand()
+    }
+    fn named_constants(&self) -> Option<&dyn Constants> {
+        self.model.named_constants()
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+        (contact, on) != (self.contact, self.on) && self.model.impact(contact, on, u, q, v)
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.model.accel_on_pieces(pieces, u, q, v, a)
+    }
+    fn jacobian(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut Jacobian,
+    ) -> bool {
+        self.model.jacobian(pieces, u, q, v, out)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        self.model.channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.model.observe(u, q, v, contacts, out);
+    }
+}
+
+impl Periodic for WithoutStop<'_> {
+    fn period(&self) -> f64 {
+        self.model.period()
+    }
+}
