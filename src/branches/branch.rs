@@ -288,7 +288,8 @@ impl<O> Branch<O> {
         }
         columns.extend(["largest multiplier", "stability"].map(|name| number(name.into())));
         for i in 1..=first.map_or(0, |point| point.rattle.len()) {
-            columns.extend(["rattle", "crossings lower", "crossings upper"].map(|n| number(format!("{n} {i}"))));
+            columns
+                .extend(["rattle", "crossings lower", "crossings upper"].map(|n| number(format!("{n} {i}"))));
         }
         columns.push(number("kind".into()));
         let mut table = ResultTable::new(columns)?;

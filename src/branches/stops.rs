@@ -34,7 +34,11 @@ pub(crate) const STEEP: f64 = 1e-3;
 pub(crate) type Rigid = Vec<[bool; 2]>;
 
 /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
-pub(crate) fn at_stops<'t>(rigid: &'t Rigid, trace: &'t ContactTrace, past: bool) -> impl Iterator<Item = &'t Extremum> {
+pub(crate) fn at_stops<'t>(
+    rigid: &'t Rigid,
+    trace: &'t ContactTrace,
+    past: bool,
+) -> impl Iterator<Item = &'t Extremum> {
     trace.extremes.iter().filter(move |e| {
         // A maximum at an upper stop, or a minimum at a lower one.
         let (edge, beyond) = if e.lower { (0, e.distance < 0.0) } else { (1, e.distance > 0.0) };
@@ -89,7 +93,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             return Impacts::Unresolved;
         }
         let free = at_stops(&self.rigid, &reached.measured.trace, false);
-        let Some(extremum) = free.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs())).copied() else {
+        let Some(extremum) = free.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs())).copied()
+        else {
             return Impacts::Same;
         };
         let Some((at, point, measured)) = self.reach_stop(&reached.point, &extremum, -TRIAL * step) else {
@@ -139,7 +144,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
 
     /// Moves the nodes of the last point if an impact comes near one of them: there the state jumps.
     pub(crate) fn keep_clear_of_impacts(&mut self) {
-        let impacts: Vec<f64> = at_stops(&self.rigid, &self.last.measured.trace, true).map(|e| e.phase).collect();
+        let impacts: Vec<f64> =
+            at_stops(&self.rigid, &self.last.measured.trace, true).map(|e| e.phase).collect();
         if impacts.is_empty() || self.last.point.slope().abs() < STEEP {
             return;
         }

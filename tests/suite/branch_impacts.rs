@@ -83,7 +83,9 @@ fn branches_with_impacts_end_at_the_grazing() {
         println!("{branch}");
         assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
         assert!(branch.notes().is_empty() && branch.points().len() < 100);
-        for (kind, key) in [("period-doubling", "A_period_doubling"), ("fold", "A_fold"), ("grazing", "A_graze")] {
+        for (kind, key) in
+            [("period-doubling", "A_period_doubling"), ("fold", "A_fold"), ("grazing", "A_graze")]
+        {
             let found = branch.of_kind(kind);
             assert_eq!(found.len(), usize::from(number(key).is_some()), "{kind}");
             if let Some(exact) = number(key) {

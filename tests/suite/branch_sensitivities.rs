@@ -38,11 +38,12 @@ fn check(model: &Machine<Oscillator>, start: &State, channel: &str, worst: f64) 
                 figures(&moved, &orbit, channel)[which]
             }
         };
+        assert_eq!(multiplier[k][0], multiplier[k][1], "no contact grazes");
         let ours = [
             slopes.mean(channel).unwrap()[k],
             slopes.rms(channel).unwrap()[k],
             slopes.peak_to_peak(channel).unwrap()[k],
-            multiplier[k],
+            multiplier[k][0],
         ];
         for (which, ours) in ours.into_iter().enumerate() {
             let theirs = difference(&figure(which), value, 2e-4 * value.abs());
@@ -129,6 +130,39 @@ fn located_points_of_a_pair() {
             let bound = if (point.parameter - 0.3993).abs() < 2e-4 { 1e-6 } else { 1e-7 };
             assert!(off < bound, "{kind} {name}: {} {theirs}", slopes[place]);
         }
+    }
+}
+
+/// At a grazing the multipliers change with the root of the penetration: their derivative is bounded on one side.
+#[test]
+fn multipliers_at_a_grazing_have_one_sided_derivatives() {
+    let model =
+        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
+    let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    // The multipliers of this grazing are real; those of complex pairs have an absolute value that depends on the
+    // damping and the period only.
+    let [.., point, _] = branch.of_kind("grazing")[..] else { panic!("four grazings") };
+    let at = model.with("speed", point.parameter).unwrap();
+    let sides = Sensitivity::of_largest_multiplier(&at, &point.orbit).unwrap();
+    for name in ["speed", "damping", "mean force", "force", "gap stiffness"] {
+        let (value, k) =
+            (at.constant(name).unwrap(), at.names().iter().position(|c| c.name == name).unwrap());
+        let way = if sides[k][0].is_finite() { -1.0 } else { 1.0 };
+        let [finite, unbounded] = if way < 0.0 { sides[k] } else { [sides[k][1], sides[k][0]] };
+        // A difference of third order on the side where it is bounded.
+        let h = 1e-5 * value * way;
+        let largest = |c: f64| {
+            let orbit = Shooting::new().again(&at.with(name, c).unwrap(), &point.orbit).unwrap();
+            orbit.multipliers().largest()
+        };
+        let weights = [-11.0 / 6.0, 3.0, -1.5, 1.0 / 3.0];
+        let theirs: f64 =
+            weights.iter().enumerate().map(|(i, w)| w * largest(value + i as f64 * h)).sum::<f64>() / h;
+        println!("{name} {sides:?} {theirs}", sides = sides[k]);
+        assert!(finite.is_finite() && unbounded.is_infinite(), "{name}");
+        assert!((finite - theirs).abs() < 1e-5 * finite.abs(), "{name} {finite} {theirs}");
     }
 }
 

@@ -230,7 +230,9 @@ fn a_branch_is_stored_and_resumed() {
     assert_eq!(read, rest);
     let coarse = range.clone().min_step(0.3).max_step(0.3).first_step(0.3).run(&family, &start).unwrap();
     let read: Branch = crate::common::stored(&coarse);
-    assert!(matches!(read.end(), BranchEnd::Stored { .. }) && read.end().to_string() == coarse.end().to_string());
+    assert!(
+        matches!(read.end(), BranchEnd::Stored { .. }) && read.end().to_string() == coarse.end().to_string()
+    );
     assert_eq!(rest.points()[0].arclength, stored.points()[taken - 1].arclength);
     let all: Vec<f64> =
         [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
@@ -266,7 +268,8 @@ fn both_ways() {
     let codes: Vec<f64> = table.column("kind").unwrap().iter().copied().filter(|code| *code > 0.0).collect();
     assert_eq!(codes, [1.0, 1.0]);
     let (last, m) = (branch.points().len() - 1, branch.points().last().unwrap().multipliers.values()[1]);
-    let parts = ["real", "imaginary"].map(|part| table.column(&format!("multiplier 2 {part}")).unwrap()[last]);
+    let parts =
+        ["real", "imaginary"].map(|part| table.column(&format!("multiplier 2 {part}")).unwrap()[last]);
     assert_eq!(parts, [m.re, m.im]);
     assert_eq!(table.column("crossings upper 1").unwrap()[last], 0.0);
     assert!(branch.to_string().contains("fold"));
@@ -371,7 +374,10 @@ fn refusals_and_ends() {
     let twice = ByConstants::new(&model, ["speed", "speed"]);
     assert!(matches!(twice.err(), Some(ParameterError::Twice { .. })));
     let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
-    assert!(matches!(Continuation::new(0.18, 0.2).boundary(&plane, &fold), Err(BranchError::Kind { kind: None, .. })));
+    assert!(matches!(
+        Continuation::new(0.18, 0.2).boundary(&plane, &fold),
+        Err(BranchError::Kind { kind: None, .. })
+    ));
     let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));

@@ -127,11 +127,14 @@ impl BoundaryLine {
         columns.extend(["arclength", "turn", "largest multiplier"].map(|name| Channel::new(name, "1")));
         let mut table = ResultTable::new(columns)?;
         for point in &self.points {
-            let ([p, other], turn) = (point.parameters, match point.turn {
-                None => 0.0,
-                Some(Turn::Extremum) => 1.0,
-                Some(Turn::Cusp) => 2.0,
-            });
+            let ([p, other], turn) = (
+                point.parameters,
+                match point.turn {
+                    None => 0.0,
+                    Some(Turn::Extremum) => 1.0,
+                    Some(Turn::Cusp) => 2.0,
+                },
+            );
             table.push(&[p, other, point.arclength, turn, point.multipliers.largest()])?;
         }
         Ok(table)

@@ -82,6 +82,10 @@ impl Passage {
     pub(crate) fn method(&self) -> FlowMethod {
         self.method
     }
+    /// Number of crossings of edges.
+    pub(crate) fn crossings(&self) -> u64 {
+        self.crossings
+    }
 }
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.

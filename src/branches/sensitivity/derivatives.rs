@@ -1,6 +1,7 @@
 //! Derivatives of what is measured along an orbit.
 
 use crate::branches::curve::equations::CurveError;
+use crate::branches::sensitivity::along::ONE_SIDED;
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;
@@ -31,9 +32,6 @@ struct Neighbour<'m> {
     ratio: f64,
     model: Box<dyn Periodic + 'm>,
 }
-
-/// Places and weights of a one-sided difference of third order.
-const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (2.0, -1.5), (3.0, 1.0 / 3.0)];
 
 impl<'m> Neighbours<'m> {
     pub(crate) fn new(constants: &'m dyn Constants, units: &[f64], period: f64) -> Result<Self, CurveError> {

@@ -1,5 +1,6 @@
 //! Derivatives of orbits, of what is measured on them, and of located points with respect to all constants.
 
+pub(crate) mod along;
 pub(crate) mod derivatives;
 pub(crate) mod point_slopes;
 pub(crate) mod quantity;

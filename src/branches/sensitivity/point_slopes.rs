@@ -7,9 +7,10 @@ use crate::branches::orbits::measure::measure;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{doubling, torus};
+use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
-use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, along_direction, constants_of};
+use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::branches::sensitivity::totals::{Alone, Totals};
 use crate::contact::piece::Piece;
 use crate::model::constants::Constants;
@@ -100,7 +101,7 @@ fn of_multipliers(
     let value = constants.values();
     let unit = totals.units[place];
     let at = |h: f64| constants.with_values(&[(place, value[place] + h * tangent[n] * unit)]);
-    let by_tangent = along_direction(totals, &unscaled(&tangent), &at, of)?;
+    let by_tangent = smooth(along_direction(totals, &unscaled(&tangent), &at, of)?)?;
     if !(by_tangent.is_finite() && by_tangent != 0.0) {
         return Err(CurveError::Singular.into());
     }
@@ -117,7 +118,7 @@ fn of_multipliers(
             let [c, p] = [value[k] + h * own, value[place] + h * z[n] * unit];
             constants.with_values(&[(k, c), (place, p)])
         };
-        let along = along_direction(totals, &unscaled(&z), &both, of)?;
+        let along = smooth(along_direction(totals, &unscaled(&z), &both, of)?)?;
         all.push((z[n] - tangent[n] * along / by_tangent) * unit / own);
     }
     Ok(all)

@@ -1,7 +1,7 @@
 //! Derivatives of the figures of an orbit with respect to all constants of its model.
 
 use crate::branches::branch::BranchError;
-use crate::branches::curve::equations::CurveError;
+use crate::branches::sensitivity::along::along_direction;
 use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::{Alone, Totals};
@@ -10,10 +10,8 @@ use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Periodic};
 use crate::ode::budget::Budget;
 use crate::ode::probe::Probe;
-use crate::periodic::flow::saltation::CENTRAL;
-use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::rc::Rc;
 
 /// dJ/dc = ∂J/∂c - ∂J/∂x (∂G/∂x)⁻¹ ∂G/∂c: derivatives of the figures J of an orbit with respect to all
@@ -51,15 +49,6 @@ struct Figures {
     peak_to_peak: Vec<f64>,
 }
 
-/// Step of the differences of a multiplier along the derivative of the orbit, in units of the constants.
-const STEP: f64 = 1e-4;
-
-/// Shares of the step that follow if the first two derivatives differ.
-const FINER: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
-
-/// Difference of two derivatives that is rounding `[1]`.
-const AGREES: f64 = 1e-6;
-
 /// The named constants of a model.
 ///
 /// # Errors
@@ -74,7 +63,7 @@ impl Sensitivity {
     ///
     /// # Errors
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
-    /// [`CurveError::Singular`] if an orbit is not isolated. Near a fold the derivatives grow without bound.
+    /// [`CurveError::Singular`](crate::branches::CurveError::Singular) if an orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
         let (model, constants) = (model as &dyn Periodic, constants_of(model)?);
         let probe = Probe::new(model);
@@ -148,75 +137,33 @@ impl Sensitivity {
         &self.start
     }
 
-    /// Derivatives of the largest |μ| of an orbit with respect to all constants: central differences of
-    /// fourth order of the monodromy matrix along the derivative of the orbit, with an error of about 1e-8.
+    /// Derivatives [d-, d+] of the largest |μ| of an orbit with respect to all constants: for a decreasing and for an
+    /// increasing constant. They are central differences of fourth order of the monodromy matrix along the derivative
+    /// of the orbit, with an error of about 1e-8.
+    ///
+    /// Both are equal unless the orbit grazes an edge, where the sequence of contacts changes. There one of them may
+    /// be unbounded: the multipliers change with the root of the penetration. It is then ±∞.
     ///
     /// # Errors
     /// As [`of`](Sensitivity::of).
     pub fn of_largest_multiplier<M: Periodic>(
         model: &M,
         orbit: &ShootingOrbit,
-    ) -> Result<Vec<f64>, BranchError> {
+    ) -> Result<Vec<[f64; 2]>, BranchError> {
         let constants = constants_of(model)?;
         let budget = Budget::new();
         let alone = Alone(model);
         let totals = Totals::new(&alone, constants, orbit, Rc::new(budget.begin()))?;
         let slopes = totals.solve()?;
-        multiplier_slopes(&totals, constants, &slopes, &|m| Some(m.largest()))
-    }
-}
-
-/// Derivatives of a function of the multipliers along the derivatives of the orbit.
-fn multiplier_slopes(
-    totals: &Totals<'_>,
-    constants: &dyn Constants,
-    slopes: &DMatrix<f64>,
-    of: &dyn Fn(&Multipliers) -> Option<f64>,
-) -> Result<Vec<f64>, BranchError> {
-    let mut all = Vec::with_capacity(totals.units.len());
-    for (k, unit) in totals.units.iter().enumerate() {
-        let along = slopes.column(k).into_owned();
-        let model = |h: f64| constants.with_values(&[(k, constants.values()[k] + h * unit)]);
-        all.push(along_direction(totals, &along, &model, of)? / unit);
-    }
-    Ok(all)
-}
-
-/// d/dh of a function of the multipliers at x + h `along` of the models `model(h)`.
-///
-/// Near a change of the contact sequence the multipliers bend sharply: if a step ten times smaller gives
-/// another derivative, smaller steps follow, and the two neighbours that agree best decide.
-pub(crate) fn along_direction<'m>(
-    totals: &Totals<'_>,
-    along: &DVector<f64>,
-    model: &dyn Fn(f64) -> Result<Box<dyn Periodic + 'm>, ParameterError>,
-    of: &dyn Fn(&Multipliers) -> Option<f64>,
-) -> Result<f64, BranchError> {
-    let length = (0..along.len()).map(|j| (along[j] / totals.size(j)).abs()).fold(1.0, f64::max);
-    let slope = |step: f64| -> Result<f64, BranchError> {
-        let mut sum = 0.0;
-        for (place, weight) in CENTRAL {
-            let x = &totals.x + along * (place * step);
-            let passage = totals.curve.pass(&*model(place * step)?, &x)?;
-            let value = passage.multipliers.as_ref().and_then(of);
-            sum += weight * value.ok_or(CurveError::Singular)? / step;
+        let mut all = Vec::with_capacity(totals.units.len());
+        for (k, unit) in totals.units.iter().enumerate() {
+            let along = slopes.column(k).into_owned();
+            let model = |h: f64| constants.with_values(&[(k, constants.values()[k] + h * unit)]);
+            let both = along_direction(&totals, &along, &model, &|m| Some(m.largest()))?;
+            all.push(both.map(|slope| slope / unit));
         }
-        Ok(sum)
-    };
-    let first = slope(STEP / length)?;
-    let (mut before, mut best, mut least) = (first, first, f64::INFINITY);
-    for finer in FINER {
-        let next = slope(finer * STEP / length)?;
-        let change = (next - before).abs();
-        if change <= AGREES * next.abs().max(1.0) && least == f64::INFINITY {
-            return Ok(first);
-        }
-        if change < least {
-            (best, least) = (next, change);
-        }
-        before = next;
+        Ok(all)
     }
-    Ok(best)
 }
 
 impl Figures {

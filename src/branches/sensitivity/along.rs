@@ -1,0 +1,106 @@
+//! Derivatives of functions of the multipliers along a direction.
+
+use crate::branches::branch::BranchError;
+use crate::branches::curve::equations::CurveError;
+use crate::branches::sensitivity::totals::Totals;
+use crate::error::ParameterError;
+use crate::model::equations::Periodic;
+use crate::periodic::flow::saltation::CENTRAL;
+use crate::periodic::multipliers::Multipliers;
+use nalgebra::DVector;
+
+/// Step of the differences, in units of the constants.
+const STEP: f64 = 1e-4;
+
+/// Shares of the step that follow if the first two derivatives differ.
+const FINER: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
+
+/// Difference of two derivatives that is rounding `[1]`.
+const AGREES: f64 = 1e-6;
+
+/// Shares of the step of one-sided differences, one a tenth of the other.
+const DECADES: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
+
+/// Least growth of a difference over each decade that shows an unbounded derivative: a root grows by √10.
+const GROWS: f64 = 2.0;
+
+/// Differences below this over the smallest step are rounding `[1]`.
+const ROUNDING: f64 = 1e-3;
+
+/// Places and weights of a one-sided difference of third order.
+pub(crate) const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (2.0, -1.5), (3.0, 1.0 / 3.0)];
+
+/// [d-, d+] of a function of the multipliers at x + h `along` of the models `model(h)`: for decreasing and for
+/// increasing h.
+///
+/// Near a change of the contact sequence the multipliers bend sharply: if a step ten times smaller gives
+/// another derivative, smaller steps follow, and the two neighbours that agree best decide. If the number of
+/// crossings differs on both sides even over the smallest step, the derivatives of both sides follow.
+pub(crate) fn along_direction<'m>(
+    totals: &Totals<'_>,
+    along: &DVector<f64>,
+    model: &dyn Fn(f64) -> Result<Box<dyn Periodic + 'm>, ParameterError>,
+    of: &dyn Fn(&Multipliers) -> Option<f64>,
+) -> Result<[f64; 2], BranchError> {
+    let length = (0..along.len()).map(|j| (along[j] / totals.size(j)).abs()).fold(1.0, f64::max);
+    let unit = STEP / length;
+    // The value and the number of crossings.
+    let at = |h: f64| -> Result<(f64, u64), BranchError> {
+        let x = &totals.x + along * h;
+        let passage = totals.curve.pass(&*model(h)?, &x)?;
+        let value = passage.multipliers.as_ref().and_then(of);
+        Ok((value.ok_or(CurveError::Singular)?, passage.crossings()))
+    };
+    // The derivative over places on both sides, and whether the crossings on both sides are as many.
+    let central = |share: f64| -> Result<(f64, bool), BranchError> {
+        let (mut sum, mut sides) = (0.0, [0, 0]);
+        for (place, weight) in CENTRAL {
+            let (value, crossings) = at(place * share * unit)?;
+            sum += weight * value / (share * unit);
+            sides[usize::from(place > 0.0)] += crossings;
+        }
+        Ok((sum, sides[0] == sides[1]))
+    };
+    let (first, mut alike) = central(1.0)?;
+    let (mut before, mut best, mut least) = (first, first, f64::INFINITY);
+    for finer in FINER {
+        let (next, same) = central(finer)?;
+        let change = (next - before).abs();
+        if change <= AGREES * next.abs().max(1.0) && least == f64::INFINITY && alike {
+            return Ok([first; 2]);
+        }
+        if change < least {
+            (best, least) = (next, change);
+        }
+        (before, alike) = (next, same);
+    }
+    if alike {
+        return Ok([best; 2]);
+    }
+    let one_sided = |way: f64| -> Result<f64, BranchError> {
+        let mut slopes = [0.0; DECADES.len()];
+        for (slope, share) in slopes.iter_mut().zip(DECADES) {
+            for (place, weight) in ONE_SIDED {
+                *slope += way * weight * at(way * place * share * unit)?.0 / (share * unit);
+            }
+        }
+        let last = slopes[DECADES.len() - 1];
+        if last.abs() > ROUNDING && slopes.windows(2).all(|two| two[1].abs() > GROWS * two[0].abs()) {
+            return Ok(f64::INFINITY.copysign(last));
+        }
+        let closest = (1..slopes.len()).min_by(|&i, &j| {
+            let change = |k: usize| (slopes[k] - slopes[k - 1]).abs();
+            change(i).total_cmp(&change(j))
+        });
+        Ok(slopes[closest.unwrap_or(0)])
+    };
+    Ok([one_sided(-1.0)?, one_sided(1.0)?])
+}
+
+/// The derivative where both sides agree.
+///
+/// # Errors
+/// [`CurveError::Singular`] where they do not.
+pub(crate) fn smooth([left, right]: [f64; 2]) -> Result<f64, CurveError> {
+    if left == right { Ok(left) } else { Err(CurveError::Singular) }
+}
