@@ -167,15 +167,24 @@ impl Continuation {
         orbit: &FourierOrbit,
         heading: f64,
     ) -> Result<Following<'f, FourierOrbit>, BranchError> {
-        let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
-        let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
-        let x = curve.unknowns(orbit);
-        let mut engine =
-            Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false };
+        let mut engine = self.balance_engine(family, balance, p, orbit)?;
+        let x = engine.curve.unknowns(orbit);
         let mut point = engine.start(x, p)?;
         if heading < 0.0 {
             point.turn_round();
         }
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
+    }
+
+    pub(crate) fn balance_engine<'f, M: Periodic + ?Sized + 'f>(
+        &'f self,
+        family: Rc<dyn BalanceFamily<M> + 'f>,
+        balance: &Balance,
+        p: f64,
+        orbit: &FourierOrbit,
+    ) -> Result<Engine<BalanceCurve<'f, M>>, BranchError> {
+        let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
+        let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
+        Ok(Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false })
     }
 }

@@ -2,17 +2,22 @@
 
 use crate::branches::branch::{Branch, BranchError};
 use crate::branches::continuation::Continuation;
-use crate::branches::curve::engine::CurvePoint;
-use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::curve::engine::{CurvePoint, Engine};
+use crate::branches::curve::equations::CurveError;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
+use crate::branches::orbits::balance_family::Plain;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
-use crate::error::check;
+use crate::branches::tracker::Tracker;
+use crate::error::{ParameterError, check};
 use crate::model::equations::State;
+use crate::periodic::balance::fourier_orbit::FourierOrbit;
+use crate::periodic::balance::settings::Balance;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};
+use std::rc::Rc;
 
 impl Continuation {
     /// Follows the branch that crosses at a point: at a period doubling the orbits of twice the period, at a
@@ -48,12 +53,64 @@ impl Continuation {
             Some(PointKind::PeriodDoubling) => doubled(&point.orbit),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => point.orbit.clone(),
             ref kind => {
-                let wanted = "a period doubling, a branch point or a symmetry breaking";
-                return Err(BranchError::Kind { kind: kind.clone(), wanted });
+                return Err(BranchError::Kind { kind: kind.clone(), wanted: WANTED });
             }
         };
-        let mut engine = self.shooting_engine(family, point.parameter, &orbit)?;
-        let (x, p) = (engine.curve.unknowns(&orbit), point.parameter);
+        let engine = self.shooting_engine(family, point.parameter, &orbit)?;
+        let x = engine.curve.unknowns(&orbit);
+        Ok(Following { tracker: Box::new(self.cross(engine, x, point.parameter, way)?) })
+    }
+
+    /// [`switch`](Continuation::switch) for a branch by [`balance`](Continuation::balance). `harmonics` of the
+    /// balance: those of the branch at a branch point or a symmetry breaking; at a period doubling harmonics over
+    /// twice as many periods ([`Harmonics::over_periods`](crate::Harmonics::over_periods)).
+    ///
+    /// A doubling of such a branch is that of the equation along the series. The doubled balance branches off nearby.
+    ///
+    /// # Errors
+    /// As [`switch`](Continuation::switch); [`ParameterError::OutOfRange`] for harmonics over another number of
+    /// periods.
+    pub fn switch_balance(
+        &self,
+        family: &dyn Family,
+        balance: &Balance,
+        point: &BranchPoint<FourierOrbit>,
+        way: f64,
+    ) -> Result<Branch<FourierOrbit>, BranchError> {
+        self.check()?;
+        check::finite("way", way)?;
+        let times = match &point.kind {
+            Some(PointKind::PeriodDoubling) => 2,
+            Some(PointKind::Branch | PointKind::SymmetryBreaking) => 1,
+            kind => return Err(BranchError::Kind { kind: kind.clone(), wanted: WANTED }),
+        };
+        let (periods, needed) = (balance.harmonics().periods(), times * point.orbit.harmonics().periods());
+        if periods != needed {
+            let (name, allowed) = (
+                "periods of the harmonics".into(),
+                if times == 2 {
+                    "twice those of the orbit at a period doubling"
+                } else {
+                    "those of the orbit"
+                },
+            );
+            return Err(ParameterError::OutOfRange { name, value: periods as f64, allowed }.into());
+        }
+        let orbit = point.orbit.on(balance.harmonics());
+        let engine = self.balance_engine(Rc::new(Plain(family)), balance, point.parameter, &orbit)?;
+        let x = engine.curve.unknowns(&orbit);
+        let tracker = self.cross(engine, x, point.parameter, way)?;
+        Ok(Following { tracker: Box::new(tracker) }.finish())
+    }
+
+    /// Starts on the branch that crosses at a solution (x, p).
+    fn cross<'f, C: OrbitMethod>(
+        &'f self,
+        mut engine: Engine<C>,
+        x: DVector<f64>,
+        p: f64,
+        way: f64,
+    ) -> Result<Tracker<'f, C>, BranchError> {
         let linear = engine.curve.linearise(&x, p)?;
         let (n, units) = (x.len(), engine.units());
         let matrix = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
@@ -76,9 +133,12 @@ impl Continuation {
         let step = self.first_step;
         let (x, p) = base.along(&direction, step);
         let start = engine.correct(&base, &direction, step, x, p)?;
-        Ok(Following { tracker: Box::new(self.follow(engine, start)?) })
+        self.follow(engine, start)
     }
 }
+
+/// Kinds of points at which a branch crosses.
+const WANTED: &str = "a period doubling, a branch point or a symmetry breaking";
 
 /// The orbit over twice its period.
 fn doubled(orbit: &ShootingOrbit) -> ShootingOrbit {

@@ -5,8 +5,9 @@ use gear_dynamics::branches::{
     BranchPoint, ByConstant, ByConstants, Continuation, DesignError, Figure, Fit, Least, Sensitivity,
 };
 use gear_dynamics::model::{Machine, Periodic, State};
+use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::{NfgPair, NfgParams, Shooting, Statistics};
+use gear_dynamics::{Budget, NfgPair, NfgParams, Shooting, Statistics};
 
 /// Central difference of fourth order.
 fn difference(f: &dyn Fn(f64) -> f64, at: f64, h: f64) -> f64 {
@@ -252,4 +253,25 @@ fn least_peak_to_peak_value() {
     assert!(matches!(few, Err(DesignError::NotConverged { evaluations: 1..=2, .. })), "{few:?}");
     let bounds = Least::new("deflection", Figure::Rms).over("depth", 0.1, 0.3).run(&model, &guess);
     assert!(matches!(bounds, Err(DesignError::Bounds { value: 0.05, .. })));
+}
+
+/// A spent budget keeps the best constants found; a cancelled search has none.
+#[test]
+fn a_search_ends_with_its_budget() {
+    let model = oscillator(&[
+        ("speed", 0.7),
+        ("gap stiffness", 1.0),
+        ("mean force", 0.3),
+        ("force", 0.1),
+        ("damping", 0.1),
+    ]);
+    let least =
+        Least::new("deflection", Figure::PeakToPeak).over("damping", 0.05, 0.3).over("force", 0.05, 0.2);
+    let guess = [State::new(0.0, &[1.3], &[0.0])];
+    let spent = least.clone().budget(Budget::new().steps(30)).run(&model, &guess);
+    let Err(DesignError::NotConverged { reason, constants, .. }) = spent else { panic!("{spent:?}") };
+    assert_eq!((reason.as_str(), constants.len()), ("design: the budget of 30 steps is spent", 2));
+    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let cancelled = least.budget(Budget::new().cancel(stop)).run(&model, &guess);
+    assert!(matches!(cancelled, Err(DesignError::Exhausted(Exhausted::Cancelled))), "{cancelled:?}");
 }

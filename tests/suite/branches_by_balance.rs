@@ -261,3 +261,55 @@ fn bilateral_branch_by_shooting() {
     assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
     assert!((folds[0].parameter - 154.881_16).abs() < 1e-4);
 }
+
+/// Doubled orbits by balance are those of shooting; a balance over one period is refused at a doubling.
+#[test]
+fn doubled_orbits_of_a_balance() {
+    let given =
+        [("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05), ("cubic", 0.3)];
+    let model = oscillator(&given).with("speed", 3.0).unwrap();
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let balance = Balance::new(Harmonics::up_to(16)).integrals(Integrals::Exact);
+    let range = Continuation::new(3.0, 2.0).max_step(0.02);
+    let single = range.balance(&family, &balance, &guess(&model, [1.1, 0.1, 0.0])).unwrap();
+    println!("{single}");
+    let point = single.of_kind("period-doubling")[0];
+    let twice = Balance::new(Harmonics::up_to(32).over_periods(2).unwrap()).integrals(Integrals::Exact);
+    let few = range.clone().max_points(12);
+    let doubled = few.switch_balance(&family, &twice, point, 1.0).unwrap();
+    println!("{doubled}");
+    for point in &doubled.points()[4..] {
+        let model = model.with("speed", point.parameter).unwrap();
+        let states = point.orbit.states(8).unwrap();
+        let orbit = Shooting::new().multiple(2).run(&model, &states).unwrap();
+        let off = (orbit.states()[0].q[0] - point.orbit.state(orbit.states()[0].t).q[0]).abs();
+        println!("{} half order {:.4} {off:.1e}", point.parameter, point.orbit.amplitude(0, 1));
+        assert!(point.orbit.amplitude(0, 1) > 1e-3 && off < 1e-8);
+    }
+    let refused = few.switch_balance(&family, &balance, point, 1.0).unwrap_err();
+    assert!(refused.to_string().contains("twice those of the orbit"), "{refused}");
+    let regular = few.switch_balance(&family, &twice, &single.points()[0], 1.0);
+    assert!(matches!(regular, Err(BranchError::Kind { kind: None, .. })));
+}
+
+/// The orbits without symmetry that branch off at a symmetry breaking.
+#[test]
+fn broken_symmetry_of_a_balance() {
+    let given = [("cubic", 1.0), ("linear", 1.0), ("force", 10.0), ("damping", 0.2), ("speed", 2.2)];
+    let model = oscillator(&[&given[..], &[("half backlash", 99.0)]].concat());
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let balance = Balance::new(Harmonics::up_to(24));
+    let range = Continuation::new(2.2, 1.6).max_step(0.02);
+    let branch = range.balance(&family, &balance, &guess(&model, [0.0, 2.8, 0.0])).unwrap();
+    println!("{branch}");
+    let point = branch.of_kind("symmetry-breaking")[0];
+    for way in [1.0, -1.0] {
+        let other = range.clone().max_points(8).switch_balance(&family, &balance, point, way).unwrap();
+        let last = other.points().last().unwrap();
+        println!("{way}: {} mean {}", last.parameter, last.orbit.mean(0));
+        assert!(last.orbit.mean(0).abs() > 1e-2);
+        let at = model.with("speed", last.parameter).unwrap();
+        let orbit = Shooting::new().run(&at, &last.orbit.states(1).unwrap()).unwrap();
+        assert!((orbit.states()[0].q[0] - last.orbit.state(0.0).q[0]).abs() < 1e-7);
+    }
+}

@@ -1,14 +1,17 @@
 //! Fits of constants to a measured response.
 
-use crate::branches::design::least::{Optimum, Space, minimise};
+use crate::branches::design::least::Optimum;
 use crate::branches::design::objective::{DesignError, Figure};
 use crate::branches::design::reach::reach;
+use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
+use crate::ode::budget::Budget;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Fits named constants to a response measured over a parameter: minimises Σ_j (J(p_j) - m_j)²/Σ_j m_j².
 ///
@@ -32,43 +35,37 @@ pub struct Fit {
     parameter: String,
     channel: String,
     figure: Figure,
-    over: Vec<(String, [f64; 2])>,
-    tolerance: f64,
-    max_evaluations: usize,
-    shooting: Shooting,
+    search: Search,
 }
 
 impl Fit {
     /// A fit to a figure of a channel, measured over the constant `parameter`.
     ///
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`].
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`].
     pub fn new(parameter: &str, channel: &str, figure: Figure) -> Self {
-        Fit {
-            parameter: parameter.into(),
-            channel: channel.into(),
-            figure,
-            over: Vec::new(),
-            tolerance: 1e-8,
-            max_evaluations: 200,
-            shooting: Shooting::new(),
-        }
+        Fit { parameter: parameter.into(), channel: channel.into(), figure, search: Search::new() }
     }
     /// Adds a constant that is fitted and its bounds.
     pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
-        self.over.push((name.into(), [low, high]));
+        self.search.over.push((name.into(), [low, high]));
         self
     }
     /// Change of the constants, as a share of their bounds, below which the search ends `[1]`. Default: 1e-8.
     pub fn tolerance(self, tolerance: f64) -> Self {
-        Fit { tolerance, ..self }
+        Fit { search: Search { tolerance, ..self.search }, ..self }
     }
     /// Maximum number of evaluations. Default: 200.
     pub fn max_evaluations(self, max_evaluations: usize) -> Self {
-        Fit { max_evaluations, ..self }
+        Fit { search: Search { max_evaluations, ..self.search }, ..self }
     }
     /// The solver of the orbits.
     pub fn shooting(self, shooting: Shooting) -> Self {
-        Fit { shooting, ..self }
+        Fit { search: Search { shooting, ..self.search }, ..self }
+    }
+    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has the
+    /// budget of its [`Shooting`]. Default: default [`Budget`].
+    pub fn budget(self, budget: Budget) -> Self {
+        Fit { search: Search { budget, ..self.search }, ..self }
     }
 
     /// The figure of the model at each parameter. The first orbit is found from the guess, each further one
@@ -106,10 +103,11 @@ impl Fit {
         };
         check::all_finite("measured parameters", parameters)?;
         let start = constants.with_values(&[(place, first)])?;
-        let mut orbits = vec![self.shooting.run(&*start, guess)?];
+        let shooting = &self.search.shooting;
+        let mut orbits = vec![shooting.run(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
-            orbits.push(reach(constants, &self.shooting, last, &[(place, two[0])], &[(place, two[1])])?);
+            orbits.push(reach(constants, shooting, last, &[(place, two[0])], &[(place, two[1])])?);
         }
         Ok(orbits)
     }
@@ -127,14 +125,15 @@ impl Fit {
     ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.parameter)?;
-        let (space, start) = Space::new(constants, &self.over)?;
-        if self.over.iter().any(|(name, _)| *name == self.parameter) {
+        let (space, start) = Space::new(constants, &self.search.over)?;
+        if self.search.over.iter().any(|(name, _)| *name == self.parameter) {
             return Err(ParameterError::ConstantTwice { name: self.parameter.clone() }.into());
         }
         let (parameters, values): (Vec<f64>, Vec<f64>) = measured.iter().copied().unzip();
         check::all_finite("measured values", &values)?;
         let size: f64 = values.iter().map(|m| m * m).sum();
         check::positive("sum of the squares of the measured values", size)?;
+        let meter = Rc::new(self.search.budget.begin());
         let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess)?));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
@@ -142,11 +141,12 @@ impl Fit {
             let mut last = orbits.borrow_mut();
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
+                meter.left()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
-                let orbit = reach(constants, &self.shooting, orbit, &from, &to)?;
+                let orbit = reach(constants, &self.search.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;
                 let off = self.figure.value(&*model, &orbit, &self.channel)? - m;
-                let sensitivity = Sensitivity::of(&&*model, &orbit, &[&self.channel])?;
+                let sensitivity = Sensitivity::within(&*model, &orbit, &[&self.channel], meter.clone())?;
                 let all = space.gradient(&self.figure.slopes(&sensitivity, &self.channel)?);
                 sum += off * off / size;
                 slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
@@ -159,7 +159,7 @@ impl Fit {
             *last = (values, found);
             Ok((sum, slope))
         };
-        let found = minimise(&space, &start, self.tolerance, self.max_evaluations, &evaluate)?;
+        let found = self.search.minimise(&space, &start, &evaluate)?;
         let none = ParameterError::Empty { name: "measured points".into(), min: 1 };
         let (_, orbit) = best.into_inner().ok_or(none)?;
         let constants = space.named(&found.x);

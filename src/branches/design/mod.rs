@@ -4,3 +4,4 @@ pub(crate) mod fit;
 pub(crate) mod least;
 pub(crate) mod objective;
 pub(crate) mod reach;
+pub(crate) mod search;

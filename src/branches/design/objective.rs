@@ -2,9 +2,11 @@
 
 use crate::analysis::statistics::{Statistics, Summary};
 use crate::branches::branch::BranchError;
+use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
+use crate::ode::budget::Exhausted;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -105,10 +107,13 @@ pub enum DesignError {
     Shooting(#[from] ShootingError),
     /// The derivatives of the orbit were not computed.
     #[error("design: {0}")]
-    Branch(#[from] BranchError),
+    Branch(BranchError),
     /// An orbit was not measured.
     #[error("design: {0}")]
     Integrate(#[from] IntegrateError),
+    /// The budget was spent before the first figure was known.
+    #[error("design: {0}")]
+    Exhausted(#[from] Exhausted),
     /// The optimiser stopped before it converged.
     #[error(
         "the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best} at {constants:?}"
@@ -123,4 +128,13 @@ pub enum DesignError {
         /// The constants of the best value.
         constants: Vec<(String, f64)>,
     },
+}
+
+impl From<BranchError> for DesignError {
+    fn from(error: BranchError) -> Self {
+        match error {
+            BranchError::Curve(CurveError::Exhausted(exhausted)) => DesignError::Exhausted(exhausted),
+            error => DesignError::Branch(error),
+        }
+    }
 }

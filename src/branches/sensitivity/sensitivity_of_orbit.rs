@@ -8,7 +8,7 @@ use crate::branches::sensitivity::totals::{Alone, Totals};
 use crate::error::{ParameterError, check};
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Periodic};
-use crate::ode::budget::Budget;
+use crate::ode::budget::{Budget, Meter};
 use crate::ode::probe::Probe;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;
@@ -65,13 +65,22 @@ impl Sensitivity {
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
     /// [`CurveError::Singular`](crate::branches::CurveError::Singular) if an orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
-        let (model, constants) = (model as &dyn Periodic, constants_of(model)?);
+        Self::within(model as &dyn Periodic, orbit, channels, Rc::new(Budget::new().begin()))
+    }
+
+    /// [`of`](Sensitivity::of) within a budget.
+    pub(crate) fn within(
+        model: &dyn Periodic,
+        orbit: &ShootingOrbit,
+        channels: &[&str],
+        meter: Rc<Meter<'_>>,
+    ) -> Result<Self, BranchError> {
+        let constants = constants_of(model)?;
         let probe = Probe::new(model);
         let wanted = channels.iter().map(|name| probe.index(name).map(Quantity::Channel));
         let wanted = wanted.collect::<Result<Vec<_>, ParameterError>>()?;
-        let budget = Budget::new();
         let alone = Alone(model);
-        let totals = Totals::new(&alone, constants, orbit, Rc::new(budget.begin()))?;
+        let totals = Totals::new(&alone, constants, orbit, meter)?;
         let slopes = totals.solve()?;
         let neighbours = Neighbours::new(constants, &totals.units, model.period())?;
         let gathered = gather(&totals, model, &neighbours, &slopes, &wanted, None)?;

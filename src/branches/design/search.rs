@@ -1,0 +1,183 @@
+//! The search of the best constants within a box.
+
+use crate::branches::design::objective::DesignError;
+use crate::error::{ParameterError, check};
+use crate::model::constants::Constants;
+use crate::ode::budget::Budget;
+use crate::periodic::shooting::multiple::Shooting;
+use slsqp::{FailStatus, StopTols, SuccessStatus};
+use std::cell::RefCell;
+
+/// What [`Least`](crate::branches::Least) and [`Fit`](crate::branches::Fit) have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Search {
+    /// Names and bounds of the constants.
+    pub(crate) over: Vec<(String, [f64; 2])>,
+    pub(crate) tolerance: f64,
+    pub(crate) max_evaluations: usize,
+    pub(crate) shooting: Shooting,
+    pub(crate) budget: Budget,
+}
+
+/// The box of the constants, scaled to 0 .. 1.
+pub(crate) struct Space {
+    names: Vec<String>,
+    places: Vec<usize>,
+    bounds: Vec<[f64; 2]>,
+}
+
+impl Space {
+    /// The box and the place of the model in it.
+    pub(crate) fn new(
+        constants: &dyn Constants,
+        over: &[(String, [f64; 2])],
+    ) -> Result<(Self, Vec<f64>), DesignError> {
+        if over.is_empty() {
+            let name = "constants of the design".into();
+            return Err(ParameterError::Empty { name, min: 1 }.into());
+        }
+        let mut space = Space { names: Vec::new(), places: Vec::new(), bounds: Vec::new() };
+        let mut start = Vec::new();
+        for (name, [low, high]) in over {
+            let place = constants.place(name)?;
+            if space.places.contains(&place) {
+                return Err(ParameterError::ConstantTwice { name: name.clone() }.into());
+            }
+            check::all_finite("bounds of a constant", &[*low, *high])?;
+            let value = constants.values()[place];
+            if !(low < high && (*low..=*high).contains(&value)) {
+                return Err(DesignError::Bounds { name: name.clone(), low: *low, high: *high, value });
+            }
+            start.push((value - low) / (high - low));
+            space.names.push(name.clone());
+            space.places.push(place);
+            space.bounds.push([*low, *high]);
+        }
+        Ok((space, start))
+    }
+    /// The values of the constants at a place in the box.
+    pub(crate) fn values(&self, x: &[f64]) -> Vec<(usize, f64)> {
+        let value = |(k, x): (usize, &f64)| {
+            let [low, high] = self.bounds[k];
+            // At the ends of the box the bounds themselves.
+            let inside = low + x.clamp(0.0, 1.0) * (high - low);
+            (self.places[k], if *x >= 1.0 { high } else { inside })
+        };
+        x.iter().enumerate().map(value).collect()
+    }
+    /// The derivatives with respect to the place, from those with respect to all constants.
+    pub(crate) fn gradient(&self, all: &[f64]) -> Vec<f64> {
+        let slope = |(place, [low, high]): (&usize, &[f64; 2])| all[*place] * (high - low);
+        self.places.iter().zip(&self.bounds).map(slope).collect()
+    }
+    pub(crate) fn named(&self, x: &[f64]) -> Vec<(String, f64)> {
+        self.names.iter().cloned().zip(self.values(x).into_iter().map(|(_, value)| value)).collect()
+    }
+}
+
+/// Returns the value of an objective and its gradient at a place in the box.
+pub(crate) type Evaluate<'e> = dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), DesignError> + 'e;
+
+/// A place and the value of the objective there.
+pub(crate) struct Found {
+    pub(crate) x: Vec<f64>,
+    pub(crate) value: f64,
+    pub(crate) evaluations: usize,
+}
+
+impl Search {
+    pub(crate) fn new() -> Self {
+        Search {
+            over: Vec::new(),
+            tolerance: 1e-8,
+            max_evaluations: 200,
+            shooting: Shooting::new(),
+            budget: Budget::new(),
+        }
+    }
+
+    /// Minimises a function with its gradient over the box by SLSQP.
+    pub(crate) fn minimise(
+        &self,
+        space: &Space,
+        start: &[f64],
+        evaluate: &Evaluate<'_>,
+    ) -> Result<Found, DesignError> {
+        let (tolerance, max_evaluations) = (self.tolerance, self.max_evaluations);
+        check::positive("tolerance", tolerance)?;
+        if max_evaluations == 0 {
+            let name = "max_evaluations".into();
+            return Err(ParameterError::TooFew { name, value: 0, min: 1 }.into());
+        }
+        let max_evaluations = max_evaluations.min(MOST);
+        struct Progress {
+            best: Option<(Vec<f64>, f64)>,
+            failed: Option<DesignError>,
+            evaluations: usize,
+            /// Size of the objective at the start.
+            unit: f64,
+        }
+        let progress = RefCell::new(Progress { best: None, failed: None, evaluations: 0, unit: 0.0 });
+        let objective = |x: &[f64], gradient: Option<&mut [f64]>, (): &mut ()| -> f64 {
+            let mut progress = progress.borrow_mut();
+            progress.evaluations += 1;
+            match evaluate(x) {
+                Ok((value, slopes)) => {
+                    progress.failed = None;
+                    if progress.unit == 0.0 {
+                        progress.unit = if value == 0.0 { 1.0 } else { value.abs() };
+                    }
+                    if progress.best.as_ref().is_none_or(|(_, best)| value < *best) {
+                        progress.best = Some((x.to_vec(), value));
+                    }
+                    if let Some(gradient) = gradient {
+                        gradient.iter_mut().zip(&slopes).for_each(|(g, s)| *g = s / progress.unit);
+                    }
+                    value / progress.unit
+                }
+                Err(error) => {
+                    // Far from the last orbit there may be none: the large value makes the line search shorten its
+                    // step.
+                    if let Some(gradient) = gradient {
+                        gradient.fill(0.0);
+                    }
+                    progress.failed = Some(error);
+                    NO_ORBIT
+                }
+            }
+        };
+        let bounds = vec![(0.0, 1.0); start.len()];
+        let constraints: [&dyn slsqp::Func<()>; 0] = [];
+        let stop = StopTols { xtol_abs: vec![tolerance; start.len()], ftol_rel: FLAT, ..StopTols::default() };
+        let outcome =
+            slsqp::minimize(objective, start, &bounds, &constraints, (), max_evaluations, Some(stop));
+        let Progress { best, failed, evaluations, .. } = progress.into_inner();
+        let Some((x, value)) = best else {
+            let none = DesignError::Parameter(ParameterError::Empty { name: "design".into(), min: 1 });
+            return Err(failed.unwrap_or(none));
+        };
+        if let Some(error) = failed {
+            let (reason, constants) = (error.to_string(), space.named(&x));
+            return Err(DesignError::NotConverged { reason, evaluations, best: value, constants });
+        }
+        let reason = match outcome {
+            Ok((SuccessStatus::MaxEvalReached, ..)) => {
+                "the maximum number of evaluations is reached".to_owned()
+            }
+            // Rounding limits the search only where it has converged.
+            Ok(_) | Err((FailStatus::RoundoffLimited, ..)) => return Ok(Found { x, value, evaluations }),
+            Err((status, ..)) => format!("{status:?}"),
+        };
+        let constants = space.named(&x);
+        Err(DesignError::NotConverged { reason, evaluations, best: value, constants })
+    }
+}
+
+/// Maximum number of evaluations that the optimiser can count.
+const MOST: usize = i32::MAX as usize;
+
+/// The objective, over its size at the start, where no orbit is found.
+const NO_ORBIT: f64 = 1e3;
+
+/// Relative change of the objective below which the search ends `[1]`.
+const FLAT: f64 = 1e-14;
