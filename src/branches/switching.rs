@@ -6,7 +6,7 @@ use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
-use crate::branches::orbits::balance_family::Plain;
+use crate::branches::orbits::by_balance::balance_family::Plain;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;

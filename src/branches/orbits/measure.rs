@@ -3,8 +3,8 @@
 use crate::analysis::contacts::rattle::{Rattle, RattleState};
 use crate::analysis::statistics::{Statistics, Summary};
 use crate::branches::curve::equations::CurveError;
+use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
-use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
 use crate::error::ParameterError;
 use crate::model::equations::{Channel, Model};
 use crate::ode::integrate_error::IntegrateError;

@@ -3,7 +3,7 @@
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::family::Family;
-use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage, Slopes};
+use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::error::ParameterError;
 use crate::model::constants::{Constants, DriveSlope};
 use crate::model::equations::{Channel, Periodic, State};

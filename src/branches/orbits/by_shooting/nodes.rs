@@ -1,11 +1,5 @@
 //! Shifts of the nodes of an orbit along its period.
 
-use crate::branches::curve::engine::CurvePoint;
-use crate::branches::curve::equations::CurveError;
-use crate::branches::orbits::orbit_curve::{OrbitCurve, Passage};
-use crate::branches::orbits::orbit_method::OrbitMethod;
-use nalgebra::DVector;
-
 /// Distance of a node from an impact, in periods, below which the nodes are moved `[1]`.
 const NEAR: f64 = 0.01;
 
@@ -35,28 +29,9 @@ pub(crate) fn clear(phases: &[f64], impacts: &[f64]) -> Option<f64> {
     shifts.max_by(|a, b| least(*a).total_cmp(&least(*b))).filter(|shift| least(*shift) > NEAR)
 }
 
-impl OrbitCurve<'_> {
-    /// The unknowns of the orbit of a point on nodes that lie later by `shift` periods.
-    pub(crate) fn unknowns_later(
-        &self,
-        point: &CurvePoint<Passage>,
-        shift: f64,
-    ) -> Result<DVector<f64>, CurveError> {
-        let (orbit, _) = self.orbit(point)?;
-        let model = self.model(point.p)?;
-        let mut later = orbit.clone();
-        for state in &mut later.states {
-            let at = orbit.at(&&*model, state.t + shift * orbit.period());
-            *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
-        }
-        later.end += shift * orbit.period();
-        Ok(self.unknowns_of(&later))
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use crate::branches::orbits::nodes::clear;
+    use crate::branches::orbits::by_shooting::nodes::clear;
 
     #[test]
     fn nodes_move_to_the_middle_between_impacts() {

@@ -1,7 +1,7 @@
 //! Derivatives of the flow with respect to a parameter by differences.
 
 use crate::branches::curve::equations::CurveError;
-use crate::branches::orbits::orbit_curve::OrbitCurve;
+use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::error::ParameterError;
 use crate::model::equations::{Periodic, State};
 use nalgebra::DVector;

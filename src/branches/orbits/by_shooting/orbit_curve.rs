@@ -1,23 +1,18 @@
 //! The equations of multiple shooting over a parameter.
 
-use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
-use crate::branches::orbits::measure::{Measured, measure};
-use crate::branches::orbits::nodes::clear;
-use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::error::check;
 use crate::model::constants::DriveSlope;
-use crate::model::equations::{Channel, Model, Periodic, State};
+use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
-use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::{Round, Segments, orthonormal};
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 
@@ -26,25 +21,25 @@ use std::rc::Rc;
 /// Unknowns: coordinates and velocities at the nodes, one node after the other, then the slacks s along the
 /// rigid motions B.
 pub(crate) struct OrbitCurve<'f> {
-    family: Rc<dyn Family + 'f>,
-    multiple: usize,
+    pub(super) family: Rc<dyn Family + 'f>,
+    pub(super) multiple: usize,
     /// Times of the nodes over the period of the orbit.
-    phases: Vec<f64>,
+    pub(super) phases: Vec<f64>,
     /// Units of coordinates and velocities, and their ranges of motion.
-    scale: Vec<f64>,
-    range: Vec<f64>,
+    pub(super) scale: Vec<f64>,
+    pub(super) range: Vec<f64>,
     /// Units below which the rounding of the integration does not allow to go.
-    floor: Vec<f64>,
-    modes: Vec<Vec<f64>>,
+    pub(super) floor: Vec<f64>,
+    pub(super) modes: Vec<Vec<f64>>,
     /// The position along the rigid motions, in units of the model.
-    reference: State,
-    flow_tolerance: f64,
-    wanted: Option<FlowMethod>,
+    pub(super) reference: State,
+    pub(super) flow_tolerance: f64,
+    pub(super) wanted: Option<FlowMethod>,
     /// Unit of the parameter.
-    unit: f64,
+    pub(super) unit: f64,
     /// Step of the differences with respect to a parameter without exact derivative.
-    difference: f64,
-    meter: Rc<Meter<'f>>,
+    pub(super) difference: f64,
+    pub(super) meter: Rc<Meter<'f>>,
 }
 
 /// G with its derivatives with respect to x and to several constants.
@@ -56,12 +51,12 @@ pub(crate) struct Slopes {
 }
 
 /// The segments of one evaluation.
-struct Evaluated {
-    round: Round,
+pub(super) struct Evaluated {
+    pub(super) round: Round,
     /// Rigid motions in units of `scale`.
-    rigid: DMatrix<f64>,
-    method: FlowMethod,
-    end: f64,
+    pub(super) rigid: DMatrix<f64>,
+    pub(super) method: FlowMethod,
+    pub(super) end: f64,
 }
 
 /// What one evaluation of the equations computes besides them.
@@ -69,13 +64,13 @@ struct Evaluated {
 pub(crate) struct Passage {
     pub(crate) states: Vec<State>,
     pub(crate) end: f64,
-    slack: DVector<f64>,
+    pub(super) slack: DVector<f64>,
     /// Monodromy matrix in the units `scale`.
-    monodromy: DMatrix<f64>,
-    scale: Vec<f64>,
+    pub(super) monodromy: DMatrix<f64>,
+    pub(super) scale: Vec<f64>,
     pub(crate) multipliers: Option<Multipliers>,
-    crossings: u64,
-    method: FlowMethod,
+    pub(super) crossings: u64,
+    pub(super) method: FlowMethod,
 }
 
 impl Passage {
@@ -88,15 +83,8 @@ impl Passage {
     }
 }
 
-/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-const LOOSER: f64 = 100.0;
-
 /// A unit above the range by more than this factor is a bound by rounding.
 const RAISED: f64 = 1.0 + 1e-9;
-
-/// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
-/// orbit.
-const SYMMETRIC: f64 = 1e-6;
 
 /// Step of the differences, as a share of the unit of the parameter.
 const STEP: f64 = 1e-6;
@@ -209,7 +197,7 @@ impl<'f> OrbitCurve<'f> {
     }
 
     /// All segments at the parameter `p`, with the given flow tolerance and the slopes `forced` of the drives.
-    fn round(
+    pub(super) fn round(
         &self,
         model: &dyn Periodic,
         x: &DVector<f64>,
@@ -295,7 +283,7 @@ impl<'f> OrbitCurve<'f> {
 }
 
 /// X_{N-1} ... X_1 X_0.
-fn product(transitions: &[DMatrix<f64>], m: usize) -> DMatrix<f64> {
+pub(super) fn product(transitions: &[DMatrix<f64>], m: usize) -> DMatrix<f64> {
     transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
 }
 
@@ -331,92 +319,5 @@ impl Curve for OrbitCurve<'_> {
         let sizes = self.sizes();
         let share = (sizes.len() as f64).sqrt();
         sizes * share
-    }
-}
-
-impl OrbitMethod for OrbitCurve<'_> {
-    type Orbit = ShootingOrbit;
-
-    fn family(&self) -> &dyn Family {
-        &*self.family
-    }
-
-    fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
-        point.solution.multipliers.clone()
-    }
-
-    fn measure(&self, point: &CurvePoint<Passage>, channels: &[Channel]) -> Result<Measured, CurveError> {
-        measure(self, point.p, &point.solution, channels)
-    }
-
-    fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {
-        let (start, half) =
-            (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
-        let later = self.model(point.p).ok().zip(self.orbit(point).ok());
-        let later = later.and_then(|(model, (orbit, _))| orbit.at(&&*model, start.t + half).ok());
-        later.is_some_and(|later| {
-            let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
-            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
-        })
-    }
-
-    fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
-        self.unknowns_of(orbit)
-    }
-
-    fn set_ranges(&mut self, ranges: Vec<f64>) {
-        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
-        self.range = ranges;
-    }
-
-    fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
-        let since: Vec<f64> = self.phases.iter().map(|phase| phase - self.phases[0]).collect();
-        clear(&since, impacts)
-    }
-
-    fn shifted(&self, point: &CurvePoint<Passage>, shift: f64) -> Result<DVector<f64>, CurveError> {
-        self.unknowns_later(point, shift)
-    }
-
-    fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
-        self.phases.iter_mut().for_each(|phase| *phase += shift);
-        let m = self.scale.len();
-        self.reference = State::new(0.0, &x.as_slice()[..m / 2], &x.as_slice()[m / 2..m]);
-    }
-
-    /// The error of the multipliers is the change when the tolerance of the flow is 100 times larger.
-    fn orbit(&self, point: &CurvePoint<Passage>) -> Result<(ShootingOrbit, Multipliers), CurveError> {
-        let CurvePoint { x, p, solution: passage, corrections, .. } = point;
-        let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
-        let multipliers = passage.multipliers.clone().ok_or_else(none)?;
-        let rigid = orthonormal(&self.modes, &passage.scale);
-        let model = self.model(*p)?;
-        let looser = self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance);
-        if let Err(CurveError::Exhausted(exhausted)) = looser {
-            return Err(exhausted.into());
-        }
-        let other = looser.ok().and_then(|at| {
-            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
-        });
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let drift = &rigid * &passage.slack;
-        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
-        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
-        let multipliers = multipliers.with_error(error);
-        let orbit = ShootingOrbit::from_parts(OrbitParts {
-            states: passage.states.clone(),
-            end: passage.end,
-            multiple: self.multiple,
-            scale: passage.scale.clone(),
-            range: self.range.clone(),
-            drift: [of_q.to_vec(), of_v.to_vec()],
-            monodromy: unscaled(&passage.monodromy, &passage.scale),
-            multipliers: multipliers.clone(),
-            corrections: corrections.clone(),
-            crossings: passage.crossings,
-            flow: self.flow_tolerance,
-            method: passage.method,
-        });
-        Ok((orbit, multipliers))
     }
 }

@@ -1,7 +1,7 @@
 //! Where the equations of a balance over a parameter come from.
 
 use crate::branches::family::{ByFunction, Family};
-use crate::branches::orbits::along_constant::AlongConstant;
+use crate::branches::orbits::by_balance::along_constant::AlongConstant;
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;

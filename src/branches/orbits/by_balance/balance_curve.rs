@@ -3,12 +3,12 @@
 use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
-use crate::branches::orbits::balance_family::BalanceFamily;
-use crate::branches::orbits::balance_room::{At, BalanceRoom};
-use crate::branches::orbits::balance_slope::BalanceSlope;
+use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
+use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};
+use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
+use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::orbits::series_measure::measure_series;
 use crate::model::equations::{Channel, Periodic};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
@@ -339,7 +339,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
 mod tests {
     use super::*;
     use crate::branches::family::ByConstant;
-    use crate::branches::orbits::balance_family::Plain;
+    use crate::branches::orbits::by_balance::balance_family::Plain;
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::ode::budget::Budget;
     use crate::periodic::balance::series::harmonics::Harmonics;

@@ -1,7 +1,7 @@
 //! The equations of a balance along a parameter: one model at a time.
 
 use crate::branches::curve::equations::CurveError;
-use crate::branches::orbits::balance_family::BalanceFamily;
+use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
 use crate::model::equations::Periodic;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::equations::rebinding::Unbound;

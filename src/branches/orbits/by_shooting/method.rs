@@ -1,0 +1,117 @@
+//! Shooting as the method of a continuation: figures, orbits with multipliers, shifts of the nodes.
+
+use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::equations::CurveError;
+use crate::branches::family::Family;
+use crate::branches::orbits::by_shooting::nodes::clear;
+use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, product};
+use crate::branches::orbits::measure::{Measured, measure};
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::model::equations::{Channel, State};
+use crate::periodic::flow::variation::unscaled;
+use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::segments::orthonormal;
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use nalgebra::DVector;
+
+/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
+const LOOSER: f64 = 100.0;
+
+/// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
+/// orbit.
+const SYMMETRIC: f64 = 1e-6;
+
+impl OrbitMethod for OrbitCurve<'_> {
+    type Orbit = ShootingOrbit;
+
+    fn family(&self) -> &dyn Family {
+        &*self.family
+    }
+
+    fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
+        point.solution.multipliers.clone()
+    }
+
+    fn measure(&self, point: &CurvePoint<Passage>, channels: &[Channel]) -> Result<Measured, CurveError> {
+        measure(self, point.p, &point.solution, channels)
+    }
+
+    fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {
+        let (start, half) =
+            (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
+        let later = self.model(point.p).ok().zip(self.orbit(point).ok());
+        let later = later.and_then(|(model, (orbit, _))| orbit.at(&&*model, start.t + half).ok());
+        later.is_some_and(|later| {
+            let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
+            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
+        })
+    }
+
+    fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
+        self.unknowns_of(orbit)
+    }
+
+    fn set_ranges(&mut self, ranges: Vec<f64>) {
+        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
+        self.range = ranges;
+    }
+
+    fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
+        let since: Vec<f64> = self.phases.iter().map(|phase| phase - self.phases[0]).collect();
+        clear(&since, impacts)
+    }
+
+    fn shifted(&self, point: &CurvePoint<Passage>, shift: f64) -> Result<DVector<f64>, CurveError> {
+        let (orbit, _) = self.orbit(point)?;
+        let model = self.model(point.p)?;
+        let mut later = orbit.clone();
+        for state in &mut later.states {
+            let at = orbit.at(&&*model, state.t + shift * orbit.period());
+            *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
+        }
+        later.end += shift * orbit.period();
+        Ok(self.unknowns_of(&later))
+    }
+
+    fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
+        self.phases.iter_mut().for_each(|phase| *phase += shift);
+        let m = self.scale.len();
+        self.reference = State::new(0.0, &x.as_slice()[..m / 2], &x.as_slice()[m / 2..m]);
+    }
+
+    /// The error of the multipliers is the change when the tolerance of the flow is 100 times larger.
+    fn orbit(&self, point: &CurvePoint<Passage>) -> Result<(ShootingOrbit, Multipliers), CurveError> {
+        let CurvePoint { x, p, solution: passage, corrections, .. } = point;
+        let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
+        let multipliers = passage.multipliers.clone().ok_or_else(none)?;
+        let rigid = orthonormal(&self.modes, &passage.scale);
+        let model = self.model(*p)?;
+        let looser = self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance);
+        if let Err(CurveError::Exhausted(exhausted)) = looser {
+            return Err(exhausted.into());
+        }
+        let other = looser.ok().and_then(|at| {
+            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
+        });
+        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
+        let drift = &rigid * &passage.slack;
+        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
+        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
+        let multipliers = multipliers.with_error(error);
+        let orbit = ShootingOrbit::from_parts(OrbitParts {
+            states: passage.states.clone(),
+            end: passage.end,
+            multiple: self.multiple,
+            scale: passage.scale.clone(),
+            range: self.range.clone(),
+            drift: [of_q.to_vec(), of_v.to_vec()],
+            monodromy: unscaled(&passage.monodromy, &passage.scale),
+            multipliers: multipliers.clone(),
+            corrections: corrections.clone(),
+            crossings: passage.crossings,
+            flow: self.flow_tolerance,
+            method: passage.method,
+        });
+        Ok((orbit, multipliers))
+    }
+}
