@@ -143,8 +143,11 @@ impl Continuation {
             return Ok(forward);
         }
         let (start, heading) = (&forward.points[0], -self.heading());
-        let back = self.balance_from(family, balance, start.parameter, &start.orbit, heading)?.finish();
-        Ok(back.reversed_before(forward))
+        // What fails in the second direction does not lose the first.
+        match self.balance_from(family, balance, start.parameter, &start.orbit, heading) {
+            Ok(back) => Ok(back.finish().reversed_before(forward)),
+            Err(_) => Ok(forward),
+        }
     }
 
     fn balance_begin<'f, M: Periodic + ?Sized + 'f>(
@@ -169,10 +172,7 @@ impl Continuation {
     ) -> Result<Following<'f, FourierOrbit>, BranchError> {
         let mut engine = self.balance_engine(family, balance, p, orbit)?;
         let x = engine.curve.unknowns(orbit);
-        let mut point = engine.start(x, p)?;
-        if heading < 0.0 {
-            point.turn_round();
-        }
+        let point = engine.start_towards(x, p, heading)?;
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
     }
 

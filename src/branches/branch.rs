@@ -11,8 +11,6 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::multipliers::Stability;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-#[cfg(feature = "serde")]
-use crate::stored::branch_end::StoredEnd;
 use std::fmt;
 use thiserror::Error;
 
@@ -48,8 +46,6 @@ pub struct Branch<O = ShootingOrbit> {
 /// assert_eq!(BranchEnd::Bound.to_string(), "a bound of the parameter is reached");
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(from = "StoredEnd", into = "StoredEnd"))]
 #[non_exhaustive]
 pub enum BranchEnd {
     /// The branch is still being followed.
@@ -59,8 +55,15 @@ pub enum BranchEnd {
     Bound,
     /// The branch is closed: its last step passes the first point.
     Closed,
-    /// A contact reaches a rigid stop: the last point grazes it, and beyond it the motion has impacts.
+    /// The last point grazes a rigid stop: on one side of it the orbits strike the stop, on the other side they do
+    /// not.
     Stop {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
+    /// The boundary approaches a resonant grazing, at which an impact has no speed: at the last point the squared
+    /// speed of the impact is below 1e-6 of the largest squared rate of the contact.
+    SoftImpact {
         /// Index of the contact, from 0.
         contact: usize,
     },
@@ -99,6 +102,9 @@ impl fmt::Display for BranchEnd {
             BranchEnd::Bound => f.write_str("a bound of the parameter is reached"),
             BranchEnd::Closed => f.write_str("the branch is closed"),
             BranchEnd::Stop { contact } => write!(f, "contact {contact} grazes its rigid stop"),
+            BranchEnd::SoftImpact { contact } => {
+                write!(f, "the impacts of contact {contact} are too soft: a resonant grazing follows")
+            }
             BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
             BranchEnd::StepUnderflow { step, error } => {
                 write!(f, "the step became too short ({step:e}): {error}")
@@ -112,12 +118,13 @@ impl fmt::Display for BranchEnd {
     }
 }
 
-/// A change along a branch that could not be located.
+/// A change along a branch or a boundary that is no point of it: it could not be located, or, on a boundary, the rest of
+/// the contact sequence changed.
 ///
 /// ```
 /// use gear_dynamics::branches::BranchNote;
-/// let note = BranchNote { parameters: [1.0, 1.1], what: "the contact sequence changed".into() };
-/// assert_eq!(note.to_string(), "between 1 and 1.1: the contact sequence changed, which was not resolved");
+/// let note = BranchNote { parameters: [1.0, 1.1], what: "a multiplier passed -1".into() };
+/// assert_eq!(note.to_string(), "between 1 and 1.1: a multiplier passed -1");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -128,10 +135,17 @@ pub struct BranchNote {
     pub what: String,
 }
 
+/// Notes along the curve in the opposite direction.
+pub(crate) fn reversed(mut notes: Vec<BranchNote>) -> Vec<BranchNote> {
+    notes.reverse();
+    notes.iter_mut().for_each(|note| note.parameters.reverse());
+    notes
+}
+
 impl fmt::Display for BranchNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [from, to] = self.parameters;
-        write!(f, "between {from} and {to}: {}, which was not resolved", self.what)
+        write!(f, "between {from} and {to}: {}", self.what)
     }
 }
 
@@ -192,6 +206,14 @@ pub enum BranchError {
         /// What kinds of points allow it.
         wanted: &'static str,
     },
+    /// The orbit of a grazing strikes the same rigid stop at another time.
+    #[error(
+        "the orbit strikes the rigid stop of contact {contact} at another time: its grazing is not followed"
+    )]
+    Struck {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The orbit of a grazing has no extremum at the edge of this contact.
     #[error("contact {contact} has no extremum at this edge: the orbit does not graze it")]
     NoExtremum {
@@ -215,8 +237,9 @@ impl<O> Branch<O> {
         }
         self.points.reverse();
         self.points.extend(forward.points.into_iter().skip(1));
-        self.notes.extend(forward.notes);
-        Branch { end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
+        let mut notes = reversed(self.notes);
+        notes.extend(forward.notes);
+        Branch { notes, end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
     }
     /// Name and unit of the parameter.
     pub fn parameter(&self) -> &Channel {
@@ -247,7 +270,7 @@ impl<O> Branch<O> {
     pub fn start(&self) -> Option<&BranchEnd> {
         self.start.as_ref()
     }
-    /// Changes that were noticed and not resolved.
+    /// Changes that were noticed and are no points of the branch: they were not located.
     pub fn notes(&self) -> &[BranchNote] {
         &self.notes
     }

@@ -1,6 +1,7 @@
 //! Branches of periodic orbits: continuation, located bifurcations.
 
 pub(crate) mod balance_branches;
+pub(crate) mod between;
 pub(crate) mod boundary;
 pub(crate) mod branch;
 pub(crate) mod continuation;

@@ -2,7 +2,7 @@
 
 use crate::branches::branch::BranchEnd;
 use crate::branches::curve::engine::CurvePoint;
-use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::PointKind;
@@ -18,33 +18,23 @@ const STEPS: usize = 40;
 /// Distance from the stop, as a share of the largest one along the orbit, at which the point grazes `[1]`.
 const TOUCHES: f64 = 1e-13;
 
+/// Distance from the stop of a point beside the grazing `[1]`.
+const BESIDE: f64 = 1e-6;
+
 /// Largest distance of a grazing where rounding does not allow a smaller one `[1]`.
 const NEARLY: f64 = 1e-10;
 
 /// Maximum length of a step over which impacts may end, as a share of the maximum step `[1]`.
 const SHORT: f64 = 1e-3;
 
+/// Distance of the phases of the same impact in neighbouring orbits `[1]`.
+const NEAR: f64 = 0.1;
+
 /// First step from orbits without the impact towards the stop, as a share of the step that passed the grazing.
 const TRIAL: f64 = 1e-3;
 
 /// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.
 pub(crate) const STEEP: f64 = 1e-3;
-
-/// Which edges of each contact are rigid stops.
-pub(crate) type Rigid = Vec<[bool; 2]>;
-
-/// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
-pub(crate) fn at_stops<'t>(
-    rigid: &'t Rigid,
-    trace: &'t ContactTrace,
-    past: bool,
-) -> impl Iterator<Item = &'t Extremum> {
-    trace.extremes.iter().filter(move |e| {
-        // A maximum at an upper stop, or a minimum at a lower one.
-        let (edge, beyond) = if e.lower { (0, e.distance < 0.0) } else { (1, e.distance > 0.0) };
-        rigid.get(e.contact).is_some_and(|rigid| rigid[edge]) && beyond == past && e.maximum != e.lower
-    })
-}
 
 /// What became of the impacts over a step.
 pub(crate) enum Impacts {
@@ -68,106 +58,133 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let left = -e.distance / rate;
             (left > 0.0 && left < self.step).then_some((*e, left))
         };
-        let candidates = at_stops(&self.rigid, &self.last.measured.trace, false).filter_map(near);
+        let candidates = self.last.measured.trace.at_stops(&self.rigid, false).filter_map(near);
         let (extremum, left) = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (at, point, measured) = self.reach_stop(&self.last.point.clone(), &extremum, left)?;
-        let rattle = [measured.rattle[extremum.contact]; 2];
+        let [beside, (at, node)] = self.reach_stop(&self.last.point.clone(), &extremum, left)?;
+        // Beside the grazing, where rounding does not decide about an impact.
+        let (found, unexplained) = self.between(&beside.1, beside.0).ok()?;
+        if !unexplained.is_empty() {
+            return None;
+        }
+        let mut located = self.located(found).ok()?;
+        let rattle = [node.measured.rattle[extremum.contact]; 2];
         let kind = PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
-        let columns = self.columns(&point, measured, self.arclength + at, Some(kind)).ok()?;
-        self.waiting.push_back(columns);
+        located.push(self.columns(&node.point, node.measured, self.arclength + at, Some(kind)).ok()?);
+        self.waiting.extend(located);
         Some(BranchEnd::Stop { contact: extremum.contact })
     }
 
-    /// Compares the impacts of the last point and the next one. Where one of them ends, the branch of orbits with
-    /// impacts ends as well: the grazing is located from the orbits without it.
+    /// Compares the impacts of the last point and the next one. Where an impact begins or ends, the branch ends: the
+    /// grazing is located from the orbits without it.
     ///
     /// The equations are smooth up to the grazing as functions of the speed v of the impact, but a correction
-    /// converges only if it changes v by less than v itself. The steps of the branch therefore decrease in
-    /// proportion to v until one of them passes the grazing.
+    /// converges only if it changes v by less than v itself. The steps of a branch of orbits with impacts therefore
+    /// decrease in proportion to v until one of them passes the grazing.
     pub(crate) fn impacts(&mut self, reached: &Node<C::Solution>, step: f64) -> Impacts {
-        let count = |node: &Node<C::Solution>| at_stops(&self.rigid, &node.measured.trace, true).count();
-        if self.rigid.is_empty() || count(reached) >= count(&self.last) {
+        let count = |node: &Node<C::Solution>| node.measured.trace.at_stops(&self.rigid, true).count();
+        let counts = [count(&self.last), count(reached)];
+        if self.rigid.is_empty() || counts[0] == counts[1] {
             return Impacts::Same;
         }
         if step > SHORT * self.settings.max_step {
             return Impacts::Unresolved;
         }
-        let free = at_stops(&self.rigid, &reached.measured.trace, false);
-        let Some(extremum) = free.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs())).copied()
-        else {
-            return Impacts::Same;
+        let leaves = counts[0] > counts[1];
+        let [with, free] = if leaves { [&self.last, reached] } else { [reached, &self.last] };
+        let [striking, without] = [&with.measured.trace, &free.measured.trace];
+        // The impact that the other orbit lacks, and the extremum that replaces it.
+        let alone = striking.at_stops(&self.rigid, true).filter(|e| {
+            let same = without.at_stops(&self.rigid, true).filter(|other| other.is_like(e));
+            same.map(|other| other.apart(e.phase)).fold(1.0, f64::min) > NEAR
+        });
+        let replaced = |e: &Extremum| {
+            let like = without.at_stops(&self.rigid, false).filter(|other| other.is_like(e));
+            like.min_by(|a, b| a.apart(e.phase).total_cmp(&b.apart(e.phase))).copied()
         };
-        let Some((at, point, measured)) = self.reach_stop(&reached.point, &extremum, -TRIAL * step) else {
-            return Impacts::Same;
+        let softest = alone.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+        let Some(extremum) = softest.and_then(replaced) else { return Impacts::Unresolved };
+        let (base, from, way) =
+            if leaves { (&reached.point, step, -TRIAL) } else { (&self.last.point, 0.0, TRIAL) };
+        let Some([_, (at, node)]) = self.reach_stop(&base.clone(), &extremum, way * step) else {
+            return Impacts::Unresolved;
         };
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
         let kind = PointKind::Grazing { contact, edge: extremum.edge(), rattle };
-        match self.columns(&point, measured, self.arclength + (step + at).max(0.0), Some(kind)) {
+        match self.columns(&node.point, node.measured, self.arclength + (from + at).max(0.0), Some(kind)) {
             Ok(columns) => self.waiting.push_back(columns),
-            Err(_) => return Impacts::Same,
+            Err(_) => return Impacts::Unresolved,
         }
         Impacts::End(contact)
     }
 
     /// The grazing of the extremum, from a point whose orbit does not reach the stop, with its distance from that
-    /// point. `first`: the first step, with its sign.
-    #[allow(clippy::type_complexity, reason = "distance, point and figures")]
+    /// point, and before it a point beside it. `first`: the first step, with its sign.
     fn reach_stop(
         &mut self,
         base: &CurvePoint<C::Solution>,
         extremum: &Extremum,
         first: f64,
-    ) -> Option<(f64, CurvePoint<C::Solution>, Measured)> {
+    ) -> Option<[(f64, Node<C::Solution>); 2]> {
         let (mut at, mut distance, mut left) = (0.0, extremum.distance, first / SHARE);
-        let (mut reached, mut size) = (None, 0.0);
+        let (mut reached, mut beside, mut size) = (None, None, 0.0);
         for _ in 0..STEPS {
             let next = at + SHARE * left;
             let (x, p) = base.along(&base.tangent, next);
-            let point = self.engine.correct(base, &base.tangent, next, x, p).ok()?;
-            let measured = self.engine.curve.measure(&point, &self.branch.channels).ok()?;
-            let now = measured.trace.nearest(extremum)?.distance;
+            let Ok(point) = self.engine.correct(base, &base.tangent, next, x, p) else { break };
+            let Ok(measured) = self.engine.curve.measure(&point, &self.branch.channels) else { break };
+            let Some(now) = measured.trace.nearest(extremum).map(|e| e.distance) else { break };
             if now * extremum.distance <= 0.0 {
                 break;
             }
-            let same = measured.trace.extremes.iter().filter(|e| e.contact == extremum.contact);
-            size = same.map(|e| e.distance.abs()).filter(|d| d.is_finite()).fold(0.0, f64::max);
+            // The largest distance from the same edge, on the free side of it.
+            let same = measured.trace.extremes.iter().filter(|e| {
+                (e.contact, e.lower) == (extremum.contact, extremum.lower) && e.distance * now > 0.0
+            });
+            size = same.map(|e| e.distance.abs()).fold(0.0, f64::max);
             let rate = (now - distance) / (next - at);
             (at, distance, left) = (next, now, -now / rate);
+            if beside.is_none() || distance.abs() > BESIDE * size {
+                beside = Some((at, point.clone(), measured.clone()));
+            }
             reached = Some((at, point, measured));
             if distance.abs() <= TOUCHES * size {
                 break;
             }
         }
-        reached.filter(|_| distance.abs() <= NEARLY * size)
+        let node = |(at, point, measured): (f64, CurvePoint<C::Solution>, Measured)| {
+            let multipliers = self.engine.curve.multipliers(&point);
+            (at, Node::new(point, measured, multipliers))
+        };
+        Some([node(beside?), node(reached.filter(|_| distance.abs() <= NEARLY * size)?)])
     }
 
     /// Moves the nodes of the last point if an impact comes near one of them: there the state jumps.
     pub(crate) fn keep_clear_of_impacts(&mut self) {
         let impacts: Vec<f64> =
-            at_stops(&self.rigid, &self.last.measured.trace, true).map(|e| e.phase).collect();
-        if impacts.is_empty() || self.last.point.slope().abs() < STEEP {
+            self.last.measured.trace.at_stops(&self.rigid, true).map(|e| e.phase).collect();
+        let slope = self.last.point.slope();
+        if impacts.is_empty() || slope.abs() < STEEP {
             return;
         }
         let Some(shift) = self.engine.curve.clear_of(&impacts) else { return };
         let Ok(x) = self.engine.curve.shifted(&self.last.point, shift) else { return };
-        let first = self.first.as_ref().and_then(|first| self.engine.curve.shifted(first, shift).ok());
+        let first = self.first.take();
+        let later = first.as_ref().and_then(|first| self.engine.curve.shifted(first, shift).ok());
         self.engine.curve.shift_nodes(shift, &x);
-        let (p, slope) = (self.last.point.p, self.last.point.slope());
-        let moved = self.engine.start(x, p).ok().and_then(|mut point| {
-            if slope < 0.0 {
-                point.turn_round();
-            }
+        let moved = self.engine.start_towards(x, self.last.point.p, slope).ok().and_then(|point| {
             let measured = self.engine.curve.measure(&point, &self.branch.channels).ok()?;
             let multipliers = self.engine.curve.multipliers(&point);
             Some(Node::new(point, measured, multipliers))
         });
-        match moved {
-            Some(node) => {
-                (self.last, self.before) = (node, None);
-                self.first = self.first.take().zip(first).map(|(point, x)| CurvePoint { x, ..point });
-            }
-            None => self.engine.curve.shift_nodes(-shift, &self.last.point.x),
-        }
+        let Some(node) = moved else {
+            self.engine.curve.shift_nodes(-shift, &self.last.point.x);
+            self.first = first;
+            return;
+        };
+        self.last = node;
+        self.before = self.before.take().map(|(length, values)| (length, values.later(shift)));
+        self.first =
+            first.zip(later).and_then(|(first, x)| self.engine.start_towards(x, first.p, first.slope()).ok());
     }
 }

@@ -1,5 +1,6 @@
 //! A continuation in progress: steps, location of points, ends.
 
+use crate::branches::between::{Found, SEPARATE};
 use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
@@ -8,13 +9,13 @@ use crate::branches::curve::past::Past;
 use crate::branches::family::Family;
 use crate::branches::following::{Following, Track};
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
+use crate::branches::orbits::contact_trace::Rigid;
 use crate::branches::orbits::measure::{Measured, chosen_channels};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
-use crate::branches::points::test_functions::{Values, dips, doubling, torus};
-use crate::branches::stops::{Impacts, Rigid};
+use crate::branches::points::test_functions::Values;
+use crate::branches::stops::Impacts;
 use crate::model::offers::Offers;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -46,7 +47,7 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
 pub(crate) struct Node<S> {
     pub(crate) point: CurvePoint<S>,
     pub(crate) measured: Measured,
-    multipliers: Option<Multipliers>,
+    pub(crate) multipliers: Option<Multipliers>,
     pub(crate) values: Values,
 }
 
@@ -66,9 +67,6 @@ const STRAIGHT: f64 = 0.2;
 /// Length of a step below which an angle is that of a corner of the branch `[1]`.
 const CORNER: f64 = 1e-5;
 
-/// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
-const SEPARATE: f64 = 1e-3;
-
 /// Number of corrections up to which the next step is longer.
 const FEW: usize = 6;
 
@@ -83,10 +81,7 @@ impl Continuation {
     ) -> Result<Following<'f>, BranchError> {
         let mut engine = self.shooting_engine(family, p, orbit)?;
         let x = engine.curve.unknowns(orbit);
-        let mut point = engine.start(x, p)?;
-        if heading < 0.0 {
-            point.turn_round();
-        }
+        let point = engine.start_towards(x, p, heading)?;
         Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
     }
 
@@ -168,6 +163,15 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         })
     }
 
+    /// The columns of located points.
+    pub(crate) fn located(&self, found: Found<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
+        let columns = |(sigma, point, kind): (f64, CurvePoint<C::Solution>, PointKind)| {
+            let measured = self.measure(&point)?;
+            self.columns(&point, measured, self.arclength + sigma, Some(kind))
+        };
+        found.into_iter().map(columns).collect()
+    }
+
     fn measure(&self, point: &CurvePoint<C::Solution>) -> Result<Measured, CurveError> {
         self.engine.curve.measure(point, &self.branch.channels)
     }
@@ -176,13 +180,27 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     fn advance(&mut self) -> Result<Made, CurveError> {
         let mut step = self.step;
         let past = self.past.as_ref().filter(|_| self.engine.curve.predicts_from_two_points());
-        let mut next = self.engine.advance(past, &self.last.point, step)?;
+        let [low, high] = self.settings.low_and_high();
+        let mut end = None;
+        let (_, ahead) = self.last.point.along(&self.last.point.tangent, step);
+        let mut next = match self.engine.advance(past, &self.last.point, step) {
+            // There may be no model beyond the bound.
+            Err(CurveError::Model { .. }) if !(low..=high).contains(&ahead) => {
+                let bound = ahead.clamp(low, high);
+                if bound == self.last.point.p {
+                    return Ok(Made::End(BranchEnd::Bound));
+                }
+                let next = self.engine.at_bound(&self.last.point, step, bound)?;
+                step = self.engine.distance(&self.last.point, &next);
+                end = Some(BranchEnd::Bound);
+                next
+            }
+            next => next?,
+        };
         let angle = Engine::<C>::angle(&self.last.point, &next);
         if angle > TURN && step > CORNER {
             return Ok(Made::Shorter(CurveError::Turned { angle, step }));
         }
-        let [low, high] = self.settings.low_and_high();
-        let mut end = None;
         if !(low..=high).contains(&next.p) {
             let bound = next.p.clamp(low, high);
             let mut beyond = |_: &mut Engine<C>, point: &CurvePoint<C::Solution>| Some(point.p - bound);
@@ -205,7 +223,9 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         match self.impacts(&reached, step) {
             Impacts::Same => {}
             Impacts::Unresolved => {
-                return Ok(Made::Shorter(CurveError::Unexplained { what: "impacts on a rigid stop ended" }));
+                return Ok(Made::Shorter(CurveError::Unexplained {
+                    what: "impacts on a rigid stop began or ended",
+                }));
             }
             Impacts::End(contact) => return Ok(Made::End(BranchEnd::Stop { contact })),
         }
@@ -213,11 +233,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * self.settings.max_step) {
             return Ok(Made::Shorter(CurveError::Unexplained { what }));
         }
-        let mut located = Vec::with_capacity(found.len());
-        for (sigma, point, kind) in found {
-            let measured = self.measure(&point)?;
-            located.push(self.columns(&point, measured, self.arclength + sigma, Some(kind))?);
-        }
+        let located = self.located(found)?;
         let Node { point: mut next, measured, multipliers, values } = reached;
         let closed = self.closes(&next, step);
         let few = next.corrections.len() <= FEW;
@@ -256,98 +272,6 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let far = self.branch.points.len() + self.waiting.len() >= 8;
         let first = self.first.as_ref().filter(|_| far);
         first.is_some_and(|first| first.is_passed(&self.last.point, next, step))
-    }
-
-    /// The kind of the point at which a change happens.
-    fn kind(&self, change: Change, after: &Measured) -> PointKind {
-        match change {
-            Change::Fold => PointKind::Fold,
-            Change::Branch => PointKind::Branch,
-            Change::PeriodDoubling => PointKind::PeriodDoubling,
-            Change::NeimarkSacker => PointKind::NeimarkSacker,
-            Change::Grazing(extremum) => {
-                let rattle = [&self.last.measured, after].map(|measured| measured.rattle[extremum.contact]);
-                PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle }
-            }
-        }
-    }
-
-    /// The located points between the last point and `next`, in order, and what was not explained or located.
-    #[allow(clippy::type_complexity, reason = "a list of distance, point and kind, and what is unexplained")]
-    fn between(
-        &mut self,
-        reached: &Node<C::Solution>,
-        step: f64,
-    ) -> Result<(Vec<(f64, CurvePoint<C::Solution>, PointKind)>, Vec<&'static str>), CurveError> {
-        let (a, next) = (&self.last.point, &reached.point);
-        let changes = changes(self.last.compared(), reached.compared());
-        let exact = self.engine.curve.multipliers_pass_at_folds();
-        let mut unexplained: Vec<&'static str> = Vec::new();
-        unexplained.extend(changes.unexplained.filter(|what| exact || *what != OUTSIDE));
-        if !unexplained.is_empty() && step > SEPARATE * self.settings.max_step {
-            return Ok((Vec::new(), unexplained));
-        }
-        let mut found = Vec::new();
-        for change in &changes.all {
-            let located = match *change {
-                Change::Branch => self.engine.locate_crossing(a, next, step, &mut test_of(*change)),
-                _ => self.engine.locate(a, next, step, &mut test_of(*change)),
-            };
-            let located = match located {
-                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Ok(Some(point)) => point,
-                _ => {
-                    unexplained.push(change.unlocated());
-                    continue;
-                }
-            };
-            let kind = match self.kind(*change, &reached.measured) {
-                PointKind::Branch if self.engine.curve.is_symmetric(&located) => PointKind::SymmetryBreaking,
-                kind => kind,
-            };
-            found.push((self.engine.distance(a, &located), located, kind));
-        }
-        let dips = match &self.before {
-            Some((length, before)) => dips([before, &self.last.values, &reached.values], [*length, step]),
-            None => Vec::new(),
-        };
-        for change in dips.into_iter().filter(|change| !changes.all.contains(change)) {
-            match self.engine.locate_dip(a, next, step, &mut test_of(change)) {
-                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Err(_) => {} // the test was not computed everywhere; nothing shows that its sign changes
-                Ok(points) => {
-                    for located in points {
-                        let kind = self.kind(change, &reached.measured);
-                        found.push((self.engine.distance(a, &located), located, kind));
-                    }
-                }
-            }
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok((found, unexplained))
-    }
-}
-
-impl<S> Node<S> {
-    fn compared(&self) -> Compared<'_, S> {
-        let Node { point, measured, multipliers, .. } = self;
-        Compared { point, multipliers: multipliers.as_ref(), trace: &measured.trace }
-    }
-}
-
-/// The test function of a change.
-fn test_of<C: OrbitMethod>(
-    change: Change,
-) -> impl FnMut(&mut Engine<C>, &CurvePoint<C::Solution>) -> Option<f64> {
-    move |engine, point| match change {
-        Change::Fold => Some(point.slope()),
-        Change::Branch => Some(point.sign * point.logarithm.exp()),
-        Change::PeriodDoubling => engine.curve.multipliers(point).as_ref().map(doubling),
-        Change::NeimarkSacker => engine.curve.multipliers(point).as_ref().and_then(torus),
-        Change::Grazing(extremum) => {
-            let measured = engine.curve.measure(point, &[]).ok()?;
-            measured.trace.nearest(&extremum).map(|at| at.distance)
-        }
     }
 }
 

@@ -3,28 +3,36 @@
 use crate::api::*;
 use crate::data::read;
 use crate::impacts::Oscillator;
-use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, ByConstants, Continuation};
+use gear_dynamics::branches::{
+    Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, Sensitivity,
+};
 use gear_dynamics::contact::PieceChoice;
 use gear_dynamics::excitation::{Angle, Fourier};
 use gear_dynamics::model::{Drives, Size};
 
-/// x'' + c x' + x = A cos φ with a rigid stop at x = d above.
+/// x'' + c x' + x + γ x³ = A (cos φ + a cos (2 φ + ψ)) with rigid stops at r x = d above and r x = -e below. The deflection
+/// is r x.
 #[derive(PartialEq)]
 struct Stop {
     cos: Wave,
+    sin: Wave,
     restitution: Restitution,
 }
+
+const NAMES: [&str; 9] =
+    ["speed", "amplitude", "damping", "stop", "lower stop", "cubic", "second", "shift", "radius"];
 
 impl Shape for Stop {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 1, constants: 4 }
+        Size { dof: 1, waves: 2, contacts: 1, constants: NAMES.len() }
     }
     fn constants(&self) -> Vec<Channel> {
-        ["speed", "amplitude", "damping", "stop"].map(|name| Channel::new(name, "1")).into()
+        NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u[0] = self.cos.value(angle, side);
+        u[0] = self.cos.value(angle.clone(), side);
+        u[1] = self.sin.value(angle, side);
     }
     fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -34,29 +42,41 @@ impl Shape for Stop {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        let [_, _, upper] = u.constants();
-        let lower = S::from(f64::NEG_INFINITY);
-        Contact { deflection: q[0], rate: v[0], lower, upper, ..Contact::default() }
+        let [_, _, upper, lower, _, _, _, r] = u.constants();
+        Contact { deflection: r * q[0], rate: r * v[0], lower: -lower, upper, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let ([cos], [amplitude, damping, _]) = (u.waves(), u.constants());
-        a[0] = amplitude * cos - damping * v[0] - q[0];
+        let ([cos, sin], [amplitude, damping, _, _, cubic, second, shift, _]) = (u.waves(), u.constants());
+        let (double, sine) = (cos * cos - sin * sin, sin * cos * 2.0);
+        let force = cos + second * (double * shift.cos() - sine * shift.sin());
+        a[0] = amplitude * force - damping * v[0] - q[0] - cubic * q[0] * q[0] * q[0];
     }
     fn impact(&self, _: usize, on: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
-        if on == Piece::Upper {
-            v[0] = self.restitution.rebound(v[0], 0.0);
-        }
-        on == Piece::Upper
+        v[0] = self.restitution.rebound(v[0], 0.0);
+        on != Piece::Gap
     }
 }
 
 const DAMPING: f64 = 0.1;
 
-fn stop(speed: f64, amplitude: f64) -> Machine<Stop> {
-    let (force, restitution) = (Fourier::new(0.0, &[[1.0, 0.0]]).unwrap(), Restitution::new(0.8).unwrap());
-    let shape = Stop { cos: Wave::new(force), restitution };
-    let constants = [("speed", speed), ("amplitude", amplitude), ("damping", DAMPING), ("stop", 1.0)];
+/// A stop at 1 above; other constants by name.
+fn oscillator(given: &[(&str, f64)]) -> Machine<Stop> {
+    let wave = |pair: [f64; 2]| Wave::new(Fourier::new(0.0, &[pair]).unwrap());
+    let restitution = Restitution::new(0.8).unwrap();
+    let shape = Stop { cos: wave([1.0, 0.0]), sin: wave([0.0, 1.0]), restitution };
+    let default = |name: &str| match name {
+        "damping" => DAMPING,
+        "stop" | "radius" => 1.0,
+        "lower stop" => 50.0,
+        _ => 0.0,
+    };
+    let of = |name: &str| given.iter().find(|(other, _)| *other == name).map_or(default(name), |(_, c)| *c);
+    let constants: Vec<(&str, f64)> = NAMES.iter().map(|name| (*name, of(name))).collect();
     Machine::with_constants(shape, &constants).unwrap()
+}
+
+fn stop(speed: f64, amplitude: f64) -> Machine<Stop> {
+    oscillator(&[("speed", speed), ("amplitude", amplitude)])
 }
 
 /// The amplitude at which orbits without impacts graze the stop.
@@ -125,7 +145,7 @@ fn folds_with_impacts_lie_between_resonant_grazings() {
         let range = Continuation::new(1.2, end).max_step(0.1).bounds_across(0.0, 5.0);
         let line = range.boundary(&plane, branch.of_kind("fold")[0]).unwrap();
         println!("{line}");
-        assert_eq!(line.end(), &BranchEnd::Stop { contact: 0 });
+        assert_eq!(line.end(), &BranchEnd::SoftImpact { contact: 0 });
         for point in line.points() {
             let [amplitude, speed] = point.parameters;
             let closed = Oscillator::new(DAMPING, speed, amplitude);
@@ -141,4 +161,161 @@ fn folds_with_impacts_lie_between_resonant_grazings() {
         let [amplitude, speed] = line.points().last().unwrap().parameters;
         assert!((amplitude - grazing(speed)).abs() < 1e-5);
     }
+}
+
+/// With many segments the nodes stand close: they keep clear of the impact as well.
+#[test]
+fn branches_with_impacts_on_many_segments() {
+    let model = stop(1.2, 1.0);
+    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
+    let orbit = Shooting::new().run(&model, &[start]).unwrap();
+    for segments in [30, 64] {
+        let times: Vec<f64> = (0..segments)
+            .map(|i| orbit.states()[0].t + orbit.period() * f64::from(i) / f64::from(segments))
+            .collect();
+        let nodes: Vec<State> = times.iter().map(|t| orbit.at(&model, *t).unwrap()).collect();
+        let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &nodes).unwrap();
+        println!("{branch}");
+        assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
+        assert!((branch.of_kind("fold")[0].parameter - 0.151_682_351_638_280_78).abs() < 1e-10);
+        assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-10);
+    }
+}
+
+/// A deflection in another unit, and a lower stop that is never reached.
+#[test]
+fn stops_in_other_units() {
+    for radius in [0.02, 50.0] {
+        let model = oscillator(&[
+            ("speed", 1.2),
+            ("amplitude", 1.0),
+            ("radius", radius),
+            ("stop", radius),
+            ("lower stop", 1e6 * radius),
+        ]);
+        let family = ByConstant::new(&model, "amplitude").unwrap();
+        let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
+        let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &[start]).unwrap();
+        println!("{branch}");
+        assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-11);
+        let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+        let range = Continuation::new(1.2, 0.9).max_step(0.1).bounds_across(0.0, 5.0);
+        let line = range.boundary(&plane, branch.of_kind("fold")[0]).unwrap();
+        println!("{line}");
+        assert_eq!(line.end(), &BranchEnd::SoftImpact { contact: 0 });
+        let [amplitude, speed] = line.points().last().unwrap().parameters;
+        assert!((amplitude - grazing(speed)).abs() < 1e-5);
+    }
+}
+
+/// The amplitude of a softening spring grows through the fold up to the stop: both lie within one step.
+#[test]
+fn a_fold_before_a_stop_is_located() {
+    let given = [("speed", 0.5), ("amplitude", 0.1), ("damping", 0.05), ("cubic", -0.05), ("stop", 40.0)];
+    let model = oscillator(&given);
+    let up_to = |stop: f64| {
+        let model = model.with("stop", stop).unwrap();
+        let family = ByConstant::new(&model, "speed").unwrap();
+        Continuation::new(0.5, 1.1).run(&family, &[State::at_rest(1)]).unwrap()
+    };
+    let whole = up_to(40.0);
+    let fold = whole.of_kind("fold")[0];
+    let beyond = whole.points().iter().find(|point| point.arclength > fold.arclength).unwrap();
+    println!("{whole}\n{} {}", fold.summaries[0].max, beyond.summaries[0].max);
+    let branch = up_to(0.5 * (fold.summaries[0].max + beyond.summaries[0].max));
+    println!("{branch}");
+    assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
+    assert!((branch.of_kind("fold")[0].parameter - fold.parameter).abs() < 1e-11);
+    assert!(branch.of_kind("grazing")[0].arclength > branch.of_kind("fold")[0].arclength);
+}
+
+/// Where the second maximum of a motion with two harmonics reaches the stop, its grazing ends: no orbit passes a stop.
+#[test]
+fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
+    let model = oscillator(&[("speed", 0.45), ("amplitude", 0.05), ("second", 1.5), ("shift", 0.3)]);
+    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let branch = Continuation::new(0.05, 3.0).run(&family, &[State::at_rest(1)]).unwrap();
+    println!("{branch}");
+    let plane = ByConstants::new(&model, ["amplitude", "shift"]).unwrap();
+    let range = Continuation::new(0.3, 7.0).both_ways().bounds(-7.0, 7.0);
+    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    println!("{line}");
+    assert_eq!(
+        (line.start(), line.end()),
+        (Some(&BranchEnd::Stop { contact: 0 }), &BranchEnd::Stop { contact: 0 })
+    );
+    for point in line.points() {
+        let [amplitude, shift] = point.parameters;
+        let at = model.with("amplitude", amplitude).unwrap().with("shift", shift).unwrap();
+        let mut statistics = Statistics::new(&at, &["q1"]).unwrap();
+        point.orbit.observe(&at, &mut statistics).unwrap();
+        let top = statistics.summary("q1").unwrap().max;
+        assert!(top < 1.0 + 1e-8, "{shift} {top}");
+    }
+}
+
+/// Symmetric stops: both are grazed at once; orbits that strike both end at the same grazing.
+#[test]
+fn symmetric_stops() {
+    let model = oscillator(&[("speed", 1.2), ("amplitude", 0.05), ("lower stop", 1.0)]);
+    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let branch = Continuation::new(0.05, 2.0).run(&family, &[State::at_rest(1)]).unwrap();
+    println!("{branch}");
+    assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
+    assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-11);
+    let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+    let range = Continuation::new(1.2, 2.0).bounds_across(0.0, 5.0);
+    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    println!("{line}");
+    assert_eq!(line.end(), &BranchEnd::Bound);
+    assert!(
+        line.points().iter().all(|point| (point.parameters[0] - grazing(point.parameters[1])).abs() < 1e-11)
+    );
+    let model = model.with("speed", 0.8).unwrap();
+    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let strong = model.with("amplitude", 1.5).unwrap();
+    let settled = Settle::new().run(&Dop853::new(), &strong, &State::at_rest(1)).unwrap();
+    let start = State { t: 0.0, ..settled.state };
+    let striking = Continuation::new(1.5, 0.1).bounds(0.05, 1.6).run(&family, &[start]).unwrap();
+    println!("{striking}");
+    assert_eq!(striking.points()[0].crossings, [[1, 1]]);
+    assert_eq!(striking.end(), &BranchEnd::Stop { contact: 0 });
+    let last = striking.of_kind("grazing").last().unwrap().parameter;
+    assert!((last - grazing(0.8)).abs() < 1e-10, "{last}");
+}
+
+/// The onset of impacts moves with all constants as in closed form: A = d √((1 - Ω²)² + (c Ω)²).
+#[test]
+fn onset_of_impacts_by_its_derivatives() {
+    let model = stop(0.8, 0.05);
+    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let slopes = Sensitivity::of_point(&model, "amplitude", branch.of_kind("grazing")[0]).unwrap();
+    let place = |name: &str| NAMES.iter().position(|other| *other == name).unwrap();
+    let (w, onset) = (0.8f64, grazing(0.8));
+    let by_speed = (-2.0 * w * (1.0 - w * w) + DAMPING * DAMPING * w) / onset;
+    for (name, exact) in
+        [("stop", onset), ("speed", by_speed), ("damping", DAMPING * w * w / onset), ("lower stop", 0.0)]
+    {
+        println!("{name} {} {exact}", slopes[place(name)]);
+        assert!((slopes[place(name)] - exact).abs() < 1e-9);
+    }
+}
+
+/// A continuation to the end of the range of a constant, beyond which there is no model, ends there.
+#[test]
+fn branches_end_at_the_end_of_the_models() {
+    let family = ByFunction::new("damping", "1", |damping: f64| {
+        if damping < 0.0 {
+            let (name, allowed) = ("damping".into(), "at least 0");
+            return Err(ParameterError::OutOfRange { name, value: damping, allowed });
+        }
+        stop(0.7, 0.1).with("damping", damping)
+    });
+    let branch = Continuation::new(0.1, 0.0).run(&family, &[State::at_rest(1)]).unwrap();
+    println!("{branch}");
+    let last = branch.points().last().unwrap();
+    assert_eq!((branch.end(), last.parameter), (&BranchEnd::Bound, 0.0));
+    assert!((last.peak_to_peak() - 0.2 / 0.51).abs() < 1e-9);
 }

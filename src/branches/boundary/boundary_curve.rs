@@ -91,6 +91,19 @@ impl BoundaryCurve<'_> {
         value
     }
 
+    /// Forward difference of ψ; backward if there is no model ahead.
+    fn slope(
+        &self,
+        psi: f64,
+        h: f64,
+        at: &dyn Fn(&Self, f64) -> Result<f64, CurveError>,
+    ) -> Result<f64, CurveError> {
+        match at(self, h) {
+            Err(CurveError::Model { .. }) => Ok((psi - at(self, -h)?) / h),
+            ahead => Ok((ahead? - psi) / h),
+        }
+    }
+
     fn parameters(&self, x: &DVector<f64>, p: f64, other: f64) -> Result<Slopes, CurveError> {
         let failed = |error| CurveError::Model { parameter: other, error };
         let model = self.slice.model([p, other]).map_err(failed)?;
@@ -145,9 +158,9 @@ impl Curve for BoundaryCurve<'_> {
             moved[j] = x[j];
         }
         let h = step * self.unit;
-        full[(n, n)] = (self.test_at(&x, p + h, other)? - psi) / h;
+        full[(n, n)] = self.slope(psi, h, &|this, h| this.test_at(&x, p + h, other))?;
         let h = step * self.other_unit;
-        by_p[n] = (self.test_at(&x, p, other + h)? - psi) / h;
+        by_p[n] = self.slope(psi, h, &|this, h| this.test_at(&x, p, other + h))?;
         let residual = residual.insert_row(n, psi);
         Ok(Linear { residual, by_x: full, by_p, solution: passage })
     }

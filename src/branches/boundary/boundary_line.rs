@@ -1,6 +1,6 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
-use crate::branches::branch::{BranchEnd, BranchNote};
+use crate::branches::branch::{BranchEnd, BranchNote, reversed};
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;
@@ -24,7 +24,7 @@ pub struct BoundaryPoint {
     pub arclength: f64,
     /// What the point is, if the line turns there.
     pub turn: Option<Turn>,
-    /// Floquet multipliers.
+    /// Floquet multipliers; along the grazing of a rigid stop those of the model without it.
     pub multipliers: Multipliers,
     /// The orbit.
     pub orbit: ShootingOrbit,
@@ -77,6 +77,8 @@ pub struct BoundaryLine {
     pub(crate) start: Option<BranchEnd>,
     /// dλ/ds at the last point, over the unit of λ: the direction in which a continuation resumes.
     pub(crate) heading: f64,
+    /// Bounds of p.
+    pub(crate) across: [f64; 2],
 }
 
 impl BoundaryLine {
@@ -114,8 +116,9 @@ impl BoundaryLine {
         self.points.iter_mut().for_each(|point| point.arclength = -point.arclength);
         self.points.reverse();
         self.points.extend(forward.points.into_iter().skip(1));
-        self.notes.extend(forward.notes);
-        BoundaryLine { end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
+        let mut notes = reversed(self.notes);
+        notes.extend(forward.notes);
+        BoundaryLine { notes, end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
     }
 
     /// One row per point: p, λ, `arclength`, `turn` (0 none, 1 extremum of λ, 2 cusp) and `largest multiplier` |μ|.

@@ -2,7 +2,8 @@
 
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::BoundaryLine;
-use crate::branches::boundary::following_boundary::{FollowingBoundary, softest_impact};
+use crate::branches::boundary::following_boundary::FollowingBoundary;
+use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
 use crate::branches::boundary::plane::{Plane, Slice};
 use crate::branches::branch::{BranchEnd, BranchError};
 use crate::branches::continuation::Continuation;
@@ -14,7 +15,7 @@ use crate::branches::points::kind::PointKind;
 use crate::contact::piece::Piece;
 use crate::model::offers::Offers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 /// Unit of p where p is near 0, as a share of the length of its bounds.
@@ -28,10 +29,10 @@ impl Continuation {
     /// The line passes extremes of λ and cusps. It ends at a bound of λ or p, where it returns to its start, where
     /// the extremum of the contact or the pair of multipliers ceases to exist, or at the maximum of points. A line of
     /// orbits with impacts on a rigid stop also ends where the speed of an impact falls below 1e-3 of the largest
-    /// velocity ([`BranchEnd::Stop`]): beyond lies a resonant grazing, at which the multipliers are unbounded.
+    /// rate of its contact ([`BranchEnd::SoftImpact`]): beyond lies a resonant grazing, at which the multipliers are unbounded.
     ///
-    /// Along the grazing of a rigid stop this stop is left out of the model, unless the orbit strikes it elsewhere: the
-    /// grazing orbits are those without impacts on it. If it does, the line ends where rounding decides about impacts.
+    /// Along the grazing of a rigid stop this stop is left out of the model: the grazing orbits are those without impacts
+    /// on it. The line ends ([`BranchEnd::Stop`]) where they would pass the stop at another time.
     ///
     /// A branch point has no boundary: a change of a second parameter separates the two branches. A symmetry
     /// breaking is not followed.   Source: Govaerts (2000), Ch. 4 and 8; for grazing, Dercole & Kuznetsov, ACM
@@ -39,13 +40,13 @@ impl Continuation {
     ///
     /// # Errors
     /// [`BranchError`]: settings out of range; a point of a kind that has no boundary; a point that does not lie
-    /// on the boundary at λ = `from`.
+    /// on the boundary at λ = `from`; the grazing of a rigid stop that the orbit strikes at another time.
     pub fn boundary(&self, plane: &dyn Plane, point: &BranchPoint) -> Result<BoundaryLine, BranchError> {
         let forward = self.begin_boundary(plane, point)?.finish();
         if !self.is_both_ways() || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
-        let start = [point.parameter, self.from];
+        let start = ([point.parameter, self.from], forward.across);
         // What fails in the second direction does not lose the first.
         match self.boundary_from(plane, &forward.kind, start, &point.orbit, -self.heading()) {
             Ok(back) => Ok(back.finish().reversed_before(forward)),
@@ -65,7 +66,8 @@ impl Continuation {
     ) -> Result<FollowingBoundary<'f>, BranchError> {
         self.check()?;
         let kind = point.kind.clone().ok_or(BranchError::Kind { kind: None, wanted: WANTED })?;
-        self.boundary_from(plane, &kind, [point.parameter, self.from], &point.orbit, self.heading())
+        let start = ([point.parameter, self.from], self.across(point.parameter)?);
+        self.boundary_from(plane, &kind, start, &point.orbit, self.heading())
     }
 
     /// Continues a boundary from its last point in the direction in which it was followed. The result begins with
@@ -81,7 +83,7 @@ impl Continuation {
         self.check()?;
         let last = line.points.last().ok_or(BranchError::NoPoints)?;
         let mut following =
-            self.boundary_from(plane, &line.kind, last.parameters, &last.orbit, line.heading)?;
+            self.boundary_from(plane, &line.kind, (last.parameters, line.across), &last.orbit, line.heading)?;
         following.shift(last.arclength);
         Ok(following)
     }
@@ -91,13 +93,12 @@ impl Continuation {
         &'f self,
         plane: &'f dyn Plane,
         kind: &PointKind,
-        [p, other]: [f64; 2],
+        ([p, other], across): ([f64; 2], [f64; 2]),
         orbit: &ShootingOrbit,
         heading: f64,
     ) -> Result<FollowingBoundary<'f>, BranchError> {
-        let across = self.across(p)?;
         let least_unit = if self.is_bounded_across() { SHARE * (across[1] - across[0]) } else { 0.0 };
-        let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: Cell::new(None) });
+        let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
         let orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
@@ -105,26 +106,28 @@ impl Continuation {
         let passage = orbits.pass(&*orbits.model(p)?, &x)?;
         let measured = measure(&orbits, p, &passage, &[])?;
         let boundary = boundary_of(kind, &measured)?;
-        if let Boundary::Grazing(own) = &boundary
-            && !measured.trace.is_past_elsewhere(own)
-        {
-            // For an elastic edge nothing changes.
-            slice.left_out.set(Some((own.contact, own.edge())));
-        }
         let range = measured.ranges.iter().take(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
+        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges();
+        if let Boundary::Grazing(own) = &boundary {
+            let grazed = grazed_stops(&rigid, &measured.trace, range);
+            let edge = usize::from(!own.lower);
+            if rigid.get(own.contact).is_some_and(|rigid| rigid[edge])
+                && !grazed.contains(&(own.contact, own.edge()))
+            {
+                return Err(BranchError::Struck { contact: own.contact });
+            }
+            *slice.left_out.borrow_mut() = grazed.into();
+        }
         let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
-        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges();
-        let softest = softest_impact(&rigid, &measured);
+        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges(); // without those that are left out
+        let softest = softest_impact(&rigid, &measured.trace).map_or(1.0, |(share, _)| share);
         let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range, softest };
         let tolerance = self.shooting.correction_tolerance();
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();
-        let mut first = engine.start(x.insert_row(n, p), other)?;
-        if heading < 0.0 {
-            first.tangent.neg_mut();
-        }
+        let first = engine.start_towards(x.insert_row(n, p), other, heading)?;
         let line = BoundaryLine {
             parameters: plane.parameters(),
             kind: kind.clone(),
@@ -133,8 +136,9 @@ impl Continuation {
             end: BranchEnd::Open,
             start: None,
             heading: first.slope(),
+            across,
         };
-        Ok(FollowingBoundary::new(self, engine, first, (across, rigid), sequence, line)?)
+        Ok(FollowingBoundary::new(self, engine, first, rigid, sequence, line)?)
     }
 }
 

@@ -2,14 +2,15 @@
 
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
+use crate::branches::boundary::grazed_stops::{GRAZES, SOFT, softest_impact};
 use crate::branches::branch::{BranchEnd, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::Passage;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::stops::{Rigid, STEEP, at_stops};
+use crate::branches::stops::STEEP;
 use std::collections::VecDeque;
 
 /// Maximum angle by which a boundary may turn over a step `[rad]`. At a cusp the parameters turn back, the
@@ -22,15 +23,8 @@ const FEW: usize = 8;
 /// Angle below which the next step is longer `[rad]`.
 const STRAIGHT: f64 = 0.2;
 
-/// Squared speed of an impact, over the square of the largest velocity, below which a boundary ends `[1]`.
-const SOFT: f64 = 1e-6;
-
-/// The least squared speed of an impact over the square of the largest velocity; 1 without impacts.
-pub(crate) fn softest_impact(rigid: &Rigid, measured: &Measured) -> f64 {
-    let largest = measured.ranges.iter().skip(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
-    let squares = at_stops(rigid, &measured.trace, true).map(|e| e.distance.abs() / (largest * largest));
-    squares.fold(1.0, f64::min)
-}
+/// Largest |dp/ds| at a cusp `[1]`.
+const TURNS: f64 = 1e-4;
 
 /// Least number of points of a closed boundary.
 const LOOP: usize = 8;
@@ -61,8 +55,6 @@ pub struct FollowingBoundary<'f> {
     last: CurvePoint<Passage>,
     step: f64,
     arclength: f64,
-    /// Bounds of the first parameter.
-    across: [f64; 2],
     rigid: Rigid,
     /// Crossings of the last point, without those of the extremum of the boundary.
     sequence: Vec<[u32; 2]>,
@@ -89,7 +81,7 @@ impl<'f> FollowingBoundary<'f> {
         settings: &'f Continuation,
         engine: Engine<BoundaryCurve<'f>>,
         first: CurvePoint<Passage>,
-        (across, rigid): ([f64; 2], Rigid),
+        rigid: Rigid,
         sequence: Vec<[u32; 2]>,
         line: BoundaryLine,
     ) -> Result<Self, CurveError> {
@@ -102,7 +94,6 @@ impl<'f> FollowingBoundary<'f> {
             last,
             step,
             arclength: 0.0,
-            across,
             rigid,
             sequence,
             line,
@@ -167,6 +158,7 @@ impl<'f> FollowingBoundary<'f> {
                 if self.step < self.settings.min_step {
                     self.line.end = match error {
                         CurveError::Model { parameter, error } => BranchEnd::Model { parameter, error },
+                        CurveError::Strikes { contact } => BranchEnd::Stop { contact },
                         error => BranchEnd::StepUnderflow { step: self.step, error },
                     };
                 }
@@ -174,41 +166,80 @@ impl<'f> FollowingBoundary<'f> {
         }
     }
 
+    /// The point after a step, with the length of the step and whether it lies on a bound. `None` if the last point
+    /// lies on the bound already.
+    fn next_point(&mut self) -> Result<Option<(CurvePoint<Passage>, f64, bool)>, CurveError> {
+        let (step, n) = (self.step, self.last.x.len() - 1);
+        let [low, high] = self.settings.low_and_high();
+        let beyond = |value: f64, [low, high]: [f64; 2]| {
+            (!(low..=high).contains(&value)).then(|| value.clamp(low, high))
+        };
+        let (_, ahead) = self.last.along(&self.last.tangent, step);
+        let next = match self.engine.advance(None, &self.last, step) {
+            // There may be no model beyond the bound.
+            Err(CurveError::Model { .. }) if !(low..=high).contains(&ahead) => {
+                let bound = ahead.clamp(low, high);
+                if bound == self.last.p {
+                    return Ok(None);
+                }
+                let next = self.engine.at_bound(&self.last, step, bound)?;
+                let length = self.engine.distance(&self.last, &next);
+                return Ok(Some((next, length, true)));
+            }
+            next => next?,
+        };
+        let bounds = [beyond(next.x[n], self.line.across), beyond(next.p, [low, high])];
+        if bounds == [None, None] {
+            return Ok(Some((next, step, false)));
+        }
+        // The bound that is reached first.
+        let mut first: Option<(CurvePoint<Passage>, f64)> = None;
+        for (k, bound) in bounds.into_iter().enumerate() {
+            let Some(bound) = bound else { continue };
+            if [self.last.x[n], self.last.p][k] == bound {
+                return Ok(None);
+            }
+            let mut past = |_: &mut Engine<BoundaryCurve<'_>>, point: &CurvePoint<Passage>| {
+                Some([point.x[n], point.p][k] - bound)
+            };
+            let Some(mut at) = self.engine.locate(&self.last, &next, step, &mut past)? else {
+                return Ok(None);
+            };
+            *(if k == 0 { &mut at.x[n] } else { &mut at.p }) = bound;
+            let length = self.engine.distance(&self.last, &at);
+            if first.as_ref().is_none_or(|(_, least)| length < *least) {
+                first = Some((at, length));
+            }
+        }
+        Ok(first.map(|(at, length)| (at, length, true)))
+    }
+
+    /// Whether the orbits pass a stop that was left out.
+    fn strikes(&self, trace: &ContactTrace) -> Option<usize> {
+        let (left_out, range) = (self.engine.curve.slice.left_out.borrow(), self.engine.curve.range);
+        let past = |e: &&Extremum| {
+            let beyond = if e.lower { -e.distance } else { e.distance };
+            e.maximum != e.lower && beyond > GRAZES * range && left_out.contains(&(e.contact, e.edge()))
+        };
+        trace.extremes.iter().find(past).map(|e| e.contact)
+    }
+
     fn make_step(&mut self) -> Result<(), CurveError> {
-        let mut step = self.step;
-        let mut next = self.engine.advance(None, &self.last, step)?;
+        let Some((mut next, step, on_bound)) = self.next_point()? else {
+            self.line.end = BranchEnd::Bound; // the last point lies on the bound
+            return Ok(());
+        };
+        let mut end = on_bound.then_some(BranchEnd::Bound);
         let angle = Engine::<BoundaryCurve<'_>>::angle(&self.last, &next);
         if angle > TURN {
             return Err(CurveError::Turned { angle, step });
         }
-        let n = next.x.len() - 1;
-        let beyond = |value: f64, [low, high]: [f64; 2]| {
-            (!(low..=high).contains(&value)).then(|| value.clamp(low, high))
-        };
-        let mut end = None;
-        let bounds = [beyond(next.x[n], self.across), beyond(next.p, self.settings.low_and_high())];
-        if bounds != [None, None] {
-            let mut past = |_: &mut Engine<BoundaryCurve<'_>>, point: &CurvePoint<Passage>| {
-                let [p, other] = [(bounds[0], point.x[n]), (bounds[1], point.p)];
-                other.0.map(|bound| other.1 - bound).or(p.0.map(|bound| p.1 - bound))
-            };
-            let found = self.engine.locate(&self.last, &next, step, &mut past)?;
-            end = Some(BranchEnd::Bound);
-            let Some(on_bound) = found else {
-                self.line.end = BranchEnd::Bound; // the last point lies on the bound
-                return Ok(());
-            };
-            step = self.engine.distance(&self.last, &on_bound);
-            next = on_bound;
-            if let Some(bound) = bounds[1] {
-                next.p = bound;
-            } else if let Some(bound) = bounds[0] {
-                next.x[n] = bound;
-            }
-        }
         let turn = self.turn(&next, step)?;
         let at = self.on_orbits(&next);
         let measured = self.engine.curve.orbits.measure(&at, &[])?;
+        if let Some(contact) = self.strikes(&measured.trace) {
+            return Err(CurveError::Strikes { contact });
+        }
         let mut boundary = self.engine.curve.boundary;
         if let Boundary::Grazing(extremum) = &mut boundary {
             *extremum = *measured.trace.nearest(extremum).ok_or(CurveError::BoundaryEnds)?;
@@ -220,12 +251,14 @@ impl<'f> FollowingBoundary<'f> {
         if end.is_none() && first.is_some_and(|first| first.is_passed(&self.last, &next, step)) {
             end = Some(BranchEnd::Closed);
         }
-        let softest = softest_impact(&self.rigid, &measured);
-        if end.is_none() && softest < SOFT && softest < self.engine.curve.softest {
-            let contact = at_stops(&self.rigid, &measured.trace, true).next().map_or(0, |e| e.contact);
-            end = Some(BranchEnd::Stop { contact });
+        let softest = softest_impact(&self.rigid, &measured.trace);
+        if let Some((share, contact)) = softest.filter(|_| end.is_none())
+            && share < SOFT
+            && share < self.engine.curve.softest
+        {
+            end = Some(BranchEnd::SoftImpact { contact });
         }
-        let impacts: Vec<f64> = at_stops(&self.rigid, &measured.trace, true).map(|e| e.phase).collect();
+        let impacts: Vec<f64> = measured.trace.at_stops(&self.rigid, true).map(|e| e.phase).collect();
         let sequence = boundary.sequence(&measured.trace);
         if sequence != self.sequence {
             let parameters = [self.last.p, next.p];
@@ -238,7 +271,7 @@ impl<'f> FollowingBoundary<'f> {
         // The differences of the test functions make the corrections converge linearly.
         let few = next.corrections.len() <= FEW;
         let curve = &mut self.engine.curve;
-        (curve.boundary, curve.softest) = (boundary, softest);
+        (curve.boundary, curve.softest) = (boundary, softest.map_or(1.0, |(share, _)| share));
         curve.unit = at.p.abs().max(curve.least_unit);
         curve.orbits.set_ranges(measured.ranges);
         self.engine.rescale(&mut next);
@@ -261,26 +294,29 @@ impl<'f> FollowingBoundary<'f> {
             return;
         }
         let Some(shift) = self.engine.curve.orbits.clear_of(impacts) else { return };
-        let Ok(x) = self.engine.curve.orbits.shifted(&self.on_orbits(&self.last), shift) else { return };
+        let later = |this: &Self, point: &CurvePoint<Passage>| {
+            let x = this.engine.curve.orbits.shifted(&this.on_orbits(point), shift).ok()?;
+            Some(x.insert_row(n, point.x[n]))
+        };
+        let Some(x) = later(self, &self.last) else { return };
+        let first = self.first.take();
+        let first_x = first.as_ref().and_then(|first| later(self, first));
+        let before = self.engine.curve.boundary;
         let curve = &mut self.engine.curve;
         curve.orbits.shift_nodes(shift, &x);
-        let before = curve.boundary;
         if let Boundary::Grazing(extremum) = &mut curve.boundary {
             extremum.phase = (extremum.phase - shift).rem_euclid(1.0);
         }
-        match self.engine.start(x.insert_row(n, self.last.x[n]), self.last.p) {
-            Ok(mut moved) => {
-                if slope < 0.0 {
-                    moved.turn_round();
-                }
-                (self.last, self.first) = (moved, None);
-            }
-            Err(_) => {
-                let curve = &mut self.engine.curve;
-                curve.boundary = before;
-                curve.orbits.shift_nodes(-shift, &self.last.x);
-            }
-        }
+        let Ok(moved) = self.engine.start_towards(x, self.last.p, slope) else {
+            self.engine.curve.boundary = before;
+            self.engine.curve.orbits.shift_nodes(-shift, &self.last.x);
+            self.first = first;
+            return;
+        };
+        self.last = moved;
+        self.first = first
+            .zip(first_x)
+            .and_then(|(first, x)| self.engine.start_towards(x, first.p, first.slope()).ok());
     }
 
     /// The turning point between the last point and `next`, if λ turns back.
@@ -290,10 +326,12 @@ impl<'f> FollowingBoundary<'f> {
         if slopes[0][1] * slopes[1][1] >= 0.0 {
             return Ok(None);
         }
-        let turn = if slopes[0][0] * slopes[1][0] < 0.0 { Turn::Cusp } else { Turn::Extremum };
+        let both = slopes[0][0] * slopes[1][0] < 0.0;
         let found = self.engine.locate(&self.last, next, step, &mut |_, point| Some(point.slope()))?;
         let columns = |at: CurvePoint<Passage>| {
             let along = self.arclength + self.engine.distance(&self.last, &at);
+            // At a cusp p turns back at the same point.
+            let turn = if both && at.tangent[n].abs() < TURNS { Turn::Cusp } else { Turn::Extremum };
             self.columns(&at, Some(turn), along)
         };
         found.map(columns).transpose()

@@ -1,12 +1,13 @@
 //! Families of models over two parameters.
 
-use crate::branches::boundary::without_stop::WithoutStop;
 use crate::branches::family::Family;
+use crate::branches::orbits::without_stops::WithoutStops;
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Model, Periodic};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 
 /// A family of models over two parameters (p, λ). The boundary of a bifurcation in p is followed along λ.
 ///
@@ -115,18 +116,16 @@ impl<M: Periodic + 'static, F: Fn([f64; 2]) -> Result<M, ParameterError>> Plane 
 pub(crate) struct Slice<'p> {
     pub(crate) plane: &'p dyn Plane,
     pub(crate) other: Cell<f64>,
-    /// A rigid stop that is left out: the one that the orbits of the boundary graze.
-    pub(crate) left_out: Cell<Option<(usize, Piece)>>,
+    /// The rigid stops that the orbits of the boundary graze: they are left out.
+    pub(crate) left_out: RefCell<Rc<[(usize, Piece)]>>,
 }
 
 impl Slice<'_> {
     /// The model at a place of the plane.
     pub(crate) fn model(&self, values: [f64; 2]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         let model = self.plane.at(values)?;
-        Ok(match self.left_out.get() {
-            Some((contact, on)) => Box::new(WithoutStop { model, contact, on }),
-            None => model,
-        })
+        let stops = self.left_out.borrow().clone();
+        Ok(if stops.is_empty() { model } else { Box::new(WithoutStops { model, stops }) })
     }
 }
 

@@ -38,11 +38,6 @@ impl<S> CurvePoint<S> {
     pub(crate) fn scaled_difference(&self, other: &CurvePoint<S>) -> DVector<f64> {
         self.scaled(&other.x, other.p)
     }
-    /// Reverses the direction of the curve.
-    pub(crate) fn turn_round(&mut self) {
-        self.tangent.neg_mut();
-        self.sign = -self.sign;
-    }
     /// Whether a step from `last` to `next` passes this point in the direction of its tangent.
     pub(crate) fn is_passed(&self, last: &CurvePoint<S>, next: &CurvePoint<S>, step: f64) -> bool {
         let [before, after] = [last, next].map(|point| self.scaled_difference(point));
@@ -128,6 +123,39 @@ impl<C: Curve> Engine<C> {
         let (sign, logarithm) = (bordered.sign, bordered.logarithm);
         let corrections = Vec::new();
         Ok(CurvePoint { x, p, tangent, units, sign, logarithm, corrections, solution: linear.solution })
+    }
+
+    /// [`start`](Engine::start) with the tangent in the direction of the sign of dp/ds.
+    pub(crate) fn start_towards(
+        &mut self,
+        x: DVector<f64>,
+        p: f64,
+        slope: f64,
+    ) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let mut point = self.start(x, p)?;
+        if slope < 0.0 {
+            point.tangent.neg_mut();
+            point.sign = -point.sign;
+        }
+        Ok(point)
+    }
+
+    /// The point at the parameter `bound`, corrected from the prediction at the distance `ds` along the tangent of
+    /// `from`, with its tangent in the direction of the bound. For bounds beyond which there is no model.
+    pub(crate) fn at_bound(
+        &mut self,
+        from: &CurvePoint<C::Solution>,
+        ds: f64,
+        bound: f64,
+    ) -> Result<CurvePoint<C::Solution>, CurveError> {
+        let (x, _) = from.along(&from.tangent, ds);
+        let n = x.len();
+        let way = (bound - from.p).signum();
+        let direction = DVector::from_fn(n + 1, |i, _| if i == n { way } else { 0.0 });
+        let distance = direction.dot(&from.scaled(&x, bound));
+        let mut point = self.correct(from, &direction, distance, x, bound)?;
+        point.p = bound;
+        Ok(point)
     }
 
     /// The point at the distance `ds` from `from` along its tangent. `before`: the point before it, for the

@@ -108,6 +108,15 @@ pub enum CurveError {
     /// multipliers.
     #[error("the boundary ends: its extremum or its pair of multipliers is gone")]
     BoundaryEnds,
+    /// The orbits of a boundary would pass through a rigid stop that was left out because they graze it elsewhere.
+    #[error("contact {contact} would pass its rigid stop at another time than that of the grazing")]
+    Strikes {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
+    /// The derivatives of a multiplier differ on both sides: the orbit grazes an edge.
+    #[error("the derivative differs for increasing and decreasing constants: the orbit grazes an edge")]
+    OneSided,
     /// A limit of the budget was reached.
     #[error("{0}")]
     Exhausted(#[from] Exhausted),

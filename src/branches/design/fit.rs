@@ -38,12 +38,20 @@ pub struct Fit {
     search: Search,
 }
 
+/// Sum of the squares of relative deviations that counts as none `[1]`.
+const EXACT: f64 = 1e-16;
+
 impl Fit {
     /// A fit to a figure of a channel, measured over the constant `parameter`.
     ///
     /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`].
     pub fn new(parameter: &str, channel: &str, figure: Figure) -> Self {
-        Fit { parameter: parameter.into(), channel: channel.into(), figure, search: Search::new() }
+        Fit {
+            parameter: parameter.into(),
+            channel: channel.into(),
+            figure,
+            search: Search { least_unit: EXACT, ..Search::new() },
+        }
     }
     /// Adds a constant that is fitted and its bounds.
     pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
@@ -141,7 +149,7 @@ impl Fit {
             let mut last = orbits.borrow_mut();
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
-                meter.left()?;
+                meter.look()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
                 let orbit = reach(constants, &self.search.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;

@@ -17,6 +17,8 @@ pub(crate) struct Search {
     pub(crate) max_evaluations: usize,
     pub(crate) shooting: Shooting,
     pub(crate) budget: Budget,
+    /// Least size of the objective.
+    pub(crate) least_unit: f64,
 }
 
 /// The box of the constants, scaled to 0 .. 1.
@@ -93,6 +95,7 @@ impl Search {
             max_evaluations: 200,
             shooting: Shooting::new(),
             budget: Budget::new(),
+            least_unit: 0.0,
         }
     }
 
@@ -116,17 +119,21 @@ impl Search {
             evaluations: usize,
             /// Size of the objective at the start.
             unit: f64,
+            /// The largest value so far, over the unit.
+            largest: f64,
         }
-        let progress = RefCell::new(Progress { best: None, failed: None, evaluations: 0, unit: 0.0 });
+        let progress =
+            RefCell::new(Progress { best: None, failed: None, evaluations: 0, unit: 0.0, largest: 0.0 });
         let objective = |x: &[f64], gradient: Option<&mut [f64]>, (): &mut ()| -> f64 {
             let mut progress = progress.borrow_mut();
             progress.evaluations += 1;
             match evaluate(x) {
-                Ok((value, slopes)) => {
+                Ok((value, slopes)) if value.is_finite() => {
                     progress.failed = None;
                     if progress.unit == 0.0 {
-                        progress.unit = if value == 0.0 { 1.0 } else { value.abs() };
+                        progress.unit = if value == 0.0 { 1.0 } else { value.abs().max(self.least_unit) };
                     }
+                    progress.largest = progress.largest.max(value / progress.unit);
                     if progress.best.as_ref().is_none_or(|(_, best)| value < *best) {
                         progress.best = Some((x.to_vec(), value));
                     }
@@ -135,14 +142,15 @@ impl Search {
                     }
                     value / progress.unit
                 }
-                Err(error) => {
+                failed => {
                     // Far from the last orbit there may be none: the large value makes the line search shorten its
                     // step.
                     if let Some(gradient) = gradient {
                         gradient.fill(0.0);
                     }
-                    progress.failed = Some(error);
-                    NO_ORBIT
+                    let undefined = || ParameterError::NotFinite { name: "figure".into(), value: f64::NAN };
+                    progress.failed = Some(failed.err().unwrap_or_else(|| undefined().into()));
+                    NO_ORBIT.max(WORSE * progress.largest)
                 }
             }
         };
@@ -176,8 +184,11 @@ impl Search {
 /// Maximum number of evaluations that the optimiser can count.
 const MOST: usize = i32::MAX as usize;
 
-/// The objective, over its size at the start, where no orbit is found.
+/// The objective, over its size at the start, where no orbit is found; at least.
 const NO_ORBIT: f64 = 1e3;
+
+/// The same over the largest value so far.
+const WORSE: f64 = 10.0;
 
 /// Relative change of the objective below which the search ends `[1]`.
 const FLAT: f64 = 1e-14;

@@ -39,24 +39,35 @@ impl Extremum {
     }
 }
 
+/// Which edges of each contact are rigid stops; empty if none is.
+pub(crate) type Rigid = Vec<[bool; 2]>;
+
 /// The extremes of one orbit, and how often each edge of each contact was crossed or struck.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ContactTrace {
     pub(crate) extremes: Vec<Extremum>,
     /// For each contact the number of crossings of its lower and its upper edge.
     pub(crate) crossings: Vec<[u32; 2]>,
+    /// For each contact the largest rate of its deflection; 0 where it is not measured.
+    pub(crate) fastest: Vec<f64>,
 }
 
 impl ContactTrace {
+    pub(crate) fn new(contacts: usize) -> Self {
+        ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts], fastest: vec![0.0; contacts] }
+    }
+    /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
+    pub(crate) fn at_stops<'t>(&'t self, rigid: &'t Rigid, past: bool) -> impl Iterator<Item = &'t Extremum> {
+        self.extremes.iter().filter(move |e| {
+            // A maximum at an upper stop, or a minimum at a lower one.
+            let (edge, beyond) = if e.lower { (0, e.distance < 0.0) } else { (1, e.distance > 0.0) };
+            rigid.get(e.contact).is_some_and(|rigid| rigid[edge]) && beyond == past && e.maximum != e.lower
+        })
+    }
     /// The extremum like `near` with the nearest phase.
     pub(crate) fn nearest(&self, near: &Extremum) -> Option<&Extremum> {
         let like = self.extremes.iter().filter(|other| other.is_like(near));
         like.min_by(|a, b| a.apart(near.phase).total_cmp(&b.apart(near.phase)))
-    }
-    /// Whether another extremum than `own` lies past the same edge.
-    pub(crate) fn is_past_elsewhere(&self, own: &Extremum) -> bool {
-        let mut others = self.extremes.iter().filter(|e| e.is_like(own) && e.apart(own.phase) > SAME);
-        others.any(|e| if e.maximum { e.distance > 0.0 } else { e.distance < 0.0 })
     }
 }
 
@@ -70,9 +81,6 @@ pub(crate) struct Tracer<'m, M: ?Sized> {
     last: Vec<[f64; 2]>,
     pub(crate) trace: ContactTrace,
 }
-
-/// Distance of two phases of the same extremum, by rounding.
-const SAME: f64 = 1e-6;
 
 /// Number of samples in each part of a step.
 const SAMPLES: usize = 3;
@@ -95,7 +103,7 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
             period,
             y: vec![0.0; 2 * model.dof()],
             last: vec![[f64::NAN; 2]; contacts],
-            trace: ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts] },
+            trace: ContactTrace::new(contacts),
         }
     }
 
@@ -147,6 +155,8 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
                     step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64)
                 };
                 let c = self.at(step, contact, t);
+                let fastest = &mut self.trace.fastest[contact];
+                *fastest = fastest.max(c.rate.abs());
                 for (edge, last) in rates.iter_mut().enumerate() {
                     let rate = relative(&c, edge).1;
                     if *last * rate < 0.0 {

@@ -5,3 +5,4 @@ pub(crate) mod by_shooting;
 pub(crate) mod contact_trace;
 pub(crate) mod measure;
 pub(crate) mod orbit_method;
+pub(crate) mod without_stops;

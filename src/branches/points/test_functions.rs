@@ -70,6 +70,11 @@ impl Values {
             extremes: trace.extremes.clone(),
         }
     }
+    /// The values with phases from nodes that lie later by `shift` periods.
+    pub(crate) fn later(mut self, shift: f64) -> Self {
+        self.extremes.iter_mut().for_each(|e| e.phase = (e.phase - shift).rem_euclid(1.0));
+        self
+    }
 }
 
 /// The tests that may change their sign twice within the last of two steps, of lengths `steps`: the parabola

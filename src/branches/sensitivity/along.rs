@@ -35,7 +35,8 @@ pub(crate) const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (
 ///
 /// Near a change of the contact sequence the multipliers bend sharply: if a step ten times smaller gives
 /// another derivative, smaller steps follow, and the two neighbours that agree best decide. If the number of
-/// crossings differs on both sides even over the smallest step, the derivatives of both sides follow.
+/// crossings differs on both sides even over the smallest step, the derivatives of both sides follow. On a side without
+/// a model, where a constant is at the end of its range, the derivative is NaN.
 pub(crate) fn along_direction<'m>(
     totals: &Totals<'_>,
     along: &DVector<f64>,
@@ -61,22 +62,6 @@ pub(crate) fn along_direction<'m>(
         }
         Ok((sum, sides[0] == sides[1]))
     };
-    let (first, mut alike) = central(1.0)?;
-    let (mut before, mut best, mut least) = (first, first, f64::INFINITY);
-    for finer in FINER {
-        let (next, same) = central(finer)?;
-        let change = (next - before).abs();
-        if change <= AGREES * next.abs().max(1.0) && least == f64::INFINITY && alike {
-            return Ok([first; 2]);
-        }
-        if change < least {
-            (best, least) = (next, change);
-        }
-        (before, alike) = (next, same);
-    }
-    if alike {
-        return Ok([best; 2]);
-    }
     let one_sided = |way: f64| -> Result<f64, BranchError> {
         let mut slopes = [0.0; DECADES.len()];
         for (slope, share) in slopes.iter_mut().zip(DECADES) {
@@ -94,13 +79,41 @@ pub(crate) fn along_direction<'m>(
         });
         Ok(slopes[closest.unwrap_or(0)])
     };
+    let farthest = ONE_SIDED[ONE_SIDED.len() - 1].0 * unit;
+    match [-farthest, farthest].map(|h| model(h).is_ok()) {
+        [true, true] => {}
+        [false, true] => return Ok([f64::NAN, one_sided(1.0)?]),
+        [true, false] => return Ok([one_sided(-1.0)?, f64::NAN]),
+        [false, false] => model(farthest).map(drop)?,
+    }
+    let (first, mut alike) = central(1.0)?;
+    let (mut before, mut best, mut least) = (first, first, f64::INFINITY);
+    for finer in FINER {
+        let (next, same) = central(finer)?;
+        let change = (next - before).abs();
+        if change <= AGREES * next.abs().max(1.0) && least == f64::INFINITY && alike {
+            return Ok([first; 2]);
+        }
+        if change < least {
+            (best, least) = (next, change);
+        }
+        (before, alike) = (next, same);
+    }
+    if alike {
+        return Ok([best; 2]);
+    }
     Ok([one_sided(-1.0)?, one_sided(1.0)?])
 }
 
-/// The derivative where both sides agree.
+/// The derivative where both sides agree, or where one of them does not exist.
 ///
 /// # Errors
-/// [`CurveError::Singular`] where they do not.
+/// [`CurveError::OneSided`] where they differ.
 pub(crate) fn smooth([left, right]: [f64; 2]) -> Result<f64, CurveError> {
-    if left == right { Ok(left) } else { Err(CurveError::Singular) }
+    match (left.is_nan(), right.is_nan()) {
+        (true, _) => Ok(right),
+        (_, true) => Ok(left),
+        _ if left == right => Ok(left),
+        _ => Err(CurveError::OneSided),
+    }
 }

@@ -4,6 +4,7 @@ use crate::branches::branch::BranchError;
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::measure::measure;
+use crate::branches::orbits::without_stops::WithoutStops;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{doubling, torus};
@@ -43,7 +44,7 @@ impl Sensitivity {
     ) -> Result<Vec<f64>, BranchError> {
         let family = constants_of(model)?;
         let place = family.place(parameter)?;
-        let at = family.with_values(&[(place, point.parameter)])?;
+        let at = without_grazed_stop(family.with_values(&[(place, point.parameter)])?, point);
         let constants = constants_of(&*at)?;
         let budget = Budget::new();
         let alone = Alone(&*at);
@@ -72,6 +73,18 @@ impl Sensitivity {
         }
         let slope = |(k, slope): (usize, &f64)| if k == place { 0.0 } else { -slope / own };
         Ok(along.iter().enumerate().map(slope).collect())
+    }
+}
+
+/// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another time.
+fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
+    match &point.kind {
+        Some(PointKind::Grazing { contact, edge, .. })
+            if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
+        {
+            Box::new(WithoutStops { model, stops: [(*contact, *edge)].into() })
+        }
+        _ => model,
     }
 }
 

@@ -19,8 +19,9 @@ use std::rc::Rc;
 ///
 /// The derivatives of the flow are exact, with the jumps at tooth edges. The change of a channel along the
 /// change of the orbit is a central difference of fourth order, exact to rounding for channels that are
-/// linear in coordinates and constants. At a change of the contact sequence the derivative is that of the
-/// sequence of the given orbit.   Source: Leine & Nijmeijer, Sect. 7.4.
+/// linear in coordinates and constants. At the grazing of an elastic contact the derivatives of both sides are equal. An
+/// orbit that grazes a rigid stop has bounded derivatives on the side without the impact only: rounding decides which
+/// side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
@@ -151,7 +152,8 @@ impl Sensitivity {
     /// of the orbit, with an error of about 1e-8.
     ///
     /// Both are equal unless the orbit grazes an edge, where the sequence of contacts changes. There one of them may
-    /// be unbounded: the multipliers change with the root of the penetration. It is then ±∞.
+    /// be unbounded: the multipliers change with the root of the penetration. It is then ±∞. Where a constant is at the
+    /// end of its range, the derivative towards values without a model is NaN.
     ///
     /// # Errors
     /// As [`of`](Sensitivity::of).

@@ -81,7 +81,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
 
 /// The extremes of all contacts, and how often their edges are crossed.
 fn trace(switching: &Switching, contacts: usize) -> ContactTrace {
-    let mut trace = ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts] };
+    let mut trace = ContactTrace::new(contacts);
     for contact in 0..contacts {
         for lower in [true, false] {
             let extremes = switching.extremes(contact, lower);

@@ -1,4 +1,4 @@
-//! A model one of whose rigid stops is left out.
+//! A model without some of its rigid stops.
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
@@ -6,18 +6,19 @@ use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use std::rc::Rc;
 
-/// A model without the impacts of one contact on one of its rigid stops.
+/// A model without the impacts on some of its rigid stops.
 ///
 /// Along the grazing of a stop the orbits touch it. Rounding would decide whether they strike it, and an impact of
 /// any speed changes their derivatives without bound. Without the stop the orbit and the distance are smooth.
-pub(crate) struct WithoutStop<'m> {
+pub(crate) struct WithoutStops<'m> {
     pub(crate) model: Box<dyn Periodic + 'm>,
-    pub(crate) contact: usize,
-    pub(crate) on: Piece,
+    /// Contacts and their flanks.
+    pub(crate) stops: Rc<[(usize, Piece)]>,
 }
 
-impl Model for WithoutStop<'_> {
+impl Model for WithoutStops<'_> {
     fn dof(&self) -> usize {
         self.model.dof()
     }
@@ -49,7 +50,7 @@ impl Model for WithoutStop<'_> {
         self.model.named_constants()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        (contact, on) != (self.contact, self.on) && self.model.impact(contact, on, u, q, v)
+        !self.stops.contains(&(contact, on)) && self.model.impact(contact, on, u, q, v)
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.model.accel_on_pieces(pieces, u, q, v, a)
@@ -72,7 +73,7 @@ impl Model for WithoutStop<'_> {
     }
 }
 
-impl Periodic for WithoutStop<'_> {
+impl Periodic for WithoutStops<'_> {
     fn period(&self) -> f64 {
         self.model.period()
     }
