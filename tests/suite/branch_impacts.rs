@@ -276,8 +276,11 @@ fn symmetric_stops() {
     let family = ByConstant::new(&model, "amplitude").unwrap();
     let strong = model.with("amplitude", 1.5).unwrap();
     let settled = Settle::new().run(&Dop853::new(), &strong, &State::at_rest(1)).unwrap();
+    // A segment for each impact.
     let start = State { t: 0.0, ..settled.state };
-    let striking = Continuation::new(1.5, 0.1).bounds(0.05, 1.6).run(&family, &[start]).unwrap();
+    let orbit = Shooting::new().run(&strong, &[start]).unwrap();
+    let nodes: Vec<State> = [0.0, 0.5].map(|share| orbit.at(&strong, share * orbit.period()).unwrap()).into();
+    let striking = Continuation::new(1.5, 0.1).bounds(0.05, 1.6).run(&family, &nodes).unwrap();
     println!("{striking}");
     assert_eq!(striking.points()[0].crossings, [[1, 1]]);
     assert_eq!(striking.end(), &BranchEnd::Stop { contact: 0 });
