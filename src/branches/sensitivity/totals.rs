@@ -80,7 +80,7 @@ impl<'f> Totals<'f> {
     /// Size of unknown j.
     pub(crate) fn size(&self, j: usize) -> f64 {
         let m = self.curve.scale().len();
-        if j < m * self.passage.states.len() { self.curve.scale()[j % m] } else { 1.0 }
+        if j < m * self.passage.states.len() { self.curve.scale()[j % m] } else { self.curve.sizes()[j] }
     }
 
     /// The state at node i with the derivatives of it, as the start of the tangent flow: δq and δv - ε v.

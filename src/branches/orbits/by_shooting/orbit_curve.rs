@@ -16,10 +16,11 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 
-/// φ(x_i; p) - x_{i+1} = 0 at fixed phases of the period T(p), with x_N = x_0 + B s and Bᵀ (x_0 - x_ref) = 0.
+/// φ(x_i; p) - x_{i+1} = 0 at fixed phases of the period T(p), with x_N = x_0 + Φ s and P (x_0 - x_ref) = 0.
 ///
-/// Unknowns: coordinates and velocities at the nodes, one node after the other, then the slacks s along the
-/// rigid motions B.
+/// Unknowns: coordinates and velocities at the nodes, one node after the other, then the drifts s along the
+/// rigid motions Φ, all in units of the model. P measures the position along the rigid motions in the units of the
+/// first orbit. B spans them in units of the motion, which change from point to point.
 pub(crate) struct OrbitCurve<'f> {
     pub(super) family: Rc<dyn Family + 'f>,
     pub(super) multiple: usize,
@@ -28,9 +29,15 @@ pub(crate) struct OrbitCurve<'f> {
     /// Units of coordinates and velocities, and their ranges of motion.
     pub(super) scale: Vec<f64>,
     pub(super) range: Vec<f64>,
+    /// Period of the first orbit.
+    pub(super) period: f64,
     /// Units below which the rounding of the integration does not allow to go.
     pub(super) floor: Vec<f64>,
     pub(super) modes: Vec<Vec<f64>>,
+    /// Orthonormal rigid motions Φ in units of the model: along the coordinates, then along the velocities.
+    pub(super) motions: DMatrix<f64>,
+    /// P.
+    position: DMatrix<f64>,
     /// The position along the rigid motions, in units of the model.
     pub(super) reference: State,
     pub(super) flow_tolerance: f64,
@@ -104,6 +111,9 @@ impl<'f> OrbitCurve<'f> {
         let period = orbit.period();
         let modes = rigid_modes(&*model, period);
         drop(model);
+        let motions = orthonormal(&modes, &vec![1.0; orbit.scale.len()]);
+        let mut position = orthonormal(&modes, &orbit.scale).transpose();
+        position.column_iter_mut().zip(&orbit.scale).for_each(|(mut column, s)| column /= *s);
         let floor = orbit.scale.iter().zip(&orbit.range);
         Ok(OrbitCurve {
             family,
@@ -111,8 +121,11 @@ impl<'f> OrbitCurve<'f> {
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
             scale: orbit.scale.clone(),
             range: orbit.range.clone(),
+            period,
             floor: floor.map(|(s, r)| if *s > RAISED * r { *s } else { 0.0 }).collect(),
             modes,
+            motions,
+            position,
             reference: orbit.states()[0].clone(),
             flow_tolerance: orbit.flow,
             wanted: shooting.method(),
@@ -125,10 +138,8 @@ impl<'f> OrbitCurve<'f> {
     /// The unknowns of an orbit on the same nodes.
     pub(crate) fn unknowns_of(&self, orbit: &ShootingOrbit) -> DVector<f64> {
         let [of_q, of_v] = &orbit.drift;
-        // x_N - x_0 = B s in units of `scale`; B is orthonormal.
-        let drift: Vec<f64> = of_q.iter().chain(of_v).zip(&self.scale).map(|(d, s)| d / s).collect();
-        let rigid = orthonormal(&self.modes, &self.scale);
-        let slack = rigid.tr_mul(&DVector::from_vec(drift));
+        let drift: Vec<f64> = of_q.iter().chain(of_v).copied().collect();
+        let slack = self.motions.tr_mul(&DVector::from_vec(drift));
         let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());
         let all: Vec<f64> = nodes.chain(slack.iter().copied()).collect();
         DVector::from_vec(all)
@@ -137,11 +148,28 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn wanted(&self) -> Option<FlowMethod> {
         self.wanted
     }
+    /// Size of drift k: that over a period at a speed of the size of the velocities. The velocity along a rigid motion
+    /// is given at the first node only, so that the orbit may drift.
+    fn drift_size(&self, k: usize) -> f64 {
+        let (q, v) = self.range.split_at(self.range.len() / 2);
+        let ratios = q.iter().zip(v).filter(|(q, _)| **q > 0.0).map(|(q, v)| v * self.period / q);
+        let share = |i: usize| self.motions[(i, k)].abs() / self.scale[i];
+        ratios.fold(1.0, f64::max) / (0..self.scale.len()).map(share).fold(0.0, f64::max)
+    }
+
+    /// The matrix C of B C = D⁻¹ Φ, with the units D of the motion.
+    fn coupling(&self, rigid: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut scaled = self.motions.clone();
+        scaled.row_iter_mut().zip(&self.scale).for_each(|(mut row, s)| row.unscale_mut(*s));
+        rigid.tr_mul(&scaled)
+    }
+
     /// Size of each unknown.
     pub(crate) fn sizes(&self) -> DVector<f64> {
         let (m, count) = (self.range.len(), self.phases.len());
         let k = 2 * self.modes.len();
-        DVector::from_fn(m * count + k, |i, _| if i < m * count { self.range[i % m] } else { 1.0 })
+        let size = |i: usize| if i < m * count { self.range[i % m] } else { self.drift_size(i - m * count) };
+        DVector::from_fn(m * count + k, |i, _| size(i))
     }
     pub(crate) fn multiple(&self) -> usize {
         self.multiple
@@ -208,7 +236,7 @@ impl<'f> OrbitCurve<'f> {
         let period = self.multiple as f64 * model.period();
         let segments = self.segments(model, period, m, forced)?;
         let nodes = self.phases.len() * m;
-        let slack = x.rows(nodes, x.len() - nodes).into_owned();
+        let slack = self.coupling(segments.rigid()) * x.rows(nodes, x.len() - nodes);
         let round = segments.round(self.states(x, period), Some(&slack), tolerance, &self.meter);
         Ok(Evaluated {
             round: round.map_err(Self::failed)?,
@@ -231,12 +259,14 @@ impl<'f> OrbitCurve<'f> {
                 by_x[(i * m + j, next * m + j)] -= 1.0;
             }
         }
-        // Bᵀ (x_0 - x_ref) = 0 and the drift of the last node.
+        // The position along the rigid motions and the drift of the last node.
         let of = |state: &State, i: usize| if i < m / 2 { state.q[i] } else { state.v[i - m / 2] };
-        let off = DVector::from_fn(m, |i, _| (x[i] - of(&self.reference, i)) / scale[i]);
-        residual.rows_mut(count * m, k).copy_from(&rigid.tr_mul(&off));
-        by_x.view_mut((count * m, 0), (k, m)).copy_from(&rigid.transpose());
-        by_x.view_mut(((count - 1) * m, count * m), (m, k)).copy_from(&-rigid);
+        let off = DVector::from_fn(m, |i, _| x[i] - of(&self.reference, i));
+        residual.rows_mut(count * m, k).copy_from(&(&self.position * off));
+        let mut position = self.position.clone();
+        position.column_iter_mut().zip(scale).for_each(|(mut column, s)| column *= *s);
+        by_x.view_mut((count * m, 0), (k, m)).copy_from(&position);
+        by_x.view_mut(((count - 1) * m, count * m), (m, k)).copy_from(&-(rigid * self.coupling(rigid)));
         for i in 0..count {
             for (j, scale) in scale.iter().enumerate() {
                 by_x.column_mut(i * m + j).unscale_mut(*scale);
