@@ -91,6 +91,7 @@ impl Continuation {
     ) -> Result<Following<'f, FourierOrbit>, BranchError> {
         self.check()?;
         let last = branch.points.last().ok_or(BranchError::NoPoints)?;
+        self.check_within(last.parameter)?;
         let family = Rc::new(Plain(family));
         let mut following =
             self.balance_from(family, balance, last.parameter, &last.orbit, branch.heading)?;

@@ -163,7 +163,7 @@ impl fmt::Display for BranchNote {
 #[non_exhaustive]
 pub enum BranchError {
     /// A setting is not valid.
-    #[error("continuation: {0}")]
+    #[error("{0}")]
     Parameter(#[from] ParameterError),
     /// The range of the parameter has length zero.
     #[error("the continuation starts and ends at the same parameter {value}: the ends must differ")]
@@ -198,6 +198,9 @@ pub enum BranchError {
     /// A branch or a boundary without points cannot be resumed.
     #[error("there is no point from which to resume")]
     NoPoints,
+    /// The first point of the rest is not the last one of the first part.
+    #[error("the rest does not begin at the last point of the first part")]
+    NotItsRest,
     /// The kind of a point does not allow what is asked.
     #[error("the point is {}: {wanted} is needed", kind.as_ref().map_or("a regular point", PointKind::name))]
     Kind {
@@ -223,6 +226,20 @@ pub enum BranchError {
 }
 
 impl<O> Branch<O> {
+    /// This branch and the rest of it from [`resume`](crate::branches::Continuation::resume), whose first point is the
+    /// last one of this branch.
+    ///
+    /// # Errors
+    /// [`BranchError::NotItsRest`] for a rest that begins elsewhere.
+    pub fn joined(mut self, rest: Self) -> Result<Self, BranchError> {
+        let place = |point: &BranchPoint<O>| [point.parameter, point.arclength];
+        if self.points.last().map(place) != rest.points.first().map(place) {
+            return Err(BranchError::NotItsRest);
+        }
+        self.points.extend(rest.points.into_iter().skip(1));
+        self.notes.extend(rest.notes);
+        Ok(Branch { end: rest.end, heading: rest.heading, ..self })
+    }
     pub(crate) fn new(parameter: Channel, channels: Vec<Channel>) -> Self {
         let (points, notes) = (Vec::new(), Vec::new());
         Branch { parameter, channels, points, notes, end: BranchEnd::Open, start: None, heading: 0.0 }
@@ -344,7 +361,7 @@ impl<O> fmt::Display for Branch<O> {
         });
         writeln!(f, "{} points, {} = {} .. {}", self.points.len(), self.parameter(), range[0], range[1])?;
         for (kind, point) in self.located() {
-            writeln!(f, "  {:>18.12}  peak-to-peak {:<12.6}  {kind}", point.parameter, point.peak_to_peak())?;
+            writeln!(f, "  {:>18.12}  peak-to-peak {:.6e}  {kind}", point.parameter, point.peak_to_peak())?;
         }
         for note in &self.notes {
             writeln!(f, "  note: {note}")?;

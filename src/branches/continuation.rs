@@ -84,11 +84,13 @@ impl Continuation {
         Continuation { bounds: Some([low, high]), ..self }
     }
     /// Bounds of the first parameter along a [`boundary`](Continuation::boundary), whose second parameter has
-    /// the [`bounds`](Continuation::bounds). Default: a tenth and ten times its value at the start.
+    /// the [`bounds`](Continuation::bounds). They set the unit of this parameter near 0. Default: a tenth and ten
+    /// times its value at the start, which must then be far from 0.
     pub fn bounds_across(self, low: f64, high: f64) -> Self {
         Continuation { across: Some([low, high]), ..self }
     }
-    /// Follows the branch from its start in both directions. The points are in order along the branch.
+    /// Follows the branch from its start in both directions. The points are in order along the branch. It has no effect
+    /// on a continuation point by point ([`begin`](Continuation::begin)), which goes one way.
     pub fn both_ways(self) -> Self {
         Continuation { both_ways: true, ..self }
     }
@@ -174,6 +176,7 @@ impl Continuation {
     ) -> Result<Following<'f>, BranchError> {
         self.check()?;
         let last = branch.points.last().ok_or(BranchError::NoPoints)?;
+        self.check_within(last.parameter)?;
         let mut following = self.begin_at(family, last.parameter, &last.orbit, branch.heading)?;
         following.tracker.shift(last.arclength);
         Ok(following)
@@ -225,13 +228,22 @@ impl Continuation {
         self.check_steps()
     }
 
+    /// Checks that a continuation starts within the bounds of the parameter.
+    pub(crate) fn check_within(&self, start: f64) -> Result<(), BranchError> {
+        let [low, high] = self.low_and_high();
+        if (low..=high).contains(&start) { Ok(()) } else { Err(BranchError::Bounds { low, high, start }) }
+    }
+
     pub(crate) fn check_steps(&self) -> Result<(), BranchError> {
         check::positive("first_step", self.first_step)?;
         check::positive("max_step", self.max_step)?;
         check::positive("min_step", self.min_step)?;
         if self.min_step > self.max_step {
-            let (name, value, allowed) = ("min_step".into(), self.min_step, "at most max_step");
+            let (name, value, allowed) = ("min_step".into(), self.min_step, "the range up to max_step");
             return Err(ParameterError::OutOfRange { name, value, allowed }.into());
+        }
+        if self.max_points == 0 {
+            return Err(ParameterError::TooFew { name: "max_points".into(), value: 0, min: 1 }.into());
         }
         Ok(())
     }

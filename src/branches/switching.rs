@@ -11,7 +11,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::tracker::Tracker;
-use crate::error::{ParameterError, check};
+use crate::error::ParameterError;
 use crate::model::equations::State;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::settings::Balance;
@@ -48,7 +48,7 @@ impl Continuation {
         way: f64,
     ) -> Result<Following<'f>, BranchError> {
         self.check()?;
-        check::finite("way", way)?;
+        check_way(way)?;
         let orbit = match point.kind {
             Some(PointKind::PeriodDoubling) => doubled(&point.orbit),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => point.orbit.clone(),
@@ -78,7 +78,7 @@ impl Continuation {
         way: f64,
     ) -> Result<Branch<FourierOrbit>, BranchError> {
         self.check()?;
-        check::finite("way", way)?;
+        check_way(way)?;
         let times = match &point.kind {
             Some(PointKind::PeriodDoubling) => 2,
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => 1,
@@ -89,9 +89,9 @@ impl Continuation {
             let (name, allowed) = (
                 "periods of the harmonics".into(),
                 if times == 2 {
-                    "twice those of the orbit at a period doubling"
+                    "the set of twice those of the orbit, at a period doubling"
                 } else {
-                    "those of the orbit"
+                    "the set of those of the orbit"
                 },
             );
             return Err(ParameterError::OutOfRange { name, value: periods as f64, allowed }.into());
@@ -134,6 +134,16 @@ impl Continuation {
         let (x, p) = base.along(&direction, step);
         let start = engine.correct(&base, &direction, step, x, p)?;
         self.follow(engine, start)
+    }
+}
+
+fn check_way(way: f64) -> Result<(), ParameterError> {
+    let name = || "way".into();
+    let allowed = "the set of 1 and -1";
+    if way.abs() == 1.0 {
+        Ok(())
+    } else {
+        Err(ParameterError::OutOfRange { name: name(), value: way, allowed })
     }
 }
 

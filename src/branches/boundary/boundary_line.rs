@@ -1,6 +1,6 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
-use crate::branches::branch::{BranchEnd, BranchNote, reversed};
+use crate::branches::branch::{BranchEnd, BranchError, BranchNote, reversed};
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;
@@ -111,6 +111,20 @@ impl BoundaryLine {
     /// The turning points.
     pub fn turns(&self) -> impl Iterator<Item = (Turn, &BoundaryPoint)> {
         self.points.iter().filter_map(|point| point.turn.map(|turn| (turn, point)))
+    }
+    /// This line and the rest of it from [`resume_boundary`](crate::branches::Continuation::resume_boundary), whose first
+    /// point is the last one of this line.
+    ///
+    /// # Errors
+    /// [`BranchError::NotItsRest`] for a rest that begins elsewhere.
+    pub fn joined(mut self, rest: Self) -> Result<Self, BranchError> {
+        let place = |point: &BoundaryPoint| (point.parameters, point.arclength);
+        if self.points.last().map(place) != rest.points.first().map(place) {
+            return Err(BranchError::NotItsRest);
+        }
+        self.points.extend(rest.points.into_iter().skip(1));
+        self.notes.extend(rest.notes);
+        Ok(BoundaryLine { end: rest.end, heading: rest.heading, ..self })
     }
     pub(crate) fn reversed_before(mut self, forward: BoundaryLine) -> Self {
         self.points.iter_mut().for_each(|point| point.arclength = -point.arclength);

@@ -82,6 +82,7 @@ impl Continuation {
     ) -> Result<FollowingBoundary<'f>, BranchError> {
         self.check()?;
         let last = line.points.last().ok_or(BranchError::NoPoints)?;
+        self.check_within(last.parameters[1])?;
         let mut following =
             self.boundary_from(plane, &line.kind, (last.parameters, line.across), &last.orbit, line.heading)?;
         following.shift(last.arclength);

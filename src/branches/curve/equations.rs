@@ -73,9 +73,11 @@ pub enum CurveError {
     /// The equations do not determine the point: more than one direction is free.
     #[error("the equations with the arclength condition are singular: the point is a branch point")]
     Singular,
-    /// The start does not satisfy the equations: it is no orbit of the model with this parameter, or does not lie
-    /// on the boundary.
-    #[error("the start is no solution: its residual is {residual:e} of the size of the motion")]
+    /// The equations are not satisfied: the orbit is that of another model or parameter, or the start does not lie on
+    /// the boundary.
+    #[error(
+        "this is no orbit of the model with these constants: the residual is {residual:e} of the size of the motion"
+    )]
     NoSolution {
         /// The largest residual `[1]`.
         residual: f64,

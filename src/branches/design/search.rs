@@ -45,7 +45,7 @@ impl Space {
             if space.places.contains(&place) {
                 return Err(ParameterError::ConstantTwice { name: name.clone() }.into());
             }
-            check::all_finite("bounds of a constant", &[*low, *high])?;
+            check::all_finite(&format!("bounds of {name}"), &[*low, *high])?;
             let value = constants.values()[place];
             if !(low < high && (*low..=*high).contains(&value)) {
                 return Err(DesignError::Bounds { name: name.clone(), low: *low, high: *high, value });

@@ -99,6 +99,11 @@ pub(crate) fn chosen_channels(
 ) -> Result<Vec<Channel>, ParameterError> {
     let probe = Probe::new(model);
     if let Some(wanted) = wanted {
+        if let Some(twice) =
+            wanted.iter().enumerate().find_map(|(i, name)| wanted[..i].contains(name).then_some(name))
+        {
+            return Err(ParameterError::Twice { name: twice.clone() });
+        }
         return wanted.iter().map(|name| Ok(probe.channels()[probe.index(name)?].clone())).collect();
     }
     let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));

@@ -25,7 +25,8 @@ impl Sensitivity {
     /// dp*/dc: derivatives of the parameter p* at which a located point lies, for example a jump speed or the
     /// onset of rattle, with respect to all constants c. The entry of the parameter itself is 0.
     ///
-    /// `parameter`: the constant along which the branch was followed.
+    /// `model`: any model of the branch. `parameter`: the constant along which the branch was followed; it takes the
+    /// value at the point.
     ///
     /// - fold: dp*/dc = -(wᵀ ∂G/∂c)/(wᵀ ∂G/∂p) with the left null vector w of ∂G/∂x;
     /// - all other kinds: dp*/dc = -(dψ/dc)/(dψ/dp) with the test function ψ along the orbits; for a grazing ψ is

@@ -59,11 +59,13 @@ pub(crate) fn constants_of<M: Periodic + ?Sized>(model: &M) -> Result<&dyn Const
 }
 
 impl Sensitivity {
-    /// The derivatives for an orbit of `model` and the channels of these names (see
+    /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these names (see
     /// [`Probe`](crate::analysis::Probe)).
     ///
     /// # Errors
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
+    /// [`CurveError::NoSolution`](crate::branches::CurveError::NoSolution) for the orbit of another model, for example
+    /// with another speed;
     /// [`CurveError::Singular`](crate::branches::CurveError::Singular) if an orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
         Self::within(model as &dyn Periodic, orbit, channels, Rc::new(Budget::new().begin()))

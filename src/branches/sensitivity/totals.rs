@@ -38,6 +38,12 @@ pub(crate) struct Totals<'f> {
     pub(crate) units: Vec<f64>,
 }
 
+/// Least effect of a change by the unit of a constant, as a share of the size of the motion `[1]`.
+const WEAK: f64 = 1e-2;
+
+/// Largest residual of an orbit of the model, in units of the motion `[1]`.
+const SOLVED: f64 = 1e-6;
+
 impl<'f> Totals<'f> {
     /// Evaluates ∂G/∂x and ∂G/∂c at an orbit.
     pub(crate) fn new(
@@ -54,12 +60,20 @@ impl<'f> Totals<'f> {
             units.iter().enumerate().map(|(i, unit)| constants.drive_slope(i).times(*unit)).collect()
         };
         let by_c = curve.slopes(alone.0, &x, &slopes(&units))?.by_c;
-        // A constant of value 0 has no size of its own: a change by its unit moves the end of a segment by the
-        // size of the motion at most.
-        let bounded = |(i, unit): (usize, &f64)| unit / by_c.column(i).amax().max(1.0);
+        // A change by the unit of a constant moves the end of a segment by WEAK to 1 of the size of the motion: the
+        // value of a constant may be 0 or small in its unit.
+        let bounded = |(i, unit): (usize, &f64)| match by_c.column(i).amax() {
+            0.0 => *unit,
+            effect if effect < WEAK => unit * (WEAK / effect),
+            effect => unit / effect.max(1.0),
+        };
         let units: Vec<f64> = units.iter().enumerate().map(bounded).collect();
         let forced = slopes(&units);
-        let Slopes { by_x, by_c, passage, .. } = curve.slopes(alone.0, &x, &forced)?;
+        let Slopes { residual, by_x, by_c, passage } = curve.slopes(alone.0, &x, &forced)?;
+        let residual = residual.amax();
+        if residual.is_nan() || residual > SOLVED {
+            return Err(CurveError::NoSolution { residual });
+        }
         Ok(Totals { curve, x, passage, by_x, by_c, forced, units })
     }
 
