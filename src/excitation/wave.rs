@@ -154,6 +154,9 @@ impl Wave {
 
     /// The wave as a finite Fourier series over the angle of the shaft, if it is one.
     pub(crate) fn fourier(&self) -> Option<Fourier> {
+        if !self.edges.is_empty() {
+            return None;
+        }
         let (mean, pairs) = self.excitation.fourier()?;
         Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.ahead)
     }
