@@ -18,8 +18,8 @@ const GROUPS: usize = 4;
 pub(crate) struct TurningWaves {
     /// The mean of each wave.
     means: Vec<f64>,
-    /// The waves that vary, without copies.
-    moving: Vec<usize>,
+    /// Index and mean of the waves that vary, without copies.
+    moving: Vec<(usize, f64)>,
     /// The orders that occur, increasing.
     orders: Vec<Order>,
     /// Index of the wave, a and b of each term, order by order.
@@ -29,9 +29,18 @@ pub(crate) struct TurningWaves {
 
 struct Order {
     n: f64,
-    /// Whether it is the order before it, turned by the first order.
-    rotated: bool,
+    from: From,
     terms: Range<usize>,
+}
+
+/// How sine and cosine of an order are computed.
+enum From {
+    /// It is the first order.
+    First,
+    /// The order before it is turned by the first order.
+    Before,
+    /// From the angle.
+    Angle,
 }
 
 /// Waves that vary like an earlier one, at equal distances.
@@ -57,7 +66,7 @@ impl TurningWaves {
                 add_copy(&mut copies, of, i);
                 continue;
             }
-            moving.push(i);
+            moving.push((i, wave.constant));
             for &(slot, weight) in &wave.terms {
                 let (order, part) = (1 + slot as usize / 2, slot as usize % 2);
                 let terms = by_order.entry(order).or_default();
@@ -75,7 +84,12 @@ impl TurningWaves {
             let rotated = next && rotations < ROTATIONS;
             groups += usize::from(!next);
             (last, rotations) = (n, if rotated { rotations + 1 } else { 0 });
-            orders.push(Order { n: n as f64, rotated, terms: terms.len()..terms.len() + own.len() });
+            let from = match (orders.is_empty(), rotated) {
+                (true, _) => From::First,
+                (false, true) => From::Before,
+                (false, false) => From::Angle,
+            };
+            orders.push(Order { n: n as f64, from, terms: terms.len()..terms.len() + own.len() });
             terms.extend(own);
         }
         let means = waves.iter().map(|wave| wave.constant).collect();
@@ -91,18 +105,17 @@ impl TurningWaves {
     /// Writes the waves that vary.
     #[inline]
     pub(crate) fn write_again(&self, angle: f64, u: &mut [f64]) {
-        for &i in &self.moving {
-            u[i] = self.means[i];
+        let Some(first) = self.orders.first() else { return };
+        for &(i, mean) in &self.moving {
+            u[i] = mean;
         }
-        let mut first = (0.0, 1.0);
+        let first = sin_cos(first.n * angle);
         let (mut s, mut c) = first;
-        for (k, order) in self.orders.iter().enumerate() {
-            (s, c) = match order.rotated {
-                true => (s * first.1 + c * first.0, c * first.1 - s * first.0),
-                false => sin_cos(order.n * angle),
-            };
-            if k == 0 {
-                first = (s, c);
+        for order in &self.orders {
+            match order.from {
+                From::First => {}
+                From::Before => (s, c) = (s * first.1 + c * first.0, c * first.1 - s * first.0),
+                From::Angle => (s, c) = sin_cos(order.n * angle),
             }
             for &(i, [a, b]) in &self.terms[order.terms.clone()] {
                 u[i] += a * c + b * s;
