@@ -28,13 +28,12 @@ const COS: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// (sin x, cos x), with an error of at most 3e-16 for |x| <= 1e6 rad.
+/// (sin x, cos x), with an error of at most 3e-16 for |x| <= 1e6 rad, by sums and products alone.
 ///
-/// It takes half the time of `libm::sincos`, whose branches depend on the quadrant.
+/// `libm::sincos` takes longer, since its branches depend on the quadrant, which the processor cannot predict.
 #[inline]
 pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-    let near = x.abs() <= FAR;
-    if !near {
+    if x.abs() > FAR || x.is_nan() {
         return libm::sincos(x);
     }
     let shifted = x * std::f64::consts::FRAC_2_PI + WHOLE;
@@ -45,10 +44,11 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     let s = SIN[0] + z * SIN[1] + w * ((SIN[2] + z * SIN[3]) + w * (SIN[4] + z * SIN[5]));
     let c = COS[0] + z * COS[1] + w * ((COS[2] + z * COS[3]) + w * (COS[4] + z * COS[5]));
     let (s, c) = (x + x * (z * s), (1.0 - 0.5 * z) + w * c);
-    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
-    // The sine is negative in the quadrants 2 and 3, the cosine in 1 and 2.
-    let sign = |x: f64, negative: u64| f64::from_bits(x.to_bits() ^ ((negative & 2) << 62));
-    (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    // Both are exchanged in odd quadrants. The sine is negative in the quadrants 2 and 3, the cosine in 1 and 2.
+    let (s, c) = (s.to_bits(), c.to_bits());
+    let swap = (s ^ c) & (quadrant & 1).wrapping_neg();
+    let sign = |quadrant: u64| (quadrant & 2) << 62;
+    (f64::from_bits(s ^ swap ^ sign(quadrant)), f64::from_bits(c ^ swap ^ sign(quadrant.wrapping_add(1))))
 }
 
 #[cfg(test)]

@@ -11,14 +11,17 @@ use crate::tape::node::Node;
 use crate::tape::operations::{Op, Tape};
 use crate::tape::recording::Recording;
 
+/// A finite Fourier series: mean, and order n, a and b of each term a cos nφ + b sin nφ, orders increasing.
+pub(crate) type Harmonics = (f64, Vec<(usize, [f64; 2])>);
+
 /// Slots of the recording before its operations: cos nφ at 2n - 2, sin nφ at 2n - 1.
 const SLOTS: usize = 2 * check::ORDERS;
 
-/// The waves of a shape without edges as finite Fourier series: constants and weights of cos nφ (slot 2n - 2)
-/// and sin nφ (slot 2n - 1). `None` if a wave is no weighted sum of [`Wave`]s that are such series.
+/// The waves of a shape without edges; `None` if one of them is no weighted sum of [`Wave`]s that are finite
+/// Fourier series.
 ///
 /// Products and functions of the angle in the shape itself are faster than their series and give `None`.
-pub(crate) fn fourier_waves<G: Shape>(shape: &G) -> Option<Vec<Form>> {
+pub(crate) fn fourier_waves<G: Shape>(shape: &G) -> Option<Vec<Harmonics>> {
     if shape.next_edge(0.0).is_some() {
         return None;
     }
@@ -27,7 +30,21 @@ pub(crate) fn fourier_waves<G: Shape>(shape: &G) -> Option<Vec<Form>> {
     shape.waves(FourierAngle { recording: &recording, times: 1.0 }, Side::After, &mut waves);
     let waves: Vec<_> = waves.into_iter().map(|wave| wave.form(&recording)).collect();
     let tape = recording.finish(Vec::new(), Vec::new());
-    waves.into_iter().map(|wave| whole_sum(&tape, &tape.forms[wave])).collect()
+    waves.into_iter().map(|wave| Some(harmonics(&whole_sum(&tape, &tape.forms[wave])?))).collect()
+}
+
+fn harmonics(form: &Form) -> Harmonics {
+    let mut terms: Vec<(usize, [f64; 2])> = Vec::with_capacity(form.terms.len());
+    for &(slot, weight) in &form.terms {
+        let (order, part) = (slot as usize / 2 + 1, slot as usize % 2);
+        if terms.last().is_none_or(|(last, _)| *last < order) {
+            terms.push((order, [0.0; 2]));
+        }
+        if let Some((_, pair)) = terms.last_mut() {
+            pair[part] = weight;
+        }
+    }
+    (form.constant, terms)
 }
 
 /// A form without the slots of operations; `None` if one of them is no sum.

@@ -4,7 +4,6 @@ use crate::model::expansion::fourier_angle::fourier_waves;
 use crate::model::shape::Shape;
 use crate::numeric::sine::sin_cos;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// Maximum number of orders that are computed by rotation one after the other. Each rotation adds its
 /// rounding errors; the order after them has a sine and a cosine of its own.
@@ -18,37 +17,30 @@ const GROUPS: usize = 4;
 pub(crate) struct TurningWaves {
     /// The mean of each wave.
     means: Vec<f64>,
-    /// Index and mean of the waves that vary, without copies.
-    moving: Vec<(usize, f64)>,
-    /// The orders that occur, increasing.
-    orders: Vec<Order>,
-    /// Index of the wave, a and b of each term, order by order.
-    terms: Vec<(usize, [f64; 2])>,
-    copies: Vec<Copies>,
+    /// The waves that vary, each function once.
+    moving: Vec<Moving>,
+    /// The lowest order.
+    first: f64,
+    /// All other orders, increasing.
+    others: Vec<Order>,
+}
+
+/// A wave that varies.
+struct Moving {
+    wave: usize,
+    mean: f64,
+    /// a and b of the lowest order.
+    first: [f64; 2],
+    /// Waves that are the same function.
+    copies: Vec<usize>,
 }
 
 struct Order {
     n: f64,
-    from: From,
-    terms: Range<usize>,
-}
-
-/// How sine and cosine of an order are computed.
-enum From {
-    /// It is the first order.
-    First,
-    /// The order before it is turned by the first order.
-    Before,
-    /// From the angle.
-    Angle,
-}
-
-/// Waves that vary like an earlier one, at equal distances.
-struct Copies {
-    of: usize,
-    first: usize,
-    stride: usize,
-    count: usize,
+    /// Whether it is the order before it, turned by the lowest order.
+    rotated: bool,
+    /// Index of the wave, a and b of each term.
+    terms: Vec<(usize, [f64; 2])>,
 }
 
 impl TurningWaves {
@@ -56,44 +48,39 @@ impl TurningWaves {
     /// of orders.
     pub(crate) fn of<G: Shape>(shape: &G) -> Option<Self> {
         let waves = fourier_waves(shape)?;
-        let (mut moving, mut copies) = (Vec::new(), Vec::new());
-        let mut first: BTreeMap<Vec<(u32, u64)>, usize> = BTreeMap::new();
+        let first = waves.iter().filter_map(|(_, terms)| Some(terms.first()?.0)).min().unwrap_or(0);
+        let mut known: BTreeMap<Vec<(usize, [u64; 2])>, usize> = BTreeMap::new();
         let mut by_order: BTreeMap<usize, Vec<(usize, [f64; 2])>> = BTreeMap::new();
-        for (i, wave) in waves.iter().enumerate().filter(|(_, wave)| !wave.terms.is_empty()) {
-            let numbers = wave.terms.iter().copied().chain([(u32::MAX, wave.constant)]);
-            let of = *first.entry(numbers.map(|(slot, x)| (slot, x.to_bits())).collect()).or_insert(i);
-            if of < i {
-                add_copy(&mut copies, of, i);
+        let mut moving: Vec<Moving> = Vec::new();
+        for (wave, (mean, terms)) in waves.iter().enumerate().filter(|(_, (_, terms))| !terms.is_empty()) {
+            let numbers = terms.iter().copied().chain([(0, [*mean, 0.0])]);
+            let of = *known
+                .entry(numbers.map(|(n, x)| (n, x.map(f64::to_bits))).collect())
+                .or_insert(moving.len());
+            if let Some(same) = moving.get_mut(of) {
+                same.copies.push(wave);
                 continue;
             }
-            moving.push((i, wave.constant));
-            for &(slot, weight) in &wave.terms {
-                let (order, part) = (1 + slot as usize / 2, slot as usize % 2);
-                let terms = by_order.entry(order).or_default();
-                match terms.last_mut().filter(|(wave, _)| *wave == i) {
-                    Some((_, pair)) => pair[part] = weight,
-                    None => terms.push((i, if part == 0 { [weight, 0.0] } else { [0.0, weight] })),
+            let mut own = Moving { wave, mean: *mean, first: [0.0; 2], copies: Vec::new() };
+            for &(n, pair) in terms {
+                match n == first {
+                    true => own.first = pair,
+                    false => by_order.entry(n).or_default().push((wave, pair)),
                 }
             }
+            moving.push(own);
         }
-        let step = by_order.keys().next().copied().unwrap_or(1);
-        let (mut orders, mut terms) = (Vec::<Order>::new(), Vec::new());
-        let (mut last, mut rotations, mut groups) = (0, 0, 0);
-        for (n, own) in by_order {
-            let next = last > 0 && n == last + step;
+        let (mut last, mut rotations, mut groups) = (first, 0, 1);
+        let others = by_order.into_iter().map(|(n, terms)| {
+            let next = n == last + first;
             let rotated = next && rotations < ROTATIONS;
             groups += usize::from(!next);
             (last, rotations) = (n, if rotated { rotations + 1 } else { 0 });
-            let from = match (orders.is_empty(), rotated) {
-                (true, _) => From::First,
-                (false, true) => From::Before,
-                (false, false) => From::Angle,
-            };
-            orders.push(Order { n: n as f64, from, terms: terms.len()..terms.len() + own.len() });
-            terms.extend(own);
-        }
-        let means = waves.iter().map(|wave| wave.constant).collect();
-        (groups <= GROUPS).then_some(TurningWaves { means, moving, orders, terms, copies })
+            Order { n: n as f64, rotated, terms }
+        });
+        let others = others.collect();
+        let means = waves.iter().map(|(mean, _)| *mean).collect();
+        (groups <= GROUPS).then_some(TurningWaves { means, moving, first: first as f64, others })
     }
 
     /// Writes all waves at an angle.
@@ -105,37 +92,26 @@ impl TurningWaves {
     /// Writes the waves that vary.
     #[inline]
     pub(crate) fn write_again(&self, angle: f64, u: &mut [f64]) {
-        let Some(first) = self.orders.first() else { return };
-        for &(i, mean) in &self.moving {
-            u[i] = mean;
-        }
-        let first = sin_cos(first.n * angle);
-        let (mut s, mut c) = first;
-        for order in &self.orders {
-            match order.from {
-                From::First => {}
-                From::Before => (s, c) = (s * first.1 + c * first.0, c * first.1 - s * first.0),
-                From::Angle => (s, c) = sin_cos(order.n * angle),
-            }
-            for &(i, [a, b]) in &self.terms[order.terms.clone()] {
-                u[i] += a * c + b * s;
-            }
-        }
-        for copies in &self.copies {
-            let value = u[copies.of];
-            u[copies.first..].iter_mut().step_by(copies.stride).take(copies.count).for_each(|u| *u = value);
-        }
-    }
-}
-
-/// Adds the copy `to` of wave `of` to the list.
-fn add_copy(copies: &mut Vec<Copies>, of: usize, to: usize) {
-    for last in copies.iter_mut().rev().filter(|copies| copies.of == of).take(1) {
-        let stride = to - (last.first + (last.count - 1) * last.stride);
-        if last.count == 1 || stride == last.stride {
-            (last.stride, last.count) = (stride, last.count + 1);
+        if self.moving.is_empty() {
             return;
         }
+        let first = sin_cos(self.first * angle);
+        let (mut s, mut c) = first;
+        for Moving { wave, mean, first: [a, b], .. } in &self.moving {
+            u[*wave] = mean + (a * c + b * s);
+        }
+        for Order { n, rotated, terms } in &self.others {
+            (s, c) = match rotated {
+                true => (s * first.1 + c * first.0, c * first.1 - s * first.0),
+                false => sin_cos(n * angle),
+            };
+            for &(wave, [a, b]) in terms {
+                u[wave] += a * c + b * s;
+            }
+        }
+        for Moving { wave, copies, .. } in &self.moving {
+            let value = u[*wave];
+            copies.iter().for_each(|&copy| u[copy] = value);
+        }
     }
-    copies.push(Copies { of, first: to, stride: 1, count: 1 });
 }
