@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 /// rounding errors; the order after them has a sine and a cosine of its own.
 const ROTATIONS: usize = 8;
 
-/// Maximum number of groups of neighbouring orders. With more of them products are evaluated faster by their
-/// factors.
+/// Maximum number of groups of neighbouring orders, if there are fewer waves that vary. With more groups
+/// products are evaluated faster by their factors.
 const GROUPS: usize = 4;
 
 /// The waves of a shape that are finite Fourier series: u_k = mean_k + Σ_n a_kn cos nφ + b_kn sin nφ.
@@ -44,8 +44,8 @@ struct Order {
 }
 
 impl TurningWaves {
-    /// `None` if the shape has edges, waves that are no finite Fourier series or more than [`GROUPS`] groups
-    /// of orders.
+    /// `None` if the shape has edges, waves that are no finite Fourier series or too many groups of orders
+    /// ([`GROUPS`]).
     pub(crate) fn of<G: Shape>(shape: &G) -> Option<Self> {
         let waves = fourier_waves(shape)?;
         let first = waves.iter().filter_map(|(_, terms)| Some(terms.first()?.0)).min().unwrap_or(0);
@@ -80,7 +80,12 @@ impl TurningWaves {
         });
         let others = others.collect();
         let means = waves.iter().map(|(mean, _)| *mean).collect();
-        (groups <= GROUPS).then_some(TurningWaves { means, moving, first: first as f64, others })
+        (groups <= GROUPS.max(moving.len())).then_some(TurningWaves {
+            means,
+            moving,
+            first: first as f64,
+            others,
+        })
     }
 
     /// Writes all waves at an angle.
