@@ -154,25 +154,11 @@ impl Wave {
 
     /// The wave as a finite Fourier series over the angle of the shaft, if it is one.
     pub(crate) fn fourier(&self) -> Option<Fourier> {
+        if !self.edges.is_empty() {
+            return None;
+        }
         let (mean, pairs) = self.excitation.fourier()?;
         Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.ahead)
-    }
-
-    /// The value of this wave and the jet of another one. The angle is reduced once for both if they have
-    /// the same order and phase and no edges.
-    #[inline]
-    pub(crate) fn value_beside(&self, other: &Wave, angle: f64, side: Side) -> (f64, Jet) {
-        if self.order != other.order
-            || self.ahead != other.ahead
-            || !self.edges.is_empty()
-            || !other.edges.is_empty()
-        {
-            return (self.value_at(angle, side), other.jet_at(angle, side));
-        }
-        let (own, n) = (self.own(angle, side), f64::from(self.order));
-        let (value, Jet { value: other, rate, second }) =
-            (self.excitation.value(own), other.excitation.jet(own));
-        (value, Jet { value: other, rate: n * rate, second: n * n * second })
     }
 
     /// n φ + ψ in [0, 2π), moved to one side of an edge on which it lies.
@@ -320,11 +306,6 @@ pub trait Angle: Copy + Debug {
     fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
     /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
-    /// Returns the value of one wave and the jet of another one.
-    #[inline]
-    fn value_beside(self, value: &Wave, jet: &Wave, side: Side) -> (Self::Number, Jet<Self::Number>) {
-        (self.value_of(value, side), self.jet_of(jet, side))
-    }
 }
 
 impl Angle for f64 {
@@ -348,10 +329,6 @@ impl Angle for f64 {
     #[inline]
     fn jet_of(self, wave: &Wave, side: Side) -> Jet {
         wave.jet_at(self, side)
-    }
-    #[inline]
-    fn value_beside(self, value: &Wave, jet: &Wave, side: Side) -> (f64, Jet) {
-        value.value_beside(jet, self, side)
     }
 }
 

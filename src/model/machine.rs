@@ -10,9 +10,11 @@ use crate::excitation::wave::Angle;
 use crate::model::constants::{Constants, place_of};
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use crate::model::expansion::turning_waves::TurningWaves;
 use crate::model::expansion::wave_table::WaveTable;
 use crate::model::jacobian::dual_jacobian;
 use crate::model::shape::{Drives, Shape, Size};
+use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -48,6 +50,8 @@ pub struct Machine<G> {
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
+    /// The waves in plain numbers, if they are finite Fourier series.
+    turning: Option<TurningWaves>,
     /// The waves as Fourier series, made when they are first needed.
     table: OnceLock<Option<WaveTable>>,
 }
@@ -90,14 +94,14 @@ impl<G: Shape> Machine<G> {
     /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
     /// edges; an acceleration that is not finite at rest.
     pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
-        let names = shape.constants();
+        let fixed = Fixed::new(shape);
+        let names = &fixed.names;
         if let Some(twice) =
             (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name))
         {
             return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
         }
         let mut constants = vec![f64::NAN; names.len()];
-        let fixed = Arc::new(Fixed { shape, names, table: OnceLock::new() });
         for &(name, value) in given {
             let place = fixed.place(name)?;
             if !constants[place].is_nan() {
@@ -134,8 +138,7 @@ impl<G: Shape> Machine<G> {
 
     /// A machine with the same constants and another shape. The constants are not prepared again.
     pub(crate) fn reshaped(self, shape: G) -> Self {
-        let names = shape.constants();
-        Machine { fixed: Arc::new(Fixed { shape, names, table: OnceLock::new() }), ..self }
+        Machine { fixed: Fixed::new(shape), ..self }
     }
 
     /// The same machine with its constants checked and prepared.
@@ -271,6 +274,10 @@ impl<G: Shape> Machine<G> {
     ) {
         let (waves, rest) = u.split_at_mut(self.size().waves);
         self.shape().waves(angle, side, waves);
+        self.write_rest(speed, acceleration, rest);
+    }
+    /// Writes the drives after the waves: φ', φ'', the other constants.
+    fn write_rest<S: Scalar>(&self, speed: S, acceleration: S, rest: &mut [S]) {
         (rest[0], rest[1]) = (speed, acceleration);
         rest[2..].iter_mut().zip(&self.prepared[1..]).for_each(|(u, constant)| *u = (*constant).into());
     }
@@ -278,6 +285,13 @@ impl<G: Shape> Machine<G> {
     pub(crate) fn own_drives(&self) -> Vec<f64> {
         let speed_and_acceleration = [self.prepared[0], 0.0];
         speed_and_acceleration.into_iter().chain(self.prepared[1..].iter().copied()).collect()
+    }
+}
+
+impl<G: Shape> Fixed<G> {
+    fn new(shape: G) -> Arc<Self> {
+        let (names, turning) = (shape.constants(), TurningWaves::of(&shape));
+        Arc::new(Fixed { shape, names, turning, table: OnceLock::new() })
     }
 }
 
@@ -304,12 +318,21 @@ impl<G: Shape> Model for Machine<G> {
     #[inline]
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         let speed = self.speed();
+        if let Some(turning) = &self.fixed.turning {
+            let (waves, rest) = u.split_at_mut(self.size().waves);
+            turning.write(speed * t, waves);
+            self.write_rest(speed, 0.0, rest);
+            return;
+        }
         self.drive_at(speed * t, side, speed, 0.0, u);
     }
     #[inline]
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let Size { waves, .. } = self.size();
-        self.shape().waves_again(self.speed() * t, side, &mut u[..waves]);
+        let waves = &mut u[..self.size().waves];
+        match &self.fixed.turning {
+            Some(turning) => turning.write_again(self.speed() * t, waves),
+            None => self.shape().waves_again(self.speed() * t, side, waves),
+        }
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();

@@ -226,6 +226,9 @@ pub trait Shape: PartialEq {
     /// All waves repeat with the angle 2π/[`repeats`](Shape::repeats). Rates are over the angle. At an edge
     /// the angle has a rounding error, for which a [`Wave`](crate::Wave) allows.
     ///
+    /// If all waves are weighted sums of [`Wave`](crate::Wave)s that are finite Fourier series, a machine
+    /// records them once and then computes them from one sine and cosine of the angle.
+    ///
     /// # Panics
     /// An implementation may panic if `u` has fewer entries than [`Size::waves`].
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

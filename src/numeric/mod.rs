@@ -4,4 +4,5 @@ pub(crate) mod bracket;
 pub(crate) mod brent;
 pub(crate) mod gauss;
 pub(crate) mod norms;
+pub(crate) mod sine;
 pub(crate) mod spread;

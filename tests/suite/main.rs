@@ -6,6 +6,7 @@
 //! |---|---|
 //! | **Models and their parts** | |
 //! | excitations and waves: derivatives, edges, fits, comparison | `excitations` |
+//! | waves that are finite Fourier series, in plain numbers | `fourier_waves` |
 //! | contact laws: pieces, edges, impacts in closed form | `laws`, `excitations` |
 //! | rigid stops and restitution | `impacts` |
 //! | shapes, constants, machines; laws and waves of one's own | `shapes_and_machines` |
@@ -82,6 +83,7 @@ mod ensembles;
 mod excitations;
 mod exports;
 mod floquet;
+mod fourier_waves;
 mod held_processes;
 mod impact_lists;
 mod impacts;

@@ -1,6 +1,7 @@
-//! The waves of a shape as Fourier series, sampled once, from which their Taylor series follow.
+//! The waves of a shape as Fourier series, from which their Taylor series follow: exact ones, or from samples.
 
 use crate::excitation::side::Side;
+use crate::model::expansion::fourier_angle::{Harmonics, fourier_waves};
 use crate::model::shape::Shape;
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::series::{BLOCKS, EIGHT, Series, wave_weights};
@@ -10,9 +11,6 @@ use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 type Coefficients = [[f64; EIGHT]; BLOCKS];
-
-/// Index of the order, a and b of each harmonic a cos nφ + b sin nφ.
-type Harmonics = Vec<(usize, [f64; 2])>;
 
 /// Largest and smallest number of samples of each wave over one repetition. The largest number is halved
 /// until all waves together have at most `ALL_SAMPLES`. The samples do not see a smooth pulse that is narrower
@@ -39,8 +37,8 @@ const ROOM: usize = 512;
 pub(crate) struct WaveTable {
     /// All orders n, increasing, with ±n^k/k! for each k.
     orders: Vec<(f64, Coefficients)>,
-    /// Mean and harmonics of each wave.
-    waves: Vec<(f64, Harmonics)>,
+    /// Mean of each wave, and index of the order, a and b of each of its harmonics a cos nφ + b sin nφ.
+    waves: Vec<Harmonics>,
     arch: Arch,
 }
 
@@ -51,64 +49,31 @@ impl WaveTable {
         if shape.next_edge(0.0).is_some() {
             return None;
         }
+        if let Some(exact) = fourier_waves(shape) {
+            return WaveTable::from_harmonics(exact, 1);
+        }
         let repeats = shape.repeats().max(1);
-        let table = WaveTable::sampled(shape, waves, repeats)?;
+        let table = WaveTable::from_harmonics(sampled(shape, waves, repeats)?, repeats)?;
         table.agrees_with(shape, repeats).then_some(table)
     }
 
-    /// The table from samples; `None` if they are too few.
-    fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32) -> Option<Self> {
-        let mut count = SAMPLES[0];
-        while count > SAMPLES[1] && count * waves > ALL_SAMPLES {
-            count /= 2;
-        }
-        let mut samples = vec![vec![0.0; count]; waves];
-        let mut u = vec![0.0; waves];
-        for i in 0..count {
-            shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
-            samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = *u);
-        }
-        let fft = FftPlanner::new().plan_fft_forward(count);
-        let mut orders: Vec<usize> = Vec::new();
-        let mut all = Vec::with_capacity(waves);
-        for samples in &samples {
-            let first = samples[0];
-            if samples.iter().all(|x| *x == first) {
-                all.push((first, Vec::new()));
-                continue;
-            }
-            let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            if !largest.is_finite() {
-                return None;
-            }
-            let mut spectrum: Vec<Complex64> = samples.iter().map(|x| (*x).into()).collect();
-            fft.process(&mut spectrum);
-            let size = |k: usize| spectrum[k].norm() / count as f64;
-            // The upper half of the spectrum is rounding, or shows that the samples are too few.
-            let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
-            if noise > TAIL * largest {
-                return None;
-            }
-            let least = ROUNDING * noise;
-            let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
-            orders.extend(&own);
-            let pair = |k: usize| [2.0 * spectrum[k].re / count as f64, -2.0 * spectrum[k].im / count as f64];
-            let mean = spectrum[0].re / count as f64;
-            all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect::<Harmonics>()));
-        }
+    /// The table of harmonics whose orders count repetitions; `None` if there are too many.
+    fn from_harmonics(mut waves: Vec<Harmonics>, repeats: u32) -> Option<Self> {
+        let mut orders: Vec<usize> =
+            waves.iter().flat_map(|(_, own)| own.iter().map(|(order, _)| *order)).collect();
         orders.sort_unstable();
         orders.dedup();
-        if orders.len() > ROOM || all.iter().any(|(_, own)| own.len() > HARMONICS) {
+        if orders.len() > ROOM || waves.iter().any(|(_, own)| own.len() > HARMONICS) {
             return None;
         }
-        for (_, own) in &mut all {
+        for (_, own) in &mut waves {
             own.iter_mut().for_each(|(k, _)| *k = orders.partition_point(|order| order < k));
         }
         let weights = |k: &usize| {
             let n = *k as f64 * f64::from(repeats);
             (n, wave_weights(n))
         };
-        Some(WaveTable { orders: orders.iter().map(weights).collect(), waves: all, arch: Arch::new() })
+        Some(WaveTable { orders: orders.iter().map(weights).collect(), waves, arch: Arch::new() })
     }
 
     /// Whether the series agree with the waves at points between the samples.
@@ -161,6 +126,47 @@ impl WaveTable {
         self.turn(angle, turns);
         self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, needed, u });
     }
+}
+
+/// The harmonics of the waves from samples; `None` if they are too few.
+fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32) -> Option<Vec<Harmonics>> {
+    let mut count = SAMPLES[0];
+    while count > SAMPLES[1] && count * waves > ALL_SAMPLES {
+        count /= 2;
+    }
+    let mut samples = vec![vec![0.0; count]; waves];
+    let mut u = vec![0.0; waves];
+    for i in 0..count {
+        shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
+        samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = *u);
+    }
+    let fft = FftPlanner::new().plan_fft_forward(count);
+    let mut all = Vec::with_capacity(waves);
+    for samples in &samples {
+        let first = samples[0];
+        if samples.iter().all(|x| *x == first) {
+            all.push((first, Vec::new()));
+            continue;
+        }
+        let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if !largest.is_finite() {
+            return None;
+        }
+        let mut spectrum: Vec<Complex64> = samples.iter().map(|x| (*x).into()).collect();
+        fft.process(&mut spectrum);
+        let size = |k: usize| spectrum[k].norm() / count as f64;
+        // The upper half of the spectrum is rounding, or shows that the samples are too few.
+        let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
+        if noise > TAIL * largest {
+            return None;
+        }
+        let least = ROUNDING * noise;
+        let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
+        let pair = |k: usize| [2.0 * spectrum[k].re / count as f64, -2.0 * spectrum[k].im / count as f64];
+        let mean = spectrum[0].re / count as f64;
+        all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect()));
+    }
+    Some(all)
 }
 
 /// The sums over the harmonics, compiled for the instructions of the processor.

@@ -91,8 +91,6 @@ pub struct RingShape<N = Backlash> {
     /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
     /// error. Equal waves are evaluated once.
     same: Vec<[usize; 2]>,
-    /// Whether all meshes have equal stiffness and equal error.
-    alike: bool,
     /// Whether the edges of any mesh move.
     edges_move: bool,
     /// 1/Σ r_j² J_j.
@@ -209,7 +207,6 @@ impl<N: Nonlinearity> RingShape<N> {
                 [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())]
             })
             .collect();
-        let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants. With 0 in the shape, rings of different torques have equal shapes.
         let mut gears = params.gears.clone();
@@ -224,7 +221,6 @@ impl<N: Nonlinearity> RingShape<N> {
             frame,
             rigid,
             same,
-            alike,
             edges_move,
             per_inertia: 0.0,
             columns,
@@ -238,27 +234,15 @@ impl<N: Nonlinearity> RingShape<N> {
     #[inline]
     fn moving_waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
-        let (first, rest) = (&self.meshes[0], &self.meshes[1..]);
-        let (stiffness, error) = angle.value_beside(first.stiffness(), first.error(), side);
-        let write = |wave: &mut [A::Number; STRIDE], stiffness, error, rate| {
-            (wave[STIFFNESS], wave[ERROR], wave[ERROR_RATE]) = (stiffness, error, rate);
-        };
-        if self.alike {
-            waves[..self.meshes.len()]
-                .iter_mut()
-                .for_each(|wave| write(wave, stiffness, error.value, error.rate));
-            return;
-        }
-        write(&mut waves[0], stiffness, error.value, error.rate);
-        for (i, (mesh, &[k, e])) in (1..).zip(rest.iter().zip(&self.same[1..])) {
-            let stiffness = if k < i { waves[k][STIFFNESS] } else { mesh.stiffness().value(angle, side) };
-            let [error, rate] = if e < i {
+        for (i, (mesh, &[k, e])) in self.meshes.iter().zip(&self.same).enumerate() {
+            waves[i][STIFFNESS] =
+                if k < i { waves[k][STIFFNESS] } else { mesh.stiffness().value(angle, side) };
+            [waves[i][ERROR], waves[i][ERROR_RATE]] = if e < i {
                 [waves[e][ERROR], waves[e][ERROR_RATE]]
             } else {
                 let error = mesh.error().jet(angle, side);
                 [error.value, error.rate]
             };
-            write(&mut waves[i], stiffness, error, rate);
         }
     }
 
