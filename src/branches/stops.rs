@@ -2,6 +2,7 @@
 
 use crate::branches::branch::BranchEnd;
 use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::equations::Curve;
 use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
@@ -19,7 +20,7 @@ const STEPS: usize = 40;
 const TOUCHES: f64 = 1e-13;
 
 /// Distance from the stop of a point beside the grazing `[1]`.
-const BESIDE: f64 = 1e-6;
+const BESIDE: f64 = 1e-5;
 
 /// Largest distance of a grazing where rounding does not allow a smaller one `[1]`.
 const NEARLY: f64 = 1e-10;
@@ -35,6 +36,9 @@ const TRIAL: f64 = 1e-3;
 
 /// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.
 pub(crate) const STEEP: f64 = 1e-3;
+
+/// A point with its distance from another.
+type Reached<C> = (f64, Node<<C as Curve>::Solution>);
 
 /// What became of the impacts over a step.
 pub(crate) enum Impacts {
@@ -60,13 +64,15 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         };
         let candidates = self.last.measured.trace.at_stops(&self.rigid, false).filter_map(near);
         let (extremum, left) = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let [beside, (at, node)] = self.reach_stop(&self.last.point.clone(), &extremum, left)?;
-        // Beside the grazing, where rounding does not decide about an impact.
-        let (found, unexplained) = self.between(&beside.1, beside.0).ok()?;
-        if !unexplained.is_empty() {
-            return None;
+        let (beside, (at, node)) = self.reach_stop(&self.last.point.clone(), &extremum, left)?;
+        let mut located = Vec::new();
+        if let Some((before, beside)) = beside {
+            let (found, unexplained) = self.between(&beside, before).ok()?;
+            if !unexplained.is_empty() {
+                return None;
+            }
+            located = self.located(found).ok()?;
         }
-        let mut located = self.located(found).ok()?;
         let rattle = [node.measured.rattle[extremum.contact]; 2];
         let kind = PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
         located.push(self.columns(&node.point, node.measured, self.arclength + at, Some(kind)).ok()?);
@@ -105,7 +111,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let Some(extremum) = softest.and_then(replaced) else { return Impacts::Unresolved };
         let (base, from, way) =
             if leaves { (&reached.point, step, -TRIAL) } else { (&self.last.point, 0.0, TRIAL) };
-        let Some([_, (at, node)]) = self.reach_stop(&base.clone(), &extremum, way * step) else {
+        let Some((_, (at, node))) = self.reach_stop(&base.clone(), &extremum, way * step) else {
             return Impacts::Unresolved;
         };
         let contact = extremum.contact;
@@ -119,13 +125,14 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     }
 
     /// The grazing of the extremum, from a point whose orbit does not reach the stop, with its distance from that
-    /// point, and before it a point beside it. `first`: the first step, with its sign.
+    /// point, and before it the last point beside it where rounding does not decide about an impact. `first`: the first
+    /// step, with its sign.
     fn reach_stop(
         &mut self,
         base: &CurvePoint<C::Solution>,
         extremum: &Extremum,
         first: f64,
-    ) -> Option<[(f64, Node<C::Solution>); 2]> {
+    ) -> Option<(Option<Reached<C>>, Reached<C>)> {
         let (mut at, mut distance, mut left) = (0.0, extremum.distance, first / SHARE);
         let (mut reached, mut beside, mut size) = (None, None, 0.0);
         for _ in 0..STEPS {
@@ -144,7 +151,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             size = same.map(|e| e.distance.abs()).fold(0.0, f64::max);
             let rate = (now - distance) / (next - at);
             (at, distance, left) = (next, now, -now / rate);
-            if beside.is_none() || distance.abs() > BESIDE * size {
+            if distance.abs() > BESIDE * size {
                 beside = Some((at, point.clone(), measured.clone()));
             }
             reached = Some((at, point, measured));
@@ -156,7 +163,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let multipliers = self.engine.curve.multipliers(&point);
             (at, Node::new(point, measured, multipliers))
         };
-        Some([node(beside?), node(reached.filter(|_| distance.abs() <= NEARLY * size)?)])
+        Some((beside.map(node), node(reached.filter(|_| distance.abs() <= NEARLY * size)?)))
     }
 
     /// Moves the nodes of the last point if an impact comes near one of them: there the state jumps.

@@ -2,7 +2,8 @@
 
 use crate::common::family::{Oscillator, oscillator};
 use gear_dynamics::branches::{
-    BranchPoint, ByConstant, ByConstants, Continuation, DesignError, Figure, Fit, Least, Sensitivity,
+    BranchError, BranchPoint, ByConstant, ByConstants, Continuation, CurveError, DesignError, Figure, Fit,
+    Least, Sensitivity,
 };
 use gear_dynamics::model::{Machine, Periodic, State};
 use gear_dynamics::ode::Exhausted;
@@ -274,4 +275,32 @@ fn a_search_ends_with_its_budget() {
     let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let cancelled = least.budget(Budget::new().cancel(stop)).run(&model, &guess);
     assert!(matches!(cancelled, Err(DesignError::Exhausted(Exhausted::Cancelled))), "{cancelled:?}");
+}
+
+/// Constants whose value is 0 or small in its unit; orbits of another model.
+#[test]
+fn derivatives_by_constants_without_a_size() {
+    let given =
+        [("speed", 0.7), ("gap stiffness", 1.0), ("mean force", 0.3), ("force", 0.1), ("damping", 0.1)];
+    let guess = [State::new(0.0, &[1.3], &[0.0])];
+    let by_cubic = |cubic: f64| {
+        let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
+        let orbit = Shooting::new().run(&model, &guess).unwrap();
+        let slopes = Sensitivity::of(&model, &orbit, &["deflection"]).unwrap();
+        slopes.mean("deflection").unwrap()[model.names().iter().position(|c| c.name == "cubic").unwrap()]
+    };
+    let mean = |cubic: f64| {
+        let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
+        figures(&model, &Shooting::new().run(&model, &guess).unwrap(), "deflection")[0]
+    };
+    let theirs = difference(&mean, 0.0, 1e-3);
+    for cubic in [0.0, 1e-14, 1e-9] {
+        let ours = by_cubic(cubic);
+        println!("{cubic:e} {ours} {theirs}");
+        assert!((ours / theirs - 1.0).abs() < 1e-7);
+    }
+    let model = oscillator(&given);
+    let orbit = Shooting::new().run(&model, &guess).unwrap();
+    let other = Sensitivity::of(&model.with("speed", 0.75).unwrap(), &orbit, &["deflection"]);
+    assert!(matches!(other, Err(BranchError::Curve(CurveError::NoSolution { .. }))), "{other:?}");
 }

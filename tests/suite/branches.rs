@@ -234,6 +234,9 @@ fn a_branch_is_stored_and_resumed() {
         matches!(read.end(), BranchEnd::Stored { .. }) && read.end().to_string() == coarse.end().to_string()
     );
     assert_eq!(rest.points()[0].arclength, stored.points()[taken - 1].arclength);
+    let joined = stored.clone().joined(rest.clone()).unwrap();
+    assert_eq!(joined.points().len(), taken + rest.points().len() - 1);
+    assert_eq!(rest.clone().joined(stored.clone()), Err(BranchError::NotItsRest));
     let all: Vec<f64> =
         [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
     for (ours, theirs) in all.iter().zip(whole.of_kind("fold")) {
@@ -343,6 +346,12 @@ fn refusals_and_ends() {
     let coarse = range.clone().min_step(0.3).max_step(0.3).first_step(0.3).run(&family, &rest).unwrap();
     assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. }), "{}", coarse.end());
     assert!(matches!(refused(range.clone().min_step(0.1)), BranchError::Parameter(_)));
+    assert!(matches!(refused(range.clone().max_points(0)), BranchError::Parameter(_)));
+    let twice = refused(range.clone().measure(&["q1", "q1"]));
+    assert!(matches!(twice, BranchError::Parameter(ParameterError::Twice { .. })));
+    let elsewhere = Continuation::new(2.0, 3.0).resume(&family, &points).err();
+    assert!(matches!(elsewhere, Some(BranchError::Bounds { low: 2.0, .. })));
+    assert!(matches!(range.switch(&family, &points.points()[0], 0.0), Err(BranchError::Parameter(_))));
     let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let cancelled = range.clone().budget(Budget::new().cancel(stop)).run(&family, &rest);
     assert!(matches!(cancelled, Err(BranchError::Curve(CurveError::Exhausted(Exhausted::Cancelled)))));
@@ -409,4 +418,33 @@ fn idler_of_the_classics() {
     assert_ne!(beyond(other.parameter - 1e-5), beyond(other.parameter + 1e-5));
     all.push(("period-doubling".into(), other.parameter));
     compare(&branch, &all, 1e-9);
+}
+
+/// Two bodies in inertial coordinates turn as a whole: their branch is that of the relative coordinate.
+#[test]
+fn trains_in_inertial_coordinates() {
+    use gear_dynamics::excitation::Fourier;
+    use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
+    let follow = |coordinates| {
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(5e-3));
+        let stiffness = gear_dynamics::Wave::new(Fourier::new(3e8, &[[6e7, 0.0]]).unwrap());
+        let mesh = MeshPart::external([20, 50], [0.02, 0.05], stiffness).damping(1500.0).half_backlash(4e-5);
+        parts.mesh("mesh", "pinion", "wheel", mesh);
+        parts.torque("drive torque", "pinion", 20.0).torque("load torque", "wheel", -50.0);
+        let train = parts.coordinates(coordinates).build("pinion", 400.0).unwrap();
+        let static_state = gear_dynamics::linear::static_state(&train, 0.0).unwrap();
+        let start = State::new(0.0, &static_state.q, &vec![0.0; static_state.q.len()]);
+        let family = ByConstant::new(&train, "speed").unwrap();
+        Continuation::new(400.0, 900.0).run(&family, &[start]).unwrap()
+    };
+    let [relative, inertial] = [Coordinates::Relative, Coordinates::Inertial].map(follow);
+    println!("{inertial}");
+    assert!(inertial.notes().is_empty() && inertial.end() == &BranchEnd::Bound);
+    let pairs = relative.located().zip(inertial.located());
+    for ((kind, a), (other, b)) in pairs {
+        assert_eq!(kind.name(), other.name());
+        assert!((a.parameter / b.parameter - 1.0).abs() < 1e-11, "{} {}", a.parameter, b.parameter);
+    }
+    assert_eq!((relative.located().count(), inertial.located().count()), (4, 4));
 }

@@ -159,8 +159,9 @@ fn grazing(
     Ok(gathered[0].at.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect())
 }
 
-/// The left singular vector of the smallest singular value.
+/// The left singular vector of the smallest singular value: a right one of the transposed matrix, since left ones are
+/// divided by the singular value, which is 0.
 fn left_null(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
-    let left = matrix.clone().svd(true, false).u?;
-    Some(left.column(left.ncols() - 1).into_owned())
+    let right = matrix.transpose().svd(false, true).v_t?;
+    Some(right.row(right.nrows() - 1).transpose())
 }
