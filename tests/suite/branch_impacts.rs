@@ -31,7 +31,7 @@ impl Shape for Stop {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u[0] = self.cos.value(angle.clone(), side);
+        u[0] = self.cos.value(angle, side);
         u[1] = self.sin.value(angle, side);
     }
     fn contact<S: Scalar, L: PieceChoice<S>>(
