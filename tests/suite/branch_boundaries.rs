@@ -2,6 +2,7 @@
 
 use crate::common::family::{Oscillator, oscillator};
 use crate::common::stored;
+use gear_dynamics::Shooting;
 use gear_dynamics::branches::{
     BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
     Continuation, Plane, Turn,
@@ -136,4 +137,39 @@ fn a_closed_boundary_ends_at_its_start() {
     let mut at_zero = branch.of_kind("grazing")[0].clone();
     at_zero.parameter = 0.0;
     assert!(matches!(refused.boundary(&plane, &at_zero), Err(BranchError::Bounds { start: 0.0, .. })));
+}
+
+/// The symmetry breaking of a Duffing oscillator over speed and force, against the points that branches over the speed
+/// locate.
+#[test]
+fn symmetry_breaking_over_two_parameters() {
+    let given = [("cubic", 1.0), ("linear", 1.0), ("damping", 0.2), ("half backlash", 99.0), ("force", 10.0)];
+    let model = oscillator(&given);
+    let breaking = |force: f64, from: f64, to: f64| {
+        let model = model.with("force", force).unwrap();
+        let at = model.with("speed", from).unwrap();
+        let start = Shooting::new().run(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+        let family = ByConstant::new(&model, "speed").unwrap();
+        let branch = Continuation::new(from, to).run(&family, start.states()).unwrap();
+        branch.of_kind("symmetry-breaking")[0].clone()
+    };
+    let first = breaking(10.0, 2.2, 1.4);
+    let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
+    let line = Continuation::new(10.0, 14.0).boundary(&plane, &first).unwrap();
+    println!("{line}");
+    assert_eq!((line.end(), line.notes().len()), (&BranchEnd::Bound, 0));
+    let last = line.points().last().unwrap();
+    let theirs = breaking(14.0, last.parameters[0] + 0.1, last.parameters[0] - 0.1).parameter;
+    println!("{} {theirs}", last.parameters[0]);
+    assert!((last.parameters[0] - theirs).abs() < 1e-8);
+    for point in line.points() {
+        let orbit = &point.orbit;
+        let at =
+            model.with("speed", point.parameters[0]).unwrap().with("force", point.parameters[1]).unwrap();
+        let half = orbit.at(&at, orbit.states()[0].t + 0.5 * orbit.period()).unwrap();
+        assert!((half.q[0] + orbit.states()[0].q[0]).abs() < 1e-9);
+        let nearest =
+            point.multipliers.values().iter().map(|m| (m - 1.0).norm()).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-8, "{nearest}");
+    }
 }

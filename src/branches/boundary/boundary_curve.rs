@@ -15,6 +15,8 @@ pub(crate) enum Boundary {
     Fold,
     PeriodDoubling,
     NeimarkSacker,
+    /// A perturbation returns unchanged after half a period, in which a symmetric orbit changes its sign.
+    SymmetryBreaking,
     /// The distance of this extremum from its edge, over the range of motion.
     Grazing(Extremum),
 }
@@ -71,7 +73,7 @@ impl BoundaryCurve<'_> {
                 let measured = measure(&self.orbits, p, passage, &[])?;
                 measured.trace.nearest(extremum).map(|at| at.distance / self.range)
             }
-            Boundary::Fold => passage.multipliers.as_ref().map(fold),
+            Boundary::Fold | Boundary::SymmetryBreaking => passage.multipliers.as_ref().map(fold),
             Boundary::PeriodDoubling => passage.multipliers.as_ref().map(doubling),
             Boundary::NeimarkSacker => passage.multipliers.as_ref().and_then(torus),
         };

@@ -4,6 +4,7 @@ use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::BoundaryLine;
 use crate::branches::boundary::following_boundary::FollowingBoundary;
 use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
+use crate::branches::boundary::half_orbit::first_half;
 use crate::branches::boundary::plane::{Plane, Slice};
 use crate::branches::branch::{BranchEnd, BranchError};
 use crate::branches::continuation::Continuation;
@@ -22,8 +23,8 @@ use std::rc::Rc;
 const SHARE: f64 = 0.1;
 
 impl Continuation {
-    /// Follows a located point of a branch over p (a fold, a period doubling, a Neimark-Sacker point or a grazing,
-    /// the onset of contact loss among them) along a second parameter λ, from the start of this continuation
+    /// Follows a located point of a branch over p (a fold, a period doubling, a Neimark-Sacker point, a symmetry
+    /// breaking or a grazing, the onset of contact loss among them) along a second parameter λ, from the start of this continuation
     /// towards its end. The point was located at λ = `from`.
     ///
     /// The line passes extremes of λ and cusps. It ends at a bound of λ or p, where it returns to its start, where
@@ -34,8 +35,8 @@ impl Continuation {
     /// Along the grazing of a rigid stop this stop is left out of the model: the grazing orbits are those without impacts
     /// on it. The line ends ([`BranchEnd::Stop`]) where they would pass the stop at another time.
     ///
-    /// A branch point has no boundary: a change of a second parameter separates the two branches. A symmetry
-    /// breaking is not followed.   Source: Govaerts (2000), Ch. 4 and 8; for grazing, Dercole & Kuznetsov, ACM
+    /// A symmetry breaking is followed within the symmetric orbits, over half their period. A branch point has no
+    /// boundary: a change of a second parameter separates the two branches.   Source: Govaerts (2000), Ch. 4 and 8; for grazing, Dercole & Kuznetsov, ACM
     /// Trans. Math. Softw. 31, 95 (2005).
     ///
     /// # Errors
@@ -102,7 +103,12 @@ impl Continuation {
         let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
-        let orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
+        let half = (*kind == PointKind::SymmetryBreaking).then(|| first_half(orbit));
+        let orbit = half.as_ref().unwrap_or(orbit);
+        let mut orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
+        if half.is_some() {
+            orbits = orbits.over_half();
+        }
         let x = orbits.unknowns_of(orbit);
         let passage = orbits.pass(&*orbits.model(p)?, &x)?;
         let measured = measure(&orbits, p, &passage, &[])?;
@@ -144,7 +150,7 @@ impl Continuation {
 }
 
 /// Kinds of points that have a boundary.
-const WANTED: &str = "a fold, a period doubling, a Neimark-Sacker point or a grazing";
+const WANTED: &str = "a fold, a period doubling, a Neimark-Sacker point, a symmetry breaking or a grazing";
 
 /// What vanishes along the boundary of a point of this kind.
 fn boundary_of(kind: &PointKind, measured: &Measured) -> Result<Boundary, BranchError> {
@@ -152,6 +158,7 @@ fn boundary_of(kind: &PointKind, measured: &Measured) -> Result<Boundary, Branch
         PointKind::Fold => Ok(Boundary::Fold),
         PointKind::PeriodDoubling => Ok(Boundary::PeriodDoubling),
         PointKind::NeimarkSacker => Ok(Boundary::NeimarkSacker),
+        PointKind::SymmetryBreaking => Ok(Boundary::SymmetryBreaking),
         PointKind::Grazing { contact, edge, .. } => {
             let lower = *edge == Piece::Lower;
             let of = measured.trace.extremes.iter().filter(|e| e.contact == *contact && e.lower == lower);

@@ -3,6 +3,7 @@
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 use crate::branches::boundary::grazed_stops::{GRAZES, SOFT, softest_impact};
+use crate::branches::boundary::half_orbit::whole;
 use crate::branches::branch::{BranchEnd, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::{CurvePoint, Engine};
@@ -134,7 +135,11 @@ impl<'f> FollowingBoundary<'f> {
         arclength: f64,
     ) -> Result<BoundaryPoint, CurveError> {
         let at = self.on_orbits(point);
-        let (orbit, multipliers) = self.engine.curve.orbits.orbit(&at)?;
+        let orbits = &self.engine.curve.orbits;
+        let (mut orbit, mut multipliers) = orbits.orbit(&at)?;
+        if orbits.is_over_half() {
+            (orbit, multipliers) = whole(orbit, &multipliers);
+        }
         Ok(BoundaryPoint { parameters: [at.p, point.p], arclength, turn, multipliers, orbit })
     }
 

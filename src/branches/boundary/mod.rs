@@ -5,4 +5,5 @@ pub(crate) mod boundary_line;
 pub(crate) mod follow_boundary;
 pub(crate) mod following_boundary;
 pub(crate) mod grazed_stops;
+pub(crate) mod half_orbit;
 pub(crate) mod plane;

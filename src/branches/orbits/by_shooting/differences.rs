@@ -18,7 +18,7 @@ impl OrbitCurve<'_> {
     ) -> Result<Vec<DVector<f64>>, CurveError> {
         let ends = |c: f64| -> Result<Vec<State>, CurveError> {
             let model = model(c).map_err(|error| CurveError::Model { parameter: c, error })?;
-            let period = self.multiple() as f64 * model.period();
+            let period = self.period_of(&*model);
             let segments = self.segments(&*model, period, 0, Vec::new())?;
             segments.ends(&self.states(x, period), self.flow_tolerance(), self.meter()).map_err(Self::failed)
         };

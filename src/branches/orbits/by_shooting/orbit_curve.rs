@@ -21,9 +21,13 @@ use std::rc::Rc;
 /// Unknowns: coordinates and velocities at the nodes, one node after the other, then the drifts s along the
 /// rigid motions Φ, all in units of the model. P measures the position along the rigid motions in the units of the
 /// first orbit. B spans them in units of the motion, which change from point to point.
+///
+/// Symmetric orbits may be followed over half their period, with x_N = -x_0: all other orbits are then excluded.
 pub(crate) struct OrbitCurve<'f> {
     pub(super) family: Rc<dyn Family + 'f>,
     pub(super) multiple: usize,
+    /// Whether the orbits are followed over half their period.
+    half: bool,
     /// Times of the nodes over the period of the orbit.
     pub(super) phases: Vec<f64>,
     /// Units of coordinates and velocities, and their ranges of motion.
@@ -118,6 +122,7 @@ impl<'f> OrbitCurve<'f> {
         Ok(OrbitCurve {
             family,
             multiple: orbit.period_multiple(),
+            half: false,
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
             scale: orbit.scale.clone(),
             range: orbit.range.clone(),
@@ -133,6 +138,18 @@ impl<'f> OrbitCurve<'f> {
             difference: STEP * unit.max(p.abs()),
             meter,
         })
+    }
+
+    /// The same curve for symmetric orbits over half their period; the orbit of [`new`](OrbitCurve::new) is that half.
+    pub(crate) fn over_half(self) -> Self {
+        OrbitCurve { half: true, ..self }
+    }
+    pub(crate) fn is_over_half(&self) -> bool {
+        self.half
+    }
+    /// The time over which orbits of the model are followed.
+    pub(crate) fn period_of(&self, model: &dyn Periodic) -> f64 {
+        self.multiple as f64 * model.period() * if self.half { 0.5 } else { 1.0 }
     }
 
     /// The unknowns of an orbit on the same nodes.
@@ -170,9 +187,6 @@ impl<'f> OrbitCurve<'f> {
         let k = 2 * self.modes.len();
         let size = |i: usize| if i < m * count { self.range[i % m] } else { self.drift_size(i - m * count) };
         DVector::from_fn(m * count + k, |i, _| size(i))
-    }
-    pub(crate) fn multiple(&self) -> usize {
-        self.multiple
     }
     pub(crate) fn flow_tolerance(&self) -> f64 {
         self.flow_tolerance
@@ -233,7 +247,7 @@ impl<'f> OrbitCurve<'f> {
         tolerance: f64,
     ) -> Result<Evaluated, CurveError> {
         let m = self.scale.len();
-        let period = self.multiple as f64 * model.period();
+        let period = self.period_of(model);
         let segments = self.segments(model, period, m, forced)?;
         let nodes = self.phases.len() * m;
         let slack = self.coupling(segments.rigid()) * x.rows(nodes, x.len() - nodes);
@@ -255,8 +269,12 @@ impl<'f> OrbitCurve<'f> {
             residual.rows_mut(i * m, m).copy_from(&-&round.defects[i]);
             by_x.view_mut((i * m, i * m), (m, m)).copy_from(&round.transitions[i]);
             let next = (i + 1) % count;
+            let reversed = self.half && next == 0;
             for j in 0..m {
-                by_x[(i * m + j, next * m + j)] -= 1.0;
+                by_x[(i * m + j, next * m + j)] += if reversed { 1.0 } else { -1.0 };
+                if reversed {
+                    residual[i * m + j] += 2.0 * x[j] / scale[j];
+                }
             }
         }
         // The position along the rigid motions and the drift of the last node.
