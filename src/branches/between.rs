@@ -1,19 +1,15 @@
 //! What lies between two neighbouring points of a branch.
 
-use crate::branches::curve::engine::{CurvePoint, Engine};
-use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::curve::engine::Engine;
+use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::detect::{Change, Compared, OUTSIDE, changes};
+use crate::branches::points::change::Change;
+use crate::branches::points::detect::{Compared, OUTSIDE, changes};
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::{dips, doubling, torus};
-use crate::branches::tracker::{Node, Tracker};
-
-/// Located points with their distance from the last point and their kind.
-pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, PointKind)>;
-
-/// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
-pub(crate) const SEPARATE: f64 = 1e-3;
+use crate::branches::tracker::{Found, Node, SEPARATE, Tracker};
 
 impl<C: OrbitMethod> Tracker<'_, C> {
     /// The kind of the point at which a change happens.

@@ -1,13 +1,13 @@
 //! Rigid stops along a branch: its end at the grazing of a stop, and nodes that keep clear of impacts.
 
 use crate::branches::branch::BranchEnd;
-use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::Curve;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::PointKind;
-use crate::branches::tracker::{Node, Tracker};
+use crate::branches::tracker::{Impacts, Node, Tracker};
 
 /// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side without
 /// impacts.
@@ -39,16 +39,6 @@ pub(crate) const STEEP: f64 = 1e-3;
 
 /// A point with its distance from another.
 type Reached<C> = (f64, Node<<C as Curve>::Solution>);
-
-/// What became of the impacts over a step.
-pub(crate) enum Impacts {
-    /// Their number is the same.
-    Same,
-    /// It changed over a step that is too long to tell where.
-    Unresolved,
-    /// The branch ends at the grazing of this contact.
-    End(usize),
-}
 
 impl<C: OrbitMethod> Tracker<'_, C> {
     /// If the step failed because a contact would strike a rigid stop, goes up to the stop and returns that end

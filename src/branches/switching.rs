@@ -2,8 +2,9 @@
 
 use crate::branches::branch::{Branch, BranchError};
 use crate::branches::continuation::Continuation;
-use crate::branches::curve::engine::{CurvePoint, Engine};
+use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::orbits::by_balance::balance_family::Plain;

@@ -1,11 +1,11 @@
 //! A continuation in progress: steps, location of points, ends.
 
-use crate::branches::between::{Found, SEPARATE};
 use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
-use crate::branches::curve::engine::{CurvePoint, Engine};
-use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::engine::Engine;
+use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::past::Past;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::following::{Following, Track};
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
@@ -15,7 +15,6 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::Values;
-use crate::branches::stops::Impacts;
 use crate::model::offers::Offers;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -131,6 +130,22 @@ impl Continuation {
         tracker.waiting.push_back(start);
         Ok(tracker)
     }
+}
+
+/// Located points with their distance from the last point and their kind.
+pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, PointKind)>;
+
+/// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
+pub(crate) const SEPARATE: f64 = 1e-3;
+
+/// What became of the impacts over a step.
+pub(crate) enum Impacts {
+    /// Their number is the same.
+    Same,
+    /// It changed over a step that is too long to tell where.
+    Unresolved,
+    /// The branch ends at the grazing of this contact.
+    End(usize),
 }
 
 /// What became of an attempt to make a step.

@@ -1,7 +1,8 @@
 //! Location of points between two points of a curve.
 
-use crate::branches::curve::engine::{CurvePoint, Engine};
+use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::curve::point::CurvePoint;
 use crate::numeric::brent::Brent;
 use crate::numeric::spread::GOLDEN;
 use nalgebra::DVector;

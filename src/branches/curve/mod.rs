@@ -5,3 +5,4 @@ pub(crate) mod engine;
 pub(crate) mod equations;
 pub(crate) mod locate;
 pub(crate) mod past;
+pub(crate) mod point;

@@ -1,6 +1,6 @@
 //! Prediction of a point from the two before it.
 
-use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::point::CurvePoint;
 use nalgebra::DVector;
 
 /// The point before the last one: (x, p) and the direction of the tangent, in units of the equations.

@@ -1,7 +1,7 @@
 //! What a continuation asks of the method by which orbits are computed.
 
-use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
 use crate::model::equations::Channel;

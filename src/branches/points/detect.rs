@@ -1,33 +1,10 @@
 //! What changes between two neighbouring points of a branch.
 
-use crate::branches::curve::engine::CurvePoint;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::periodic::multipliers::Multipliers;
-
-/// A change between two points that is to be located.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Change {
-    Fold,
-    Branch,
-    PeriodDoubling,
-    NeimarkSacker,
-    /// An extremum passes through its edge.
-    Grazing(Extremum),
-}
-
-impl Change {
-    /// What is noted if the point is not located.
-    pub(crate) fn unlocated(self) -> &'static str {
-        match self {
-            Change::Fold => "a fold was passed",
-            Change::Branch => "the determinant changed its sign",
-            Change::PeriodDoubling => "a multiplier passed -1",
-            Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
-            Change::Grazing(_) => "a contact grazed an edge",
-        }
-    }
-}
 
 /// The changes between two points.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,10 +13,6 @@ pub(crate) struct Changes {
     /// What the changes do not explain.
     pub(crate) unexplained: Option<&'static str>,
 }
-
-/// Slopes dp/ds below this are rounding: the branch is vertical, as that of a linear model with the
-/// multiplier 1.
-pub(crate) const VERTICAL: f64 = 1e-8;
 
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;

@@ -1,7 +1,7 @@
 //! Test functions: their signs change at bifurcations.
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::points::detect::{Change, VERTICAL};
+use crate::branches::points::change::{Change, VERTICAL};
 use crate::periodic::multipliers::Multipliers;
 use num_complex::Complex64;
 

@@ -1,7 +1,7 @@
 //! The equations of a harmonic balance over a parameter.
 
-use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
 use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};

@@ -1,7 +1,7 @@
 //! Shooting as the method of a continuation: figures, orbits with multipliers, shifts of the nodes.
 
-use crate::branches::curve::engine::CurvePoint;
 use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_shooting::nodes::clear;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, product};

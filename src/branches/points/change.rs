@@ -1,0 +1,31 @@
+//! Changes along a branch that are located.
+
+use crate::branches::orbits::contact_trace::Extremum;
+
+/// A change between two points that is to be located.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Change {
+    Fold,
+    Branch,
+    PeriodDoubling,
+    NeimarkSacker,
+    /// An extremum passes through its edge.
+    Grazing(Extremum),
+}
+
+impl Change {
+    /// What is noted if the point is not located.
+    pub(crate) fn unlocated(self) -> &'static str {
+        match self {
+            Change::Fold => "a fold was passed",
+            Change::Branch => "the determinant changed its sign",
+            Change::PeriodDoubling => "a multiplier passed -1",
+            Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
+            Change::Grazing(_) => "a contact grazed an edge",
+        }
+    }
+}
+
+/// Slopes dp/ds below this are rounding: the branch is vertical, as that of a linear model with the
+/// multiplier 1.
+pub(crate) const VERTICAL: f64 = 1e-8;
