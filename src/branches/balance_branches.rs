@@ -186,6 +186,7 @@ impl Continuation {
     ) -> Result<Engine<BalanceCurve<'f, M>>, BranchError> {
         let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
         let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
+        let curve = curve.with_stability(self.stability);
         Ok(Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false })
     }
 }

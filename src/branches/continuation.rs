@@ -3,6 +3,7 @@
 use crate::branches::branch::{Branch, BranchEnd, BranchError};
 use crate::branches::family::Family;
 use crate::branches::following::Following;
+use crate::branches::stability_method::StabilityMethod;
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
 use crate::ode::budget::Budget;
@@ -54,6 +55,7 @@ pub struct Continuation {
     pub(crate) max_points: usize,
     pub(crate) channels: Option<Vec<String>>,
     pub(crate) shooting: Shooting,
+    pub(crate) stability: StabilityMethod,
     pub(crate) budget: Budget,
 }
 
@@ -76,6 +78,7 @@ impl Continuation {
             max_points: 2000,
             channels: None,
             shooting: Shooting::new(),
+            stability: StabilityMethod::Multipliers,
             budget: Budget::new(),
         }
     }
@@ -121,6 +124,11 @@ impl Continuation {
     /// the whole branch.
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
+    }
+    /// How the stability of the points is computed. Default: Floquet multipliers. A [`boundary`](Continuation::boundary)
+    /// always computes them.
+    pub fn stability(self, stability: StabilityMethod) -> Self {
+        Continuation { stability, ..self }
     }
     /// Maximum number of integration steps and maximum time of each direction. The first orbit has the budget of
     /// its [`Shooting`].

@@ -93,6 +93,7 @@ impl Continuation {
         let meter = Rc::new(self.budget.begin());
         let unit = self.unit();
         let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &self.shooting, meter)?;
+        let curve = curve.with_stability(self.stability);
         let tolerance = self.shooting.correction_tolerance();
         Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
     }

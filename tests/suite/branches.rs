@@ -448,3 +448,24 @@ fn trains_in_inertial_coordinates() {
     }
     assert_eq!((relative.located().count(), inertial.located().count()), (4, 4));
 }
+
+/// Without stability the folds and grazings are the same, and no doubling is located.
+#[test]
+fn stability_is_a_choice_of_its_own() {
+    let model =
+        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let range = Continuation::new(2.5, 0.45);
+    let follow = |range: Continuation| range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let with = follow(range.clone());
+    let without = follow(range.stability(gear_dynamics::branches::StabilityMethod::Skipped));
+    for kind in ["fold", "grazing"] {
+        let [with, without] = [&with, &without].map(|branch| branch.of_kind(kind));
+        assert_eq!(with.len(), without.len(), "{kind}");
+        for (a, b) in with.iter().zip(without) {
+            assert!((a.parameter - b.parameter).abs() < 1e-11, "{kind}");
+        }
+    }
+    assert!(!with.of_kind("period-doubling").is_empty() && without.of_kind("period-doubling").is_empty());
+    assert!(without.points().iter().all(|point| point.stability() == Stability::Undecided));
+}

@@ -9,6 +9,7 @@ use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
 use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::stability_method::StabilityMethod;
 use crate::model::equations::{Channel, Periodic};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
@@ -50,6 +51,7 @@ pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
     /// Whether the equations have a continuous derivative.
     is_smooth: bool,
     channels: RefCell<(Vec<Channel>, Vec<usize>)>,
+    stability: StabilityMethod,
     meter: Rc<Meter<'f>>,
 }
 
@@ -116,9 +118,14 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             scales,
             difference: STEP * unit.max(p.abs()),
             is_smooth: !(sampled && has_contacts),
+            stability: StabilityMethod::Multipliers,
             channels: RefCell::default(),
             meter,
         })
+    }
+
+    pub(crate) fn with_stability(self, stability: StabilityMethod) -> Self {
+        BalanceCurve { stability, ..self }
     }
 
     /// Calls `work` with the equations at a point, after an evaluation there.
@@ -274,7 +281,8 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
 
     fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         // Those of the equation say nothing on the doublings of a balance with truncated forces.
-        self.family.is_of_equation().then(|| self.multipliers_along(point)).flatten()
+        let wanted = self.family.is_of_equation() && self.stability == StabilityMethod::Multipliers;
+        wanted.then(|| self.multipliers_along(point)).flatten()
     }
 
     /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
@@ -300,7 +308,11 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
         })?;
         self.meter.left()?;
         let none = || CurveError::NotConverged { corrections: corrections.clone() };
-        Ok((orbit, self.multipliers_along(point).ok_or_else(none)?))
+        let multipliers = match self.stability {
+            StabilityMethod::Skipped => Multipliers::new(Vec::new(), f64::INFINITY),
+            StabilityMethod::Multipliers => self.multipliers_along(point).ok_or_else(none)?,
+        };
+        Ok((orbit, multipliers))
     }
 
     fn measure(&self, point: &CurvePoint<Series>, channels: &[Channel]) -> Result<Measured, CurveError> {

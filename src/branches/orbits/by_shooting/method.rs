@@ -7,6 +7,7 @@ use crate::branches::orbits::by_shooting::nodes::clear;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, product};
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::stability_method::StabilityMethod;
 use crate::model::equations::{Channel, State};
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
@@ -29,7 +30,7 @@ impl OrbitMethod for OrbitCurve<'_> {
     }
 
     fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
-        point.solution.multipliers.clone()
+        (self.stability == StabilityMethod::Multipliers).then(|| point.solution.multipliers.clone()).flatten()
     }
 
     fn measure(&self, point: &CurvePoint<Passage>, channels: &[Channel]) -> Result<Measured, CurveError> {
@@ -86,11 +87,16 @@ impl OrbitMethod for OrbitCurve<'_> {
         let multipliers = passage.multipliers.clone().ok_or_else(none)?;
         let rigid = orthonormal(&self.modes, &passage.scale);
         let model = self.model(*p)?;
-        let looser = self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance);
-        if let Err(CurveError::Exhausted(exhausted)) = looser {
+        let looser = match self.stability {
+            StabilityMethod::Skipped => None,
+            StabilityMethod::Multipliers => {
+                Some(self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance))
+            }
+        };
+        if let Some(Err(CurveError::Exhausted(exhausted))) = looser {
             return Err(exhausted.into());
         }
-        let other = looser.ok().and_then(|at| {
+        let other = looser.and_then(Result::ok).and_then(|at| {
             Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
         });
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));

@@ -2,6 +2,7 @@
 
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
+use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
 use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, Periodic, State};
@@ -28,6 +29,7 @@ pub(crate) struct OrbitCurve<'f> {
     pub(super) multiple: usize,
     /// Whether the orbits are followed over half their period.
     half: bool,
+    pub(super) stability: StabilityMethod,
     /// Times of the nodes over the period of the orbit.
     pub(super) phases: Vec<f64>,
     /// Units of coordinates and velocities, and their ranges of motion.
@@ -123,6 +125,7 @@ impl<'f> OrbitCurve<'f> {
             family,
             multiple: orbit.period_multiple(),
             half: false,
+            stability: StabilityMethod::Multipliers,
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
             scale: orbit.scale.clone(),
             range: orbit.range.clone(),
@@ -143,6 +146,9 @@ impl<'f> OrbitCurve<'f> {
     /// The same curve for symmetric orbits over half their period; the orbit of [`new`](OrbitCurve::new) is that half.
     pub(crate) fn over_half(self) -> Self {
         OrbitCurve { half: true, ..self }
+    }
+    pub(crate) fn with_stability(self, stability: StabilityMethod) -> Self {
+        OrbitCurve { stability, ..self }
     }
     pub(crate) fn is_over_half(&self) -> bool {
         self.half
