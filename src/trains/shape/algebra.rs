@@ -169,28 +169,18 @@ impl<N: Nonlinearity> TrainShape<N> {
         let teeth = &self.teeth[..];
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
         let at = At { damping, half, ..at };
-        // The second sum of a tooth is held until the next one is known: along a chain of gears it is its first.
-        let mut held = (0, a[0]);
         for i in 0..teeth.len() {
             let i = kept::<S>(i);
             let tooth = &teeth[i];
             let deflection = self.deflection::<WIDE, S>(i, tooth, &at, q, v);
             let w = self.force::<WIDE, S, L>(law, i, tooth, &at, deflection);
             let [j, k] = tooth.at.map(|at| at as usize);
-            if j == held.0 {
-                a[j] = held.1 - w * tooth.pulls[0];
-            } else {
-                a[held.0] = held.1;
-                a[j] = a[j] - w * tooth.pulls[0];
-            }
-            held = (k, a[k] - w * tooth.pulls[1]);
+            a[j] = a[j] - w * tooth.pulls[0];
+            a[k] = a[k] - w * tooth.pulls[1];
             if WIDE {
-                a[k] = held.1;
                 self.pull(self.rests[i].more_pulls.clone(), w, a);
-                held.1 = a[k];
             }
         }
-        a[held.0] = held.1;
         if WIDE {
             let at = self.drives(u);
             self.others(law, &at, q, v, a);
