@@ -3,18 +3,20 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Model};
+use crate::model::equations::Model;
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::numeric::norms;
 use crate::numeric::spread::golden;
+use faer::Mat;
 use nalgebra::DMatrix;
 
 /// Rigid motions of a model.
 pub(crate) struct Rigid {
     /// Directions, orthonormal.
     pub(crate) modes: Vec<Vec<f64>>,
-    /// A singular value, relative to the largest one, that differences cannot distinguish from zero; `None`
-    /// if there is none.
+    /// A singular value that differences cannot distinguish from zero, relative to those of the coordinates;
+    /// `None` if there is none.
     pub(crate) doubtful: Option<f64>,
 }
 
@@ -26,56 +28,137 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
 /// Orthonormal directions r of the coordinates with ∂a/∂q r = 0 and ∂a/∂v r = 0 at all times, in all states
 /// and on both flanks.
 ///
-/// The directions are the null space of a stack of Jacobians, by singular value decomposition. The Jacobians
-/// are evaluated at nine instants in (0, `span`) and states of nine sizes, with all contacts on their lower
-/// and then on their upper flanks. Contacts in their gaps are not evaluated, because they resist no motion.
-/// A direction that changes the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts
-/// belongs to the stack.
+/// The Jacobians are evaluated at up to nine instants in (0, `span`) and states of nine sizes, with all
+/// contacts on their lower and then on their upper flanks. Each exact one reduces the directions that are left.
+/// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes the
+/// deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
 pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
-    // The stack of all Jacobians, each divided by its largest entry.
-    let mut jacobians = DMatrix::<f64>::zeros(0, n);
-    let (mut exact, mut a) = (true, vec![0.0; n]);
+    let (mut exact, mut a, rest) = (true, vec![0.0; n], vec![0.0; n]);
+    // Jacobians, each divided by its largest entry.
+    let mut jacobians = Vec::new();
+    let mut free = Free::whole(n);
     for (look, size) in SIZES.iter().enumerate() {
         model.drive(span * golden((look + 1) as f64), Side::After, &mut u);
         let part = |i: usize| size * (golden((7 * look + 3 * i + 2) as f64) - 0.5);
         let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
-        let rest = vec![0.0; n];
-        jacobians = compressed(jacobians, &directions_of_stops(model, &u, &q));
+        jacobians.push(directions_of_stops(model, &u, &q));
         slopes.scale.fill(*size);
         for flank in &flanks {
-            exact &= model.jacobian(Some(flank), &u, &q, &v, &mut Jacobian::new(n));
-            // In differences the rounding of spring forces hides weak dampers. Without an exact Jacobian
-            // ∂a/∂q is therefore evaluated at v = 0 and ∂a/∂v at q = 0.
+            exact &= model.jacobian(Some(flank), &u, &q, &v, &mut slopes.jacobian);
             for velocity in [false, true] {
-                let (q, v) = match (exact, velocity) {
-                    (true, _) => (&q, &v),
-                    (_, false) => (&q, &rest),
-                    (_, true) => (&rest, &v),
-                };
-                slopes.at(Some(flank), &u, q, v);
+                let mut rounding = 0.0;
+                if !exact {
+                    // In differences the rounding of spring forces hides weak dampers. Without an exact
+                    // Jacobian ∂a/∂q is therefore evaluated at v = 0 and ∂a/∂v at q = 0.
+                    let (q, v) = if velocity { (&rest, &v) } else { (&q, &rest) };
+                    slopes.at(Some(flank), &u, q, v);
+                    accelerate(model, Some(flank), &u, q, v, &mut a);
+                    rounding = f64::EPSILON * norms::dot(&a, &a).sqrt() / (STEP * size);
+                }
                 let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
-                accelerate(model, Some(flank), &u, q, v, &mut a);
-                let rounding = f64::EPSILON * crate::numeric::norms::dot(&a, &a).sqrt() / (STEP * size);
-                if largest > 0.0 && (exact || rounding <= ROUNDING * largest) {
-                    let scaled = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
-                    jacobians = compressed(jacobians, &scaled);
+                if largest > 0.0 && rounding <= ROUNDING * largest {
+                    jacobians.push(half.map(|x| if x.is_finite() { x / largest } else { 0.0 }));
                 }
             }
         }
+        // Differences have errors of their own: the directions then follow from all Jacobians at once.
+        if exact {
+            free.resisted(&std::mem::take(&mut jacobians), EXACT);
+            if free.values.is_empty() {
+                break;
+            }
+        }
     }
-    nullspace(&jacobians, n, if exact { EXACT } else { DIFFERENCES })
+    let limits = if exact { EXACT } else { DIFFERENCES };
+    free.resisted(&jacobians, limits);
+    free.motions(limits)
+}
+
+/// The directions that no Jacobian so far resists.
+struct Free {
+    /// Norm of the first column of each coordinate that is not 0. Coordinates may be angles and lengths:
+    /// they are multiplied by it. 0: no Jacobian so far depends on the coordinate.
+    size: Vec<f64>,
+    /// Orthonormal directions in the multiplied coordinates, one column each.
+    basis: Mat<f64>,
+    /// The singular value that belongs to each direction.
+    values: Vec<f64>,
+}
+
+impl Free {
+    /// All directions of n coordinates.
+    fn whole(n: usize) -> Self {
+        Free { size: vec![0.0; n], basis: Mat::identity(n, n), values: vec![0.0; n] }
+    }
+
+    /// Keeps the directions that Jacobians of n columns do not resist, by singular value decomposition of
+    /// the Jacobians along the directions. `clear`: value that is not zero, with 1 for a direction that is
+    /// resisted like a coordinate on average.
+    fn resisted(&mut self, jacobians: &[DMatrix<f64>], [_, clear]: [f64; 2]) {
+        let (n, k) = (self.size.len(), self.values.len());
+        for j in 0..n {
+            let squares: f64 = jacobians.iter().map(|rows| rows.column(j).norm_squared()).sum();
+            if self.size[j] == 0.0 && squares > 0.0 {
+                self.size[j] = squares.sqrt();
+                (0..k).for_each(|c| self.basis[(j, c)] *= self.size[j]);
+            }
+        }
+        if k < n {
+            self.basis = self.basis.qr().compute_thin_Q();
+        } else {
+            // All directions remain: their basis is the coordinates.
+            self.basis = Mat::identity(n, n);
+        }
+        let places = jacobians.iter().flat_map(|rows| (0..rows.nrows()).map(move |i| (rows, i)));
+        let places: Vec<(&DMatrix<f64>, usize)> = places.collect();
+        let size = |j: usize| if self.size[j] > 0.0 { self.size[j] } else { 1.0 };
+        let scaled = Mat::from_fn(places.len(), n, |i, j| places[i].0[(places[i].1, j)] / size(j));
+        let norm = scaled.norm_l2() / (n as f64).sqrt();
+        if norm == 0.0 {
+            return;
+        }
+        let along = if k < n { &scaled * &self.basis } else { scaled };
+        let (rows, values) = (along.nrows(), &self.values);
+        let seen = |i: usize, j: usize| if i == j { values[j] } else { 0.0 };
+        let stack =
+            Mat::from_fn(rows + k, k, |i, j| if i < rows { along[(i, j)] / norm } else { seen(i - rows, j) });
+        let Ok(svd) = stack.thin_svd() else {
+            return;
+        };
+        let left: Vec<usize> = (0..k).filter(|&c| svd.S()[c] <= clear).collect();
+        let turn = Mat::from_fn(k, left.len(), |i, c| svd.V()[(i, left[c])]);
+        (self.basis, self.values) = (&self.basis * turn, left.iter().map(|&c| svd.S()[c]).collect());
+    }
+
+    /// The rigid motions in the coordinates of the model.
+    fn motions(&self, [zero, _]: [f64; 2]) -> Rigid {
+        let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
+        for (c, &value) in self.values.iter().enumerate() {
+            if value > zero {
+                rigid.doubtful = Some(value);
+                continue;
+            }
+            let size = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 });
+            let mut r: Vec<f64> = size.enumerate().map(|(j, size)| self.basis[(j, c)] / size).collect();
+            rigid.modes.iter().for_each(|other| norms::remove(other, &mut r));
+            let length = norms::dot(&r, &r).sqrt();
+            r.iter_mut().for_each(|x| *x /= length);
+            rigid.modes.push(r);
+        }
+        rigid
+    }
 }
 
 /// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
 const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
 
-/// Limits of a singular value relative to the largest one, for exact Jacobians: zero up to the first limit,
-/// not zero from the second one, doubtful between them.
+/// Limits of a singular value, for exact Jacobians: zero up to the first limit, not zero from the second one,
+/// doubtful between them.
 const EXACT: [f64; 2] = [1e-12, 1e-12];
 
 /// The same limits for Jacobians by differences, whose relative error is about 1e-10.
@@ -120,43 +203,6 @@ fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DM
         }
     }
     slopes
-}
-
-/// Stacks two matrices of n columns. More than n rows are reduced to n rows with the same null space, by QR.
-fn compressed(above: DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
-    let (n, rows) = (below.ncols(), above.nrows());
-    let mut both = above.insert_rows(rows, below.nrows(), 0.0);
-    both.view_mut((rows, 0), (below.nrows(), n)).copy_from(below);
-    if both.nrows() <= n { both } else { both.qr().r() }
-}
-
-/// The null space of the stack of n columns, with the limits for a singular value.
-fn nullspace(jacobians: &DMatrix<f64>, n: usize, [zero, clear]: [f64; 2]) -> Rigid {
-    let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
-    let mut rigid = Rigid { modes: Vec::new(), doubtful: None };
-    if jacobians.nrows() < n {
-        rigid.modes.extend((0..n).map(unit));
-        return rigid;
-    }
-    // Columns are divided by their norms, because coordinates may be angles and lengths.
-    let size: Vec<f64> =
-        jacobians.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
-    let svd = DMatrix::from_fn(jacobians.nrows(), n, |i, j| jacobians[(i, j)] / size[j]).svd(false, true);
-    let largest = svd.singular_values.max();
-    if let Some(right) = svd.v_t {
-        for (row, value) in right.row_iter().zip(svd.singular_values.iter().map(|value| value / largest)) {
-            if value > zero {
-                rigid.doubtful = if value < clear { Some(value) } else { rigid.doubtful };
-            } else {
-                let mut r: Vec<f64> = row.iter().zip(&size).map(|(x, s)| x / s).collect();
-                rigid.modes.iter().for_each(|other| crate::numeric::norms::remove(other, &mut r));
-                let length = crate::numeric::norms::dot(&r, &r).sqrt();
-                r.iter_mut().for_each(|x| *x /= length);
-                rigid.modes.push(r);
-            }
-        }
-    }
-    rigid
 }
 
 #[cfg(test)]
