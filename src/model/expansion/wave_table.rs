@@ -32,6 +32,7 @@ const DIFFERENCE: f64 = 1e-14;
 /// Maximum number of harmonics of a wave, and of different orders of all waves.
 const HARMONICS: usize = 128;
 const ROOM: usize = 512;
+const FEW: usize = 16;
 
 /// The waves of a shape without edges: f(φ) = mean + Σ a cos nφ + b sin nφ, exact to rounding.
 pub(crate) struct WaveTable {
@@ -121,7 +122,23 @@ impl WaveTable {
         needed: &[bool],
         u: &mut [Series],
     ) {
-        let mut turns = [(0.0, 0.0); ROOM];
+        // Few orders need no large array, which would be cleared at every step.
+        match self.orders.len() {
+            0..=FEW => self.expand_in::<FEW>(angle, speed, coefficients, needed, u),
+            _ => self.expand_in::<ROOM>(angle, speed, coefficients, needed, u),
+        }
+    }
+
+    /// [`expand`](WaveTable::expand) with room for the sines and cosines of this number of orders.
+    fn expand_in<const SPACE: usize>(
+        &self,
+        angle: f64,
+        speed: f64,
+        coefficients: usize,
+        needed: &[bool],
+        u: &mut [Series],
+    ) {
+        let mut turns = [(0.0, 0.0); SPACE];
         let turns = &mut turns[..self.orders.len()];
         self.turn(angle, turns);
         self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, needed, u });
@@ -183,12 +200,27 @@ impl pulp::WithSimd for Expansion<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
+        match self.coefficients.div_ceil(EIGHT) {
+            0..=2 => self.sums::<2>(),
+            3 => self.sums::<3>(),
+            _ => self.sums::<BLOCKS>(),
+        }
+    }
+}
+
+impl Expansion<'_> {
+    /// The sums, with this number of blocks of coefficients.
+    #[inline(always)]
+    fn sums<const USED: usize>(self) {
         let Expansion { table, turns, speed, coefficients, needed, u } = self;
-        let mut powers = [[0.0; EIGHT]; BLOCKS];
+        let mut powers = [[0.0; EIGHT]; USED];
         let mut power = 1.0;
-        for out in &mut powers.as_flattened_mut()[..coefficients] {
+        for out in &mut powers[0] {
             *out = power;
             power *= speed;
+        }
+        for k in 1..USED {
+            powers[k] = powers[k - 1].map(|below| below * power);
         }
         for (((mean, harmonics), u), needed) in table.waves.iter().zip(u).zip(needed) {
             if !needed {
@@ -198,7 +230,7 @@ impl pulp::WithSimd for Expansion<'_> {
                 u.set_constant(*mean);
                 continue;
             }
-            let mut sums = [[0.0; EIGHT]; BLOCKS];
+            let mut sums = [[0.0; EIGHT]; USED];
             for &(i, [a, b]) in harmonics {
                 let (s, c) = turns[i];
                 let (value, slope) = (a * c + b * s, b * c - a * s);

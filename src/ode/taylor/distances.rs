@@ -53,17 +53,21 @@ pub(super) fn first_exit(
         if start == f64::INFINITY {
             continue; // the law has no such edge
         }
-        if start - ranges[i] > NEAR * (start + ranges[i]) {
+        let near = NEAR * (start + ranges[i]);
+        if start - ranges[i] > near {
+            continue;
+        }
+        let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree };
+        for (n, coefficient) in distance.c[..=c.degree].iter_mut().enumerate() {
+            *coefficient = sign * c.distances(n)[i];
+        }
+        if start > near && distance.first_root(limit).is_none() && distance.with_slope(limit).0 > near {
             continue;
         }
         if !read {
             e.contacts_at_start();
             e.check_gaps(e.t)?;
             read = true;
-        }
-        let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree };
-        for (n, coefficient) in distance.c[..=c.degree].iter_mut().enumerate() {
-            *coefficient = sign * c.distances(n)[i];
         }
         let exit = Exit { contact, to };
         let slack = locator.slack(contact, &e.contacts[contact]);

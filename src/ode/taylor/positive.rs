@@ -20,12 +20,17 @@ const MANY: u32 = 4096;
 impl Polynomial {
     /// Value and derivative.
     pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for c in self.c[..=self.degree].iter().rev() {
-            slope = slope * s + value;
-            value = value * s + c;
+        // Even and odd orders apart, p = E(s²) + s O(s²): the sums do not wait for one another.
+        let (square, mut even, mut odd) = (s * s, [0.0; 2], [0.0; 2]);
+        let (pairs, last) = self.c[..=self.degree].as_chunks::<2>();
+        if let [last] = last {
+            even[0] = *last;
         }
-        (value, slope)
+        for [of_even, of_odd] in pairs.iter().rev() {
+            even = [even[0] * square + of_even, even[1] * square + even[0]];
+            odd = [odd[0] * square + of_odd, odd[1] * square + odd[0]];
+        }
+        (even[0] + s * odd[0], odd[0] + 2.0 * s * (even[1] + s * odd[1]))
     }
     /// The polynomial raised by a constant.
     pub(super) fn raised(mut self, by: f64) -> Self {

@@ -10,6 +10,16 @@ use pulp::Arch;
 /// Maximum number of orders, 0 included.
 pub(crate) const ORDERS: usize = Series::CAPACITY;
 
+/// 1/n; 0 for n = 0.
+const PER: [f64; ORDERS] = {
+    let (mut per, mut n) = ([0.0; ORDERS], 1);
+    while n < ORDERS {
+        per[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    per
+};
+
 /// The coefficients of all numbers of a plan: one row for each order.
 pub(crate) struct Coefficients {
     pub(crate) plan: Plan,
@@ -106,7 +116,7 @@ impl Coefficients {
             if n == 0 {
                 q.copy_from_slice(&row[half..2 * half]);
             }
-            let [per_v, per_q] = [1.0 / (n + 1) as f64, 1.0 / (n + 2) as f64];
+            let [per_v, per_q] = [PER[n + 1], PER[n + 2]];
             for ((v, a), q) in v[..half].iter_mut().zip(&row[accelerations..]).zip(after) {
                 for l in 0..EIGHT {
                     v[l] = a[l] * per_v;

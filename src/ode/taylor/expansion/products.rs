@@ -65,6 +65,9 @@ impl Products {
     /// Writes c_n = Σ a_j b_(n-j) of order n into its row of numbers.
     #[inline(always)]
     pub(super) fn order(&mut self, n: usize, x: &mut [f64]) {
+        if self.sources.len() == 1 {
+            return self.alone(n, x);
+        }
         let newest_a: Four = std::array::from_fn(|l| x[self.factors[l][0] as usize]);
         let newest_b: Four = std::array::from_fn(|l| x[self.factors[l][1] as usize]);
         // The newest coefficients are not read from memory, where they have just been written one by one.
@@ -90,6 +93,23 @@ impl Products {
         for (out, (sum, other)) in x[self.out..][..BATCH].iter_mut().zip(sum.iter().zip(&other)) {
             *out = sum + other;
         }
+    }
+
+    /// [`order`](Products::order) for a batch of one product.
+    #[inline(always)]
+    fn alone(&mut self, n: usize, x: &mut [f64]) {
+        let [newest_a, newest_b] = self.factors[0].map(|column| x[column as usize]);
+        (self.a[n][0], self.b[LAST - n][0]) = (newest_a, newest_b);
+        let mut sums = [0.0; 2];
+        let (pairs, last) = self.a[..=n].as_chunks::<2>();
+        let (of_b, last_of_b) = self.b[LAST - n..].as_chunks::<2>();
+        for (a, b) in pairs.iter().zip(of_b) {
+            sums = [sums[0] + a[0][0] * b[0][0], sums[1] + a[1][0] * b[1][0]];
+        }
+        if let ([a], [b]) = (last, last_of_b) {
+            sums[0] += a[0] * b[0];
+        }
+        x[self.out] = sums[0] + sums[1];
     }
 
     /// Sets the results that depend on roots and powers to 0.
