@@ -243,15 +243,27 @@ fn dependants_of_powers(tape: &Tape) -> Vec<bool> {
     depends
 }
 
-/// The level of each slot: 0 for inputs, otherwise 1 more than the largest level that its operation reads.
+/// The level of each slot: 0 for inputs, otherwise 1 more than the largest level that its operation reads. A
+/// product reads the columns of a choice, which are in the rows of the choice's own level.
 fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
     let inputs = tape.inputs();
     let mut levels = vec![0; inputs + tape.ops.len()];
+    let is_choice = |slot: u32| {
+        let op = (slot as usize).checked_sub(inputs).map(|op| &tape.ops[op].0);
+        matches!(op, Some(Op::Choice { .. }))
+    };
     for (i, (op, _)) in tape.ops.iter().enumerate().filter(|(i, _)| needed[inputs + i]) {
-        let slots = op.operands().into_iter().flat_map(|form| &tape.forms[form].terms);
+        let after = |form: FormId| {
+            let form = &tape.forms[form];
+            let slots = form.terms.iter().map(|&(slot, _)| levels[slot as usize]);
+            match form.alone() {
+                Some(slot) if matches!(op, Op::Product(..)) && is_choice(slot) => levels[slot as usize],
+                _ => 1 + slots.max().unwrap_or(0),
+            }
+        };
         levels[inputs + i] = match op {
             Op::Cos => levels[inputs + i - 1],
-            _ => 1 + slots.map(|&(slot, _)| levels[slot as usize]).max().unwrap_or(0),
+            _ => op.operands().into_iter().map(after).max().unwrap_or(1),
         };
     }
     levels

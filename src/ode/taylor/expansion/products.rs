@@ -100,16 +100,21 @@ impl Products {
     fn alone(&mut self, n: usize, x: &mut [f64]) {
         let [newest_a, newest_b] = self.factors[0].map(|column| x[column as usize]);
         (self.a[n][0], self.b[LAST - n][0]) = (newest_a, newest_b);
+        if n == 0 {
+            x[self.out] = newest_a * newest_b;
+            return;
+        }
+        // The newest coefficients come last, so that the other terms need not wait for them.
         let mut sums = [0.0; 2];
-        let (pairs, last) = self.a[..=n].as_chunks::<2>();
-        let (of_b, last_of_b) = self.b[LAST - n..].as_chunks::<2>();
+        let (pairs, last) = self.a[1..n].as_chunks::<2>();
+        let (of_b, last_of_b) = self.b[LAST + 1 - n..LAST].as_chunks::<2>();
         for (a, b) in pairs.iter().zip(of_b) {
             sums = [sums[0] + a[0][0] * b[0][0], sums[1] + a[1][0] * b[1][0]];
         }
         if let ([a], [b]) = (last, last_of_b) {
             sums[0] += a[0] * b[0];
         }
-        x[self.out] = sums[0] + sums[1];
+        x[self.out] = (sums[0] + sums[1]) + (newest_a * self.b[LAST][0] + self.a[0][0] * newest_b);
     }
 
     /// Sets the results that depend on roots and powers to 0.
