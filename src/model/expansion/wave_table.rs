@@ -141,7 +141,8 @@ impl WaveTable {
         let mut turns = [(0.0, 0.0); SPACE];
         let turns = &mut turns[..self.orders.len()];
         self.turn(angle, turns);
-        self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, needed, u });
+        let pairs = &mut [[0.0; 2]; SPACE][..];
+        self.arch.dispatch(Expansion { table: self, turns, pairs, speed, coefficients, needed, u });
     }
 }
 
@@ -190,6 +191,8 @@ fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32) -> Option<Vec<Harmon
 struct Expansion<'e> {
     table: &'e WaveTable,
     turns: &'e [(f64, f64)],
+    /// Scratch: value and slope over the angle of each harmonic of a wave.
+    pairs: &'e mut [[f64; 2]],
     speed: f64,
     coefficients: usize,
     needed: &'e [bool],
@@ -212,7 +215,7 @@ impl Expansion<'_> {
     /// The sums, with this number of blocks of coefficients.
     #[inline(always)]
     fn sums<const USED: usize>(self) {
-        let Expansion { table, turns, speed, coefficients, needed, u } = self;
+        let Expansion { table, turns, pairs, speed, coefficients, needed, u } = self;
         let mut powers = [[0.0; EIGHT]; USED];
         let mut power = 1.0;
         for out in &mut powers[0] {
@@ -230,21 +233,26 @@ impl Expansion<'_> {
                 u.set_constant(*mean);
                 continue;
             }
-            let mut sums = [[0.0; EIGHT]; USED];
-            for &(i, [a, b]) in harmonics {
+            for (pair, &(i, [a, b])) in pairs.iter_mut().zip(harmonics) {
                 let (s, c) = turns[i];
-                let (value, slope) = (a * c + b * s, b * c - a * s);
-                let pattern = [value, slope, value, slope, value, slope, value, slope];
-                for (sums, weights) in sums.iter_mut().zip(&table.orders[i].1) {
+                *pair = [a * c + b * s, b * c - a * s];
+            }
+            let mut sums = [[0.0; EIGHT]; USED];
+            // Block by block, so that a sum stays in one register.
+            for (k, (out, powers)) in sums.iter_mut().zip(&powers).enumerate() {
+                let mut sum = [0.0; EIGHT];
+                for (&[value, slope], &(i, _)) in pairs.iter().zip(harmonics) {
+                    let pattern = [value, slope, value, slope, value, slope, value, slope];
+                    let weights = &table.orders[i].1[k];
                     for l in 0..EIGHT {
-                        sums[l] += pattern[l] * weights[l];
+                        sum[l] += pattern[l] * weights[l];
                     }
                 }
-            }
-            sums[0][0] += mean;
-            for (sums, powers) in sums.iter_mut().zip(&powers) {
+                if k == 0 {
+                    sum[0] += mean;
+                }
                 for l in 0..EIGHT {
-                    sums[l] *= powers[l];
+                    out[l] = sum[l] * powers[l];
                 }
             }
             u.set(sums.as_flattened(), coefficients);
