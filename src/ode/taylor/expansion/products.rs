@@ -70,11 +70,10 @@ impl Products {
         }
         let newest_a: Four = std::array::from_fn(|l| x[self.factors[l][0] as usize]);
         let newest_b: Four = std::array::from_fn(|l| x[self.factors[l][1] as usize]);
-        // The newest coefficients are not read from memory, where they have just been written one by one.
+        // The newest coefficients come last, so that the other terms need not wait for them. They are not read
+        // from memory, where they have just been written one by one.
         let (mut sum, mut other) = ([0.0; BATCH], [0.0; BATCH]);
         if n > 0 {
-            add(&mut sum, &newest_a, &self.b[LAST]);
-            add(&mut other, &self.a[0], &newest_b);
             let (fours, rest) = self.a[1..n].as_chunks::<4>();
             let (of_b, rest_of_b) = self.b[LAST + 1 - n..LAST].as_chunks::<4>();
             for (a, b) in fours.iter().zip(of_b) {
@@ -86,6 +85,8 @@ impl Products {
             for (a, b) in rest.iter().zip(rest_of_b) {
                 add(&mut sum, a, b);
             }
+            add(&mut sum, &newest_a, &self.b[LAST]);
+            add(&mut other, &self.a[0], &newest_b);
         } else {
             add(&mut sum, &newest_a, &newest_b);
         }
