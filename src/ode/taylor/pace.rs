@@ -114,10 +114,11 @@ impl Pace {
             terms.fold(0.0, |m: f64, (x, per)| max(m, (x * per).abs()))
         };
         let degree = c.degree;
-        let mut h = reach(largest(degree), degree).min(reach(largest(degree - 1), degree - 1));
-        if !(largest(degree).is_finite() && largest(degree - 1).is_finite()) {
+        let terms = [largest(degree), largest(degree - 1)];
+        if !(terms[0].is_finite() && terms[1].is_finite()) {
             return f64::NAN;
         }
+        let mut h = reach(terms[0], degree).min(reach(terms[1], degree - 1));
         if self.last > 0.0 {
             h = h.min(GROWTH * self.last);
         }

@@ -17,6 +17,16 @@ const SHORTEST: f64 = 1e-13;
 const COARSE: f64 = 1e-4;
 const MANY: u32 = 4096;
 
+/// n (n - 1).
+const SECOND: [f64; ORDERS] = {
+    let (mut second, mut n) = ([0.0; ORDERS], 0);
+    while n < ORDERS {
+        second[n] = (n * n - n) as f64;
+        n += 1;
+    }
+    second
+};
+
 impl Polynomial {
     /// Value and derivative.
     pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
@@ -59,7 +69,7 @@ impl Polynomial {
         for n in (1..=self.degree).rev() {
             range = (range + self.c[n].abs()) * h;
             if n >= 2 {
-                bend = bend * h + (n * (n - 1)) as f64 * self.c[n].abs();
+                bend = bend * h + SECOND[n] * self.c[n].abs();
             }
         }
         if at_start > range {
