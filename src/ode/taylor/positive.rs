@@ -42,6 +42,19 @@ impl Polynomial {
         }
         (even[0] + s * odd[0], odd[0] + 2.0 * s * (even[1] + s * odd[1]))
     }
+    /// Value, derivative and Σ n (n - 1) |c_n| sⁿ, which is the largest |p''| s² in [0, s] at most.
+    fn with_bend(&self, s: f64) -> (f64, f64, f64) {
+        let (square, mut even, mut odd) = (s * s, [0.0; 3], [0.0; 3]);
+        let (pairs, last) = self.c[..=self.degree].as_chunks::<2>();
+        if let [last] = last {
+            even = [*last, 0.0, SECOND[self.degree] * last.abs()];
+        }
+        for ([c, d], [per_c, per_d]) in pairs.iter().zip(SECOND.as_chunks::<2>().0).rev() {
+            even = [even[0] * square + c, even[1] * square + even[0], even[2] * square + per_c * c.abs()];
+            odd = [odd[0] * square + d, odd[1] * square + odd[0], odd[2] * square + per_d * d.abs()];
+        }
+        (even[0] + s * odd[0], odd[0] + 2.0 * s * (even[1] + s * odd[1]), even[2] + s * odd[2])
+    }
     /// The polynomial raised by a constant.
     pub(super) fn raised(mut self, by: f64) -> Self {
         self.c[0] += by;
@@ -64,31 +77,22 @@ impl Polynomial {
         if at_start <= 0.0 {
             return Some(0.0);
         }
-        // Bounds over the whole step: |p - p(0)| <= range, |p''| <= bend.
-        let (mut range, mut bend) = (0.0, 0.0);
-        for n in (1..=self.degree).rev() {
-            range = (range + self.c[n].abs()) * h;
-            if n >= 2 {
-                bend = bend * h + SECOND[n] * self.c[n].abs();
-            }
-        }
-        if at_start > range {
-            return None;
-        }
         let (mut a, mut value_a, mut slope_a) = (0.0, at_start, self.c[1]);
         let (mut width, mut looks) = (h, 0);
         loop {
             looks += 1;
             let shortest = if looks < MANY { SHORTEST } else { COARSE };
             let b = a + width;
-            let (value_b, slope_b) = self.with_slope(b);
+            let (value_b, slope_b, bend) = self.with_bend(b);
             if !value_b.is_finite() {
                 return None; // no polynomial: the step is judged by its end
             }
-            let (sum, bound) = (slope_a + slope_b, bend * width);
+            // Over the interval |p''| <= bend/b².
+            let (sum, share) = (slope_a + slope_b, width / b);
+            let bound = bend / b * share;
             let (falls, rises) = (sum + bound < 0.0, sum - bound > 0.0);
             let short = width < shortest * h;
-            let stays = rises || falls || value_a.min(value_b) > 0.125 * bound * width;
+            let stays = rises || falls || value_a.min(value_b) > 0.125 * bend * share * share;
             if value_b > 0.0 && (stays || short) {
                 if b >= h * (1.0 - 1e-12) {
                     return None;
