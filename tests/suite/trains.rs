@@ -311,6 +311,11 @@ fn wrong_names_are_refused() {
 #[test]
 fn values_out_of_range_are_refused() {
     let parameter = |error: TrainError| assert!(matches!(error, TrainError::Parameter(_)), "{error}");
+    for coefficients in [&[f64::NAN][..], &[1.0, f64::INFINITY], &[]] {
+        let error = refused(|parts| drop(parts.torque_of_speed("m", "pinion", 1.0, coefficients).clone()));
+        assert!(error.to_string().contains("of \"m\""), "{error}");
+        parameter(error);
+    }
     for value in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
         parameter(refused(|parts| drop(parts.body("third", Body::new(value)).clone())));
         let bearing = Bearing::new(value, 1e8);
@@ -601,6 +606,11 @@ fn forces_of_bearings_friction_and_motors() {
     parts.body("rotor", Body::new(0.5)).motor("torque", "rotor", 40.0, 0.2, 100.0);
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[0.0])[0], 40.0 / 0.5);
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], 0.0);
+    // A direct-current motor, 30 N m (1 - Ω/200), and a fan, -5 N m (Ω/100)², on one rotor.
+    let mut parts = Parts::new();
+    parts.body("rotor", Body::new(0.5)).torque_of_speed("motor", "rotor", 30.0, &[1.0, -1.0 / 200.0]);
+    parts.torque_of_speed("fan", "rotor", -5.0, &[0.0, 0.0, 1e-4]);
+    near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], (15.0 - 5.0) / 0.5);
     // Friction at the pitch point: μ W r tan α on both gears against the drive, and μ W along the line of centres.
     let mut parts = Parts::new();
     parts.body("one", Body::new(1e-3).on(Bearing::new(2.0, 0.0))).body("two", Body::new(2e-3).at([0.1, 0.0]));

@@ -226,7 +226,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         if let Some((dropped, _)) = &self.dropped {
             let part = [
                 (self.layout.parts.rotating.is_some(), "a rotating frame"),
-                (!shape.motors.is_empty(), "a motor"),
+                (!shape.motors.is_empty(), "a torque over the speed"),
                 (self.layout.parts.bodies.iter().any(|body| body.1.drag != 0.0), "drag"),
                 (turning_support, "the support of a body that turns"),
             ];

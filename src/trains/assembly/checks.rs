@@ -8,6 +8,7 @@ use crate::trains::assembly::places::SAME;
 use crate::trains::assembly::rows::Layout;
 use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::collection::{Course, Parts};
+use crate::trains::shape::elements::Characteristic;
 use crate::trains::shape::train_shape::TrainShape;
 
 /// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
@@ -55,9 +56,19 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
     }
     for torque in &parts.torques {
         check::quantity(format!("\"{}\"", torque.name), torque.value)?;
-        if let Course::Motor { breakdown_slip, synchronous } = torque.course {
-            check::scale(format!("breakdown slip of \"{}\"", torque.name), breakdown_slip)?;
-            check::scale(format!("synchronous speed of \"{}\"", torque.name), synchronous)?;
+        let of = |what: &str| format!("{what} of \"{}\"", torque.name);
+        match &torque.course {
+            Course::OfSpeed(Characteristic::Induction { breakdown_slip, synchronous }) => {
+                check::scale(of("breakdown slip"), *breakdown_slip)?;
+                check::scale(of("synchronous speed"), *synchronous)?;
+            }
+            Course::OfSpeed(Characteristic::Polynomial(coefficients)) => {
+                if coefficients.is_empty() {
+                    return Err(crate::ParameterError::Empty { name: of("coefficients"), min: 1 }.into());
+                }
+                coefficients.iter().try_for_each(|c| check::quantity(of("coefficient"), *c).map(drop))?;
+            }
+            Course::Constant | Course::OfAngle(_) => {}
         }
     }
     for (name, _, mesh) in &parts.meshes {

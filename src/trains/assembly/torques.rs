@@ -13,7 +13,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let parts = self.layout.parts;
         let constant = |torque: &&TorquePart| torque.course == Course::Constant;
         let waves = parts.torques.iter().filter(|torque| matches!(torque.course, Course::OfAngle(_)));
-        let motors = parts.torques.iter().filter(|torque| matches!(torque.course, Course::Motor { .. }));
+        let motors = parts.torques.iter().filter(|torque| matches!(torque.course, Course::OfSpeed(_)));
         for (place, torque) in waves.chain(motors).enumerate() {
             let body = self.names.place(&torque.name, &torque.body)?;
             // A torque drives: its pull is that of a force against its row.
@@ -26,13 +26,12 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                     let wave = once(&mut self.shape.single, wave);
                     self.shape.torque_waves.push((wave, place, pulls));
                 }
-                Course::Motor { breakdown_slip, synchronous } => self.shape.motors.push(Motor {
+                Course::OfSpeed(characteristic) => self.shape.motors.push(Motor {
                     at: self.layout.angle[body].unwrap_or(0),
                     pulls,
                     ratio: self.layout.kinematics.speeds[body].value().abs() / self.orders.ratio,
                     torque: place,
-                    breakdown_slip: *breakdown_slip,
-                    synchronous: *synchronous,
+                    characteristic: characteristic.clone(),
                 }),
                 Course::Constant => {}
             }

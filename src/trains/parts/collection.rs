@@ -5,6 +5,7 @@ use crate::excitation::wave::Wave;
 use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::shape::elements::Characteristic;
 
 /// A shaft between two bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,11 +23,8 @@ pub(crate) enum Course {
     Constant,
     /// A factor over the turn of the body.
     OfAngle(Wave),
-    /// Breakdown slip and synchronous speed.
-    Motor {
-        breakdown_slip: f64,
-        synchronous: f64,
-    },
+    /// A factor over the speed of the body.
+    OfSpeed(Characteristic),
 }
 
 /// A torque on a body along its rotation.
@@ -168,7 +166,25 @@ impl<N> Parts<N> {
         breakdown_slip: f64,
         synchronous: f64,
     ) -> &mut Self {
-        self.add_torque(name, body, breakdown_torque, Course::Motor { breakdown_slip, synchronous })
+        let course = Course::OfSpeed(Characteristic::Induction { breakdown_slip, synchronous });
+        self.add_torque(name, body, breakdown_torque, course)
+    }
+    /// Adds a torque [N m] times a factor Σ c_k Ω^k over the speed Ω [rad/s] of the body along its rotation, with the
+    /// coefficients c_0, c_1, ...: a direct-current motor has two, a fan or a propeller has three.
+    ///
+    /// ```
+    /// use gear_dynamics::trains::{Body, Parts};
+    /// use gear_dynamics::{Integrator, State, Taylor};
+    /// let mut parts = Parts::new(); // J Ω' = -20 N m (Ω/100)²
+    /// parts.body("fan", Body::new(0.5)).torque_of_speed("drag", "fan", -20.0, &[0.0, 0.0, 1e-4]);
+    /// let end = Taylor::new().end(&parts.build("fan", 100.0)?, &State::at_rest(1), 2.0)?;
+    /// let speed = 100.0 / (1.0 + 20.0 / (0.5 * 100.0) * 2.0); // Ω_0/(1 + T t/(J Ω_0))
+    /// assert!((100.0 + end.v[0] - speed).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn torque_of_speed(&mut self, name: &str, body: &str, value: f64, coefficients: &[f64]) -> &mut Self {
+        let course = Course::OfSpeed(Characteristic::Polynomial(coefficients.into()));
+        self.add_torque(name, body, value, course)
     }
     fn add_torque(&mut self, name: &str, body: &str, value: f64, course: Course) -> &mut Self {
         self.torques.push(TorquePart { name: name.into(), body: body.into(), value, course });

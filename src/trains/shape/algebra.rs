@@ -255,10 +255,8 @@ impl<N: Nonlinearity> TrainShape<N> {
             self.pull(pulls.clone(), at.single[*wave] * at.torques[*constant], a);
         }
         for motor in &self.motors {
-            let slip = S::from(1.0) - (at.speed * motor.ratio + v[motor.at]) * (1.0 / motor.synchronous);
-            let most = slip * slip + S::from(motor.breakdown_slip * motor.breakdown_slip);
-            let torque = at.torques[motor.torque] * slip * (2.0 * motor.breakdown_slip) / most;
-            self.pull(motor.pulls.clone(), torque, a);
+            let share = motor.characteristic.at(at.speed * motor.ratio + v[motor.at]);
+            self.pull(motor.pulls.clone(), at.torques[motor.torque] * share, a);
         }
     }
 }

@@ -4,6 +4,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::mesh::Mesh;
+use crate::scalar::Scalar;
 use std::ops::Range;
 
 /// One number of a sparse row: a lever or a pull of the coordinate `at`.
@@ -88,17 +89,41 @@ pub(crate) struct Journal {
     pub(crate) law: Backlash,
 }
 
-/// The torque of an induction motor over its speed Ω: 2 T_k s s_k/(s² + s_k²), s = 1 - Ω/Ω_s.
+/// A torque over the speed Ω of its body: a constant T times a characteristic.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Motor {
     pub(crate) at: usize,
     pub(crate) pulls: Range<usize>,
     /// Speed of the body over φ' in the kinematic rotation.
     pub(crate) ratio: f64,
-    /// Place of the breakdown torque among the constants.
+    /// Place of T among the constants.
     pub(crate) torque: usize,
-    pub(crate) breakdown_slip: f64,
-    pub(crate) synchronous: f64,
+    pub(crate) characteristic: Characteristic,
+}
+
+/// A torque over the speed Ω, as a share of its constant.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Characteristic {
+    /// An induction motor by Kloss's equation: 2 s s_k/(s² + s_k²), s = 1 - Ω/Ω_s.
+    Induction { breakdown_slip: f64, synchronous: f64 },
+    /// Σ c_k Ω^k.
+    Polynomial(Vec<f64>),
+}
+
+impl Characteristic {
+    #[inline(always)]
+    pub(crate) fn at<S: Scalar>(&self, speed: S) -> S {
+        match self {
+            Characteristic::Induction { breakdown_slip, synchronous } => {
+                let slip = S::from(1.0) - speed * (1.0 / synchronous);
+                let most = slip * slip + S::from(breakdown_slip * breakdown_slip);
+                slip * (2.0 * breakdown_slip) / most
+            }
+            Characteristic::Polynomial(coefficients) => {
+                coefficients.iter().rev().fold(S::from(0.0), |sum, c| sum * speed + S::from(*c))
+            }
+        }
+    }
 }
 
 /// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them.
