@@ -61,9 +61,12 @@ pub(super) fn first_exit(
         for (n, coefficient) in distance.c[..=c.degree].iter_mut().enumerate() {
             *coefficient = sign * c.distances(n)[i];
         }
-        if start > near && distance.first_root(limit).is_none() && distance.with_slope(limit).0 > near {
+        // Most distances stay well above 0: the size of the contact is not needed.
+        distance.c[0] = start - near;
+        if distance.first_root(limit).is_none() {
             continue;
         }
+        distance.c[0] = start;
         if !read {
             e.contacts_at_start();
             e.check_gaps(e.t)?;
