@@ -36,7 +36,7 @@ fn evaluate<M: Model>(model: &M, count: usize) {
 /// Runs 64 speeds in lanes.
 fn lanes<M: Periodic + Sync>(sample: &M, with: impl Fn(f64) -> Result<M, ParameterError> + Sync)
 where
-    LaneRk4<8>: SweepEngine<M>,
+    LaneRk4<16>: SweepEngine<M>,
 {
     let torques = Axis::linear("torque", 40.0, 50.0, 64).expect("the range is in order");
     let rows = Sweep::new(Points::on_axis(torques))
@@ -44,7 +44,7 @@ where
         .measure(20)
         .channels(&["deflection 1"])
         .run(
-            &LaneRk4::<8>::new(64).instructions(InstructionSet::Best),
+            &LaneRk4::<16>::new(64).instructions(InstructionSet::Best),
             |p| with(p["torque"]),
             |_, model| Ok::<_, ParameterError>(State::at_rest(model.dof())),
         )
