@@ -96,6 +96,18 @@ pub trait Model {
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.drive(t, side, u);
     }
+    /// Updates the drives at the nodes of a step: row i of `u`, of length [`drives`](Model::drives), to
+    /// `times[i]`. The last time is the end of the step, where the drives are those before a jump.
+    /// Solvers with a fixed pattern of nodes call it once per step. Default: [`redrive`](Model::redrive) for
+    /// each row.
+    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+        let Some(end) = times.len().checked_sub(1) else { return };
+        let drives = self.drives();
+        for (i, &t) in times.iter().enumerate() {
+            let side = if i == end { Side::Before } else { Side::After };
+            self.redrive(t, side, &mut u[drives * i..][..drives]);
+        }
+    }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
     /// Default: `None`.
     ///
@@ -190,6 +202,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         (**self).redrive(t, side, u);
+    }
+    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+        (**self).redrive_nodes(times, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)

@@ -334,6 +334,18 @@ impl<G: Shape> Model for Machine<G> {
             None => self.shape().waves_again(self.speed() * t, side, waves),
         }
     }
+    #[inline]
+    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+        let (speed, drives) = (self.speed(), self.drives());
+        if let Some(turning) = &self.fixed.turning {
+            return turning.write_nodes(speed, times, u, drives);
+        }
+        let end = times.len().saturating_sub(1);
+        for (i, (&t, u)) in times.iter().zip(u.chunks_exact_mut(drives)).enumerate() {
+            let side = if i == end { Side::Before } else { Side::After };
+            self.redrive(t, side, u);
+        }
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
         let edge = self.shape().next_edge(speed * t)? / speed;

@@ -33,9 +33,35 @@ const COS: [f64; 6] = [
 /// `libm::sincos` takes longer, since its branches depend on the quadrant, which the processor cannot predict.
 #[inline]
 pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-    if x.abs() > FAR || x.is_nan() {
-        return libm::sincos(x);
+    if is_near(x) { near(x) } else { libm::sincos(x) }
+}
+
+/// Writes sin x and cos x of several angles, with the same bits as [`sin_cos`].
+#[inline(always)]
+pub(crate) fn sin_cos_each<const W: usize>(x: [f64; W]) -> [[f64; W]; 2] {
+    let [mut s, mut c] = [[0.0; W]; 2];
+    let mut all_near = true;
+    for i in 0..W {
+        all_near &= is_near(x[i]);
+        (s[i], c[i]) = near(x[i]);
     }
+    if !all_near {
+        for i in 0..W {
+            (s[i], c[i]) = sin_cos(x[i]);
+        }
+    }
+    [s, c]
+}
+
+/// Whether |x| <= 1e6 rad.
+#[inline(always)]
+fn is_near(x: f64) -> bool {
+    x.abs() <= FAR
+}
+
+/// (sin x, cos x) for |x| <= 1e6 rad.
+#[inline(always)]
+fn near(x: f64) -> (f64, f64) {
     let shifted = x * std::f64::consts::FRAC_2_PI + WHOLE;
     let (turns, quadrant) = (shifted - WHOLE, shifted.to_bits());
     let x = ((x - turns * QUARTER[0]) - turns * QUARTER[1]) - turns * QUARTER[2];

@@ -142,7 +142,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         t_end: f64,
     ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
-        let mut e = Engine::<M, V>::new::<T>(model, start, LOCATE);
+        let mut e = Engine::<M, V>::new::<T>(model, start);
         let mut locator =
             Locator::new(if LOCATE { model.contacts() } else { 0 }, Stops::new::<M, LOCATE>(model));
         if LOCATE {

@@ -34,6 +34,9 @@ impl Model for WithoutStops<'_> {
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.model.redrive(t, side, u);
     }
+    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+        self.model.redrive_nodes(times, u);
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.model.next_edge(t)
     }

@@ -31,12 +31,25 @@ impl Exit {
     /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        // `lower`: the exit is at the lower edge. `sign` makes the distance positive on `from`.
-        let lower = if from == Piece::Gap { self.to == Piece::Lower } else { from == Piece::Lower };
-        let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-        let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
-        Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
+        distance(from, usize::from(self.to == Piece::Upper), c, h)
     }
+}
+
+/// [`Exit::distance`] by the index of the exit: 1 for the upper edge of the gap, 0 for the lower edge and for the
+/// edge of a flank.
+#[inline(always)]
+pub(crate) fn distance(from: Piece, way: usize, c: &Contact, h: f64) -> Distance {
+    let lower = if from == Piece::Gap { way == 0 } else { from == Piece::Lower };
+    let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+    // The sign makes the distance positive on the piece.
+    let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
+    Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
+}
+
+/// Number of exits from a piece.
+#[inline(always)]
+pub(crate) fn exits(piece: Piece) -> usize {
+    if piece == Piece::Gap { 2 } else { 1 }
 }
 
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.

@@ -10,8 +10,8 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::ode::edges::exit::{Exit, scale};
-use crate::ode::edges::hermite::Hermite;
+use crate::ode::edges::exit::{distance, exits, scale};
+use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -42,16 +42,22 @@ const FOURTH: f64 = 256.0;
 /// a jump that the model does not report as a drive edge.
 const RETRIES: u8 = 8;
 
-/// One value for each exit of a contact: two from the gap, one from a flank.
-type Distances = [f64; 2];
+/// The distance of a contact from the edge of one exit in the current step; rates per unit of θ.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Seen {
+    pub(crate) start: Distance,
+    pub(crate) end: Distance,
+    /// Deviation from its cubic: the larger of the one measured in this step and the one kept from earlier
+    /// steps, scaled to the length of this step.
+    pub(crate) off: f64,
+}
 
 /// Check of the gaps inside the steps of one run.
 pub(crate) struct Gaps {
-    /// Distances at `GOLDEN_POINTS`, for each contact.
-    places: Vec<[Distances; GOLDEN_POINTS.len()]>,
-    /// Deviation of the distance from its cubic in the current step, for each exit: the larger of the one
-    /// measured in this step and the one kept from earlier steps, scaled to the length of this step.
-    off: Vec<Distances>,
+    /// Distances at `GOLDEN_POINTS`, for each contact and exit.
+    places: Vec<[[f64; 2]; GOLDEN_POINTS.len()]>,
+    /// The distances in the current step, for each contact and exit.
+    pub(crate) seen: Vec<[Seen; 2]>,
     /// Deviation kept from the steps before, and the length of the last of these steps.
     known: Vec<[(f64, f64); 2]>,
     /// Longest step that was found resolved at all `GOLDEN_POINTS`.
@@ -74,18 +80,12 @@ impl Gaps {
     pub(crate) fn new(contacts: usize) -> Self {
         Gaps {
             places: vec![[[0.0; 2]; GOLDEN_POINTS.len()]; contacts],
-            off: vec![[0.0; 2]; contacts],
+            seen: vec![[Seen::default(); 2]; contacts],
             known: vec![[(0.0, 1.0); 2]; contacts],
             longest: 0.0,
             coarse: false,
             retries: 0,
         }
-    }
-
-    /// Deviation of the distance from its cubic in the current step, for exit `way` of a contact.
-    #[inline]
-    pub(crate) fn off(&self, contact: usize, way: usize) -> f64 {
-        self.off[contact][way]
     }
 
     /// Checks the current step. `start`, `end`: the contacts at its ends; `noise`: the effect of rounding on
@@ -99,42 +99,39 @@ impl Gaps {
         noise: &[f64],
     ) -> Resolved {
         let h = e.h();
-        e.contacts_on_cubic::<T>(T::PROBE);
+        let theta = e.contacts_at_probe::<T>();
         let mut ratio = 0.0f64;
-        for i in 0..start.len() {
-            for way in 0..2 {
-                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
-                let from = e.pieces[i];
-                let (d0, d, d1) = (
-                    exit.distance(from, &start[i], h),
-                    exit.distance(from, &e.contacts[i], h),
-                    exit.distance(from, &end[i], h),
-                );
+        let states = start.iter().zip(&e.contacts).zip(end).zip(&e.pieces);
+        let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
+        for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
+            for way in 0..exits(piece) {
+                let (d0, d1) = (distance(piece, way, start, h), distance(piece, way, end, h));
+                let d = distance(piece, way, inside, h);
+                (seen[way].start, seen[way].end) = (d0, d1);
                 if !d.value.is_finite() {
-                    self.off[i][way] = 0.0;
                     continue;
                 }
-                let seen = (d.value - Hermite::new(d0, d1).at(T::PROBE)).abs();
-                let (missed, length) = self.known[i][way];
-                let off =
-                    seen.max(if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 });
-                self.off[i][way] = off;
-                if e.pieces[i] == Piece::Gap {
-                    ratio = ratio.max(off / allowed(&end[i], noise[i], [d0.value, d.value, d1.value]));
+                let (missed, length) = known[way];
+                let kept = if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 };
+                let off = (d.value - Hermite::new(d0, d1).at(theta)).abs().max(kept);
+                seen[way].off = off;
+                if piece == Piece::Gap {
+                    ratio = ratio.max(off / allowed(end, noise, [d0.value, d.value, d1.value]));
                 }
             }
         }
         let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest;
         if closely {
-            ratio = self.look_closely::<T, M, V>(e, start, end, noise, ratio);
+            ratio = self.look_closely(e, end, noise, ratio);
         }
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
-            for ((off, known), c) in self.off.iter().zip(&mut self.known).zip(end) {
+            for ((seen, known), c) in self.seen.iter().zip(&mut self.known).zip(end) {
                 // Deviations at the level of rounding do not grow with the step and are not kept.
                 let least = 1e-3 * FLOOR * scale(c);
                 for way in 0..2 {
-                    known[way] = (if off[way] > least { FADING * off[way] } else { 0.0 }, h);
+                    let off = seen[way].off;
+                    known[way] = (if off > least { FADING * off } else { 0.0 }, h);
                 }
             }
             if closely {
@@ -154,30 +151,27 @@ impl Gaps {
     /// Two cubics are compared with the distance: one through values and rates at the ends, and one through
     /// four values, for models that do not give the rates. The smaller ratio is returned.
     #[cold]
-    fn look_closely<T: Tableau, M: Model + ?Sized, V: Vector>(
+    fn look_closely<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,
-        start: &[Contact],
         end: &[Contact],
         noise: &[f64],
         ratio: f64,
     ) -> f64 {
         let h = e.h();
         for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
-            e.contacts_on_cubic::<T>(theta);
-            for (i, places) in self.places.iter_mut().enumerate() {
-                for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                    places[p][way] = exit
-                        .map_or(f64::INFINITY, |exit| exit.distance(e.pieces[i], &e.contacts[i], h).value);
+            e.contacts_on_cubic(theta);
+            for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
+                for way in 0..exits(piece) {
+                    places[p][way] = distance(piece, way, c, h).value;
                 }
             }
         }
         let mut by_values = 0.0f64;
         let mut by_rates = ratio;
-        for i in 0..start.len() {
-            for (way, exit) in Exit::of(i, e.pieces[i]).into_iter().enumerate() {
-                let Some(exit) = exit else { continue };
-                let [d0, d1] = [&start[i], &end[i]].map(|c| exit.distance(e.pieces[i], c, h));
+        for (i, seen) in self.seen.iter_mut().enumerate() {
+            for (way, seen) in seen.iter_mut().enumerate().take(exits(e.pieces[i])) {
+                let (d0, d1) = (seen.start, seen.end);
                 let value = |p: usize| self.places[i][p][way];
                 if !(0..GOLDEN_POINTS.len()).all(|p| value(p).is_finite()) {
                     continue;
@@ -186,13 +180,13 @@ impl Gaps {
                 let nodes = [0.0, GOLDEN_POINTS[INNER[0]], GOLDEN_POINTS[INNER[1]], 1.0];
                 let values = [d0.value, value(INNER[0]), value(INNER[1]), d1.value];
                 let mut range = [d0.value.min(d1.value), d0.value, d0.value.max(d1.value)];
-                let (mut off, mut off_values) = (self.off[i][way], 0.0f64);
+                let (mut off, mut off_values) = (seen.off, 0.0f64);
                 for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
                     range = [range[0].min(value(p)), range[1], range[2].max(value(p))];
                     off = off.max((value(p) - hermite.at(theta)).abs());
                     off_values = off_values.max((value(p) - lagrange(nodes, values, theta)).abs());
                 }
-                self.off[i][way] = off;
+                seen.off = off;
                 if e.pieces[i] == Piece::Gap {
                     let allowed = allowed(&end[i], noise[i], range);
                     by_rates = by_rates.max(off / allowed);

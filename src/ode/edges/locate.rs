@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::ode::edges::exit::{Exit, SLACK, scale};
+use crate::ode::edges::exit::{Exit, SLACK, exits, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
 use crate::ode::edges::hermite::Hermite;
@@ -177,7 +177,6 @@ impl Locator {
         &mut self,
         e: &mut Engine<'_, M, V>,
     ) -> Found {
-        let h = e.h();
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         self.end.copy_from_slice(&e.contacts);
@@ -185,14 +184,14 @@ impl Locator {
             Resolved::Yes(growth) => self.growth = growth,
             Resolved::No(share) => return Found::TooLong(share),
         }
-        for (i, (start, end)) in self.start.iter().zip(&self.end).enumerate() {
-            for way in 0..2 {
-                let Some(exit) = Exit::of(i, e.pieces[i])[way] else { break };
-                let (d0, d1) = (exit.distance(e.pieces[i], start, h), exit.distance(e.pieces[i], end, h));
-                let doubt = DOUBT * self.gaps.off(i, way);
+        for (i, (seen, end)) in self.gaps.seen.iter().zip(&self.end).enumerate() {
+            let piece = e.pieces[i];
+            for (way, seen) in seen.iter().enumerate().take(exits(piece)) {
+                let (d0, d1, doubt) = (seen.start, seen.end, DOUBT * seen.off);
                 if Hermite::is_clear(d0, d1, doubt) {
                     continue;
                 }
+                let Some(exit) = Exit::of(i, piece)[way] else { break };
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
                 // The crossing is at the end of the step: the next step would start past the edge and not

@@ -43,7 +43,7 @@ impl Locator {
         }
         let (t, (q, v)) = (e.t1, halves(&e.y1));
         self.stops.v.copy_from_slice(v);
-        self.strike(e.model, &e.u1, q, &mut e.contacts, crossings, t)?;
+        self.strike(e.model, e.nodes.end(), q, &mut e.contacts, crossings, t)?;
         self.land(t, &e.contacts, crossings)?;
         // The step ends with the velocities before the impacts.
         e.contacts_at_end();

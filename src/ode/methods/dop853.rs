@@ -40,33 +40,24 @@ impl Tableau for DormandPrince8 {
     const EXPONENT: f64 = 1.0 / 8.0;
     const FACTORS: [f64; 2] = [0.333, 6.0];
     const BETA: f64 = 0.03;
-    const PROBE: f64 = table::C[9];
+    const NODES: &'static [f64] = &table::C;
+    const PROBE: usize = 8;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
-        use table::{A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, A12, B, C};
-        e.drive(C[1]);
-        e.stage::<FIXED, _>(1, &A2);
-        e.drive(C[2]);
-        e.stage::<FIXED, _>(2, &A3);
-        e.drive(C[3]);
-        e.stage::<FIXED, _>(3, &A4);
-        e.drive(C[4]);
-        e.stage::<FIXED, _>(4, &A5);
-        e.drive(C[5]);
-        e.stage::<FIXED, _>(5, &A6);
-        e.drive(C[6]);
-        e.stage::<FIXED, _>(6, &A7);
-        e.drive(C[7]);
-        e.stage::<FIXED, _>(7, &A8);
-        e.drive(C[8]);
-        e.stage::<FIXED, _>(8, &A9);
-        e.drive_probe::<DormandPrince8>();
-        e.stage::<FIXED, _>(9, &A10);
-        e.drive(C[10]);
-        e.stage::<FIXED, _>(10, &A11);
-        e.drive_end();
-        e.stage_end::<FIXED, _>(11, &A12);
+        use table::{A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, A12, B};
+        e.drive_nodes::<DormandPrince8>();
+        e.stage_at::<FIXED, _>(0, 1, &A2);
+        e.stage_at::<FIXED, _>(1, 2, &A3);
+        e.stage_at::<FIXED, _>(2, 3, &A4);
+        e.stage_at::<FIXED, _>(3, 4, &A5);
+        e.stage_at::<FIXED, _>(4, 5, &A6);
+        e.stage_at::<FIXED, _>(5, 6, &A7);
+        e.stage_at::<FIXED, _>(6, 7, &A8);
+        e.stage_at::<FIXED, _>(7, 8, &A9);
+        e.stage_at::<FIXED, _>(8, 9, &A10);
+        e.stage_at::<FIXED, _>(9, 10, &A11);
+        e.stage_at::<FIXED, _>(10, 11, &A12);
         e.advance(&B);
     }
     /// |e5|²/√(|e5|² + 0.01 |e3|²): combines both error estimates.
@@ -95,8 +86,8 @@ impl Tableau for DormandPrince8 {
 #[rustfmt::skip]
 mod table {
     use crate::ode::stepping::tableau_row::TableauRow;
-    pub const C: [f64; 12] = [
-        0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1.0/3.0,
+    pub const C: [f64; 11] = [
+        0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1.0/3.0,
         0.25, 4.0/13.0, 0.6512820512820513, 0.6, 6.0/7.0, 1.0,
     ];
     pub const A2: TableauRow<1> = [

@@ -86,16 +86,15 @@ impl Tableau for Classical {
     const EXPONENT: f64 = 1.0 / 4.0;
     const FACTORS: [f64; 2] = [1.0, 1.0];
     const BETA: f64 = 0.0;
-    const PROBE: f64 = 0.5;
+    const NODES: &'static [f64] = &[0.5, 1.0];
+    const PROBE: usize = 0;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
-        // The drives are evaluated first, so that no call separates the stages.
-        e.drive_probe::<Classical>();
-        e.drive_end();
-        e.stage::<FIXED, _>(1, &A2);
-        e.stage::<FIXED, _>(2, &A3);
-        e.stage_end::<FIXED, _>(3, &A4);
+        e.drive_nodes::<Classical>();
+        e.stage_at::<FIXED, _>(0, 1, &A2);
+        e.stage_at::<FIXED, _>(0, 2, &A3);
+        e.stage_at::<FIXED, _>(1, 3, &A4);
         e.advance(&B);
     }
     fn error<M: Model + ?Sized, V: Vector>(_: &Engine<'_, M, V>) -> f64 {

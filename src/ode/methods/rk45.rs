@@ -54,20 +54,17 @@ impl Tableau for DormandPrince5 {
     const EXPONENT: f64 = 1.0 / 5.0;
     const FACTORS: [f64; 2] = [0.2, 10.0];
     const BETA: f64 = 0.04;
-    const PROBE: f64 = 3.0 / 10.0;
+    const NODES: &'static [f64] = &[1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
+    const PROBE: usize = 1;
 
     #[inline(always)]
     fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
-        e.drive(1.0 / 5.0);
-        e.stage::<FIXED, _>(1, &table::A2);
-        e.drive_probe::<DormandPrince5>();
-        e.stage::<FIXED, _>(2, &table::A3);
-        e.drive(4.0 / 5.0);
-        e.stage::<FIXED, _>(3, &table::A4);
-        e.drive(8.0 / 9.0);
-        e.stage::<FIXED, _>(4, &table::A5);
-        e.drive_end();
-        e.stage_end::<FIXED, _>(5, &table::A6);
+        e.drive_nodes::<DormandPrince5>();
+        e.stage_at::<FIXED, _>(0, 1, &table::A2);
+        e.stage_at::<FIXED, _>(1, 2, &table::A3);
+        e.stage_at::<FIXED, _>(2, 3, &table::A4);
+        e.stage_at::<FIXED, _>(3, 4, &table::A5);
+        e.stage_at::<FIXED, _>(4, 5, &table::A6);
         e.advance(&table::B);
         e.derivative_at_end_of::<DormandPrince5>();
     }

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::ode::stepping::nodes::Nodes;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 
@@ -27,9 +28,10 @@ pub trait Tableau {
     const FACTORS: [f64; 2];
     /// β of the PI controller.
     const BETA: f64;
-    /// A node c near the middle of the step. [`attempt`](Tableau::attempt) keeps the drives at this node for
-    /// the check of the gaps.
-    const PROBE: f64;
+    /// The nodes c > 0, each once; the last one is 1.
+    const NODES: &'static [f64];
+    /// Index of a node near the middle of the step, for the check of the gaps.
+    const PROBE: usize;
 
     /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
     ///
@@ -63,12 +65,10 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) y1: V,
     /// The derivatives k_0, k_1, ..., one in each slot.
     pub(crate) k: [V; SLOTS],
-    /// Drives at the current stage.
+    /// Drives at an instant that is no node.
     pub(crate) u_stage: Vec<f64>,
-    /// Drives at the end of the step, before a jump there.
-    pub(crate) u1: Vec<f64>,
-    /// Drives at node `PROBE` of the step; empty if edges are not located.
-    pub(super) u_probe: Vec<f64>,
+    /// Drives at the nodes of the step.
+    pub(crate) nodes: Nodes,
     /// The piece of every contact during the step.
     pub(crate) pieces: Vec<Piece>,
     /// Whether the model is evaluated on these fixed pieces.
@@ -100,13 +100,13 @@ pub(crate) struct Ready {
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
-    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State, locate: bool) -> Self {
+    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
         let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
         let mut y = V::zeros(m);
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
         q.copy_from_slice(&start.q);
         v.copy_from_slice(&start.v);
-        // `drive` fills all drives once; at the stages, `redrive` updates only those that change.
+        // `drive` fills all drives once; `redrive` and `redrive_nodes` update only those that change.
         let mut u = vec![0.0; drives];
         model.drive(start.t, Side::After, &mut u);
         Engine {
@@ -116,9 +116,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             h: 0.0,
             y1: y.clone(),
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
-            u_probe: if locate { u.clone() } else { Vec::new() },
-            u_stage: u.clone(),
-            u1: u,
+            nodes: Nodes::new(&u, T::NODES.len()),
+            u_stage: u,
             pieces: vec![Piece::Gap; contacts],
             on_fixed_pieces: false,
             rtol: 0.0,
@@ -147,29 +146,29 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.h
     }
 
-    /// Evaluates the drives at t + c h, for the next [`stage`](Engine::stage).
+    /// Evaluates the drives at t + c h in `u_stage`.
     #[inline(always)]
     pub(crate) fn drive(&mut self, c: f64) {
         let t = self.t + c * self.h();
         self.model.redrive(t, Side::After, &mut self.u_stage);
     }
 
-    /// Evaluates the drives at node `PROBE` and keeps them.
+    /// Evaluates the drives at all nodes of the step in `nodes`.
     #[inline(always)]
-    pub(crate) fn drive_probe<T: Tableau>(&mut self) {
-        self.drive(T::PROBE);
-        if !self.u_probe.is_empty() {
-            self.u_probe.copy_from_slice(&self.u_stage);
+    pub(crate) fn drive_nodes<T: Tableau>(&mut self) {
+        let (mut times, n) = ([self.t1; SLOTS], T::NODES.len());
+        for (time, c) in times.iter_mut().zip(&T::NODES[..n - 1]) {
+            *time = self.t + c * self.h;
         }
+        self.model.redrive_nodes(&times[..n], self.nodes.rows_mut());
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
-    #[inline(always)]
     pub(crate) fn drive_end(&mut self) {
-        self.model.redrive(self.t1, Side::Before, &mut self.u1);
+        self.model.redrive(self.t1, Side::Before, self.nodes.end_mut());
     }
 
-    /// k_s = f(y + h Σ a_l k_l), with the drives of the last [`drive`](Engine::drive).
+    /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
     #[inline(always)]
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
         let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
@@ -178,10 +177,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         });
     }
 
-    /// k_s = f(y + h Σ a_l k_l), with the drives at the end of the step.
+    /// k_s = f(y + h Σ a_l k_l), with the drives at a node.
     #[inline(always)]
-    pub(crate) fn stage_end<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
-        let (model, pieces, u) = (self.model, &self.pieces, &self.u1);
+    pub(crate) fn stage_at<const FIXED: bool, const L: usize>(
+        &mut self,
+        node: usize,
+        s: usize,
+        row: &TableauRow<L>,
+    ) {
+        let (model, pieces, u) = (self.model, &self.pieces, self.nodes.at(node));
         V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
             accelerate::<M, FIXED>(model, pieces, u, q, v, a)
         });
@@ -197,11 +201,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
+            let u1 = self.nodes.end();
             let k = &mut self.k[T::END];
             if self.on_fixed_pieces {
-                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, k);
+                derivative::<M, V, true>(self.model, &self.pieces, u1, &self.y1, k);
             } else {
-                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, k);
+                derivative::<M, V, false>(self.model, &self.pieces, u1, &self.y1, k);
             }
             self.evaluations += 1;
             self.ready.end = true;
@@ -254,10 +259,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             let (first, rest) = self.k.split_at_mut(1);
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
+            let u1 = self.nodes.end();
             if LOCATE && self.on_fixed_pieces {
-                derivative::<M, V, true>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
+                derivative::<M, V, true>(self.model, &self.pieces, u1, &self.y1, &mut self.k[0]);
             } else {
-                derivative::<M, V, false>(self.model, &self.pieces, &self.u1, &self.y1, &mut self.k[0]);
+                derivative::<M, V, false>(self.model, &self.pieces, u1, &self.y1, &mut self.k[0]);
             }
             self.evaluations += 1;
         }

@@ -18,13 +18,27 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
     /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through
     /// the coordinates and velocities at both ends.
     ///
-    /// No acceleration is evaluated. Terms that depend on the drives alone are exact. At node `PROBE` the
-    /// drives are those kept by the attempt.
+    /// No acceleration is evaluated. Terms that depend on the drives alone are exact.
+    pub(crate) fn contacts_on_cubic(&mut self, theta: f64) {
+        self.drive(theta);
+        self.look_on_cubic(theta);
+        let (q, v) = halves(&self.look);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// [`contacts_on_cubic`](Engine::contacts_on_cubic) at the node `PROBE`. Returns this node.
     #[inline]
-    pub(crate) fn contacts_on_cubic<T: Tableau>(&mut self, theta: f64) {
-        if theta != T::PROBE {
-            self.drive(theta);
-        }
+    pub(crate) fn contacts_at_probe<T: Tableau>(&mut self) -> f64 {
+        let theta = T::NODES[T::PROBE];
+        self.look_on_cubic(theta);
+        let (q, v) = halves(&self.look);
+        self.model.contact(self.nodes.at(T::PROBE), q, v, &mut self.contacts);
+        theta
+    }
+
+    /// The state at θ on the cubic through the coordinates and velocities at both ends, in `self.look`.
+    #[inline(always)]
+    fn look_on_cubic(&mut self, theta: f64) {
         let (h, n) = (self.h, self.model.dof());
         let (rest, wave) = (1.0 - theta, 6.0 * theta * (1.0 - theta) / h);
         let [a, b, c] =
@@ -36,9 +50,6 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
             out[j] = y0[j] + a * rise + b * v0 - c * v1;
             out[n + j] = wave * rise + d * v0 + e * v1;
         }
-        let (q, v) = halves(&self.look);
-        let u = if theta == T::PROBE { &self.u_probe } else { &self.u_stage };
-        self.model.contact(u, q, v, &mut self.contacts);
     }
 
     /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the
@@ -66,7 +77,7 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
     #[inline(always)]
     pub(crate) fn contacts_at_end(&mut self) {
         let (q, v) = halves(&self.y1);
-        self.model.contact(&self.u1, q, v, &mut self.contacts);
+        self.model.contact(self.nodes.end(), q, v, &mut self.contacts);
     }
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.

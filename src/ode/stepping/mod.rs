@@ -3,6 +3,7 @@
 pub(crate) mod control;
 pub(crate) mod engine;
 pub(crate) mod inside;
+pub(crate) mod nodes;
 pub(crate) mod tableau_row;
 pub(crate) mod vector;
 pub(crate) mod vector_blocks;

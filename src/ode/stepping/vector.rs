@@ -185,7 +185,7 @@ impl Vector for Blocks {
         rtol: f64,
         rows: [&TableauRow<L>; R],
     ) -> [f64; R] {
-        rows.map(|row| Blocks::squares(ends, k, atol, rtol, row))
+        Blocks::squares(ends, k, atol, rtol, rows)
     }
     #[inline(always)]
     fn size(&self) -> f64 {

@@ -3,7 +3,7 @@
 //! Sums over them use the widest vector instructions of the processor. The code does not depend on the model
 //! and is compiled once.
 
-use crate::ode::stepping::tableau_row::SLOTS;
+use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use pulp::Arch;
 use pulp::Simd;
 use pulp::WithSimd;
@@ -81,16 +81,17 @@ impl Blocks {
         weigh(out, k, h, row);
     }
 
-    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), in the order of the components.
+    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), in the order of the components, for
+    /// each row e.
     #[inline(always)]
-    pub(crate) fn squares(
+    pub(crate) fn squares<const L: usize, const R: usize>(
         ends: [&Self; 2],
         k: &[Self; SLOTS],
         atol: &Self,
         rtol: f64,
-        row: &[(usize, f64)],
-    ) -> f64 {
-        squares(ends, k, atol, rtol, row)
+        rows: [&TableauRow<L>; R],
+    ) -> [f64; R] {
+        squares(ends, k, atol, rtol, rows.map(|row| &row[..]))
     }
 
     /// Σ |y|, as four partial sums that run in parallel.
@@ -114,14 +115,14 @@ fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
 }
 
 #[inline(never)]
-fn squares(
+fn squares<const R: usize>(
     [y, y1]: [&Blocks; 2],
     k: &[Blocks; SLOTS],
     atol: &Blocks,
     rtol: f64,
-    row: &[(usize, f64)],
-) -> f64 {
-    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, row, len: y.len })
+    rows: [&[(usize, f64)]; R],
+) -> [f64; R] {
+    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, rows, len: y.len })
 }
 
 /// Σ (times a_l) k_l in block `b`, which counts from the start of the memory.
@@ -202,33 +203,38 @@ impl WithSimd for Weigh<'_> {
     }
 }
 
-struct Squares<'a> {
+struct Squares<'a, const R: usize> {
     y: &'a [Sixteen],
     y1: &'a [Sixteen],
     k: &'a [Blocks; SLOTS],
     atol: &'a [Sixteen],
     rtol: f64,
-    row: &'a [(usize, f64)],
+    rows: [&'a [(usize, f64)]; R],
     len: usize,
 }
 
-impl WithSimd for Squares<'_> {
-    type Output = f64;
+impl<const R: usize> WithSimd for Squares<'_, R> {
+    type Output = [f64; R];
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let (mut total, mut left) = (0.0, self.len);
+    fn with_simd<S: Simd>(self, _: S) -> [f64; R] {
+        let (mut totals, mut left) = ([0.0; R], self.len);
         for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
-            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
-            for i in 0..WIDTH {
-                let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
-                sum[i] = e * e;
+            let mut squares = [[0.0; WIDTH]; R];
+            for r in 0..R {
+                let sum = sum(self.k, self.k[0].first + b, 1.0, self.rows[r]);
+                for i in 0..WIDTH {
+                    let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
+                    squares[r][i] = e * e;
+                }
             }
             // Beyond the length the quotients are 0/0.
-            for s in &sum[..left.min(WIDTH)] {
-                total += s;
+            for i in 0..left.min(WIDTH) {
+                for r in 0..R {
+                    totals[r] += squares[r][i];
+                }
             }
             left = left.saturating_sub(WIDTH);
         }
-        total
+        totals
     }
 }

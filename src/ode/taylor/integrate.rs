@@ -194,7 +194,7 @@ impl<'r> Run<'r> {
     ) -> Result<Self, IntegrateError> {
         let n = 2 * model.dof();
         let (degree, atol) = settings.check(n)?;
-        let mut e = Engine::<dyn Model, Blocks>::new::<Classical>(model, start, true);
+        let mut e = Engine::<dyn Model, Blocks>::new::<Classical>(model, start);
         e.on_fixed_pieces = true;
         let mut locator = Locator::new(model.contacts(), Stops::new::<_, true>(model));
         locator.measure_noise(&mut e);
@@ -330,7 +330,7 @@ impl<'r> Run<'r> {
             let [held, real] = &mut self.accelerations;
             c.acceleration(h, held);
             let (q, v) = self.e.y1.slice().split_at(n);
-            self.e.model.accel_on_pieces(&self.e.pieces, &self.e.u1, q, v, real);
+            self.e.model.accel_on_pieces(&self.e.pieces, self.e.nodes.end(), q, v, real);
             if self.pace.tolerates(h, held, real) {
                 return Ok(h);
             }
