@@ -2,7 +2,7 @@
 
 use crate::model::expansion::fourier_angle::fourier_waves;
 use crate::model::shape::Shape;
-use crate::numeric::sine::{sin_cos, sin_cos_each};
+use crate::numeric::sine::sin_cos_each;
 use pulp::{Arch, Simd, WithSimd};
 use std::collections::BTreeMap;
 
@@ -24,8 +24,6 @@ pub(crate) struct TurningWaves {
     first: f64,
     /// All other orders, increasing.
     others: Vec<Order>,
-    /// Pairs (copy, wave) of waves that are the same function.
-    copies: Vec<(usize, usize)>,
 }
 
 /// A wave that varies.
@@ -34,6 +32,8 @@ struct Moving {
     mean: f64,
     /// a and b of the lowest order.
     first: [f64; 2],
+    /// Waves that are the same function.
+    copies: Vec<usize>,
 }
 
 struct Order {
@@ -52,17 +52,17 @@ impl TurningWaves {
         let first = waves.iter().filter_map(|(_, terms)| Some(terms.first()?.0)).min().unwrap_or(0);
         let mut known: BTreeMap<Vec<(usize, [u64; 2])>, usize> = BTreeMap::new();
         let mut by_order: BTreeMap<usize, Vec<(usize, [f64; 2])>> = BTreeMap::new();
-        let (mut moving, mut copies): (Vec<Moving>, Vec<_>) = (Vec::new(), Vec::new());
+        let mut moving: Vec<Moving> = Vec::new();
         for (wave, (mean, terms)) in waves.iter().enumerate().filter(|(_, (_, terms))| !terms.is_empty()) {
             let numbers = terms.iter().copied().chain([(0, [*mean, 0.0])]);
             let of = *known
                 .entry(numbers.map(|(n, x)| (n, x.map(f64::to_bits))).collect())
                 .or_insert(moving.len());
-            if let Some(same) = moving.get(of) {
-                copies.push((wave, same.wave));
+            if let Some(same) = moving.get_mut(of) {
+                same.copies.push(wave);
                 continue;
             }
-            let mut own = Moving { wave, mean: *mean, first: [0.0; 2] };
+            let mut own = Moving { wave, mean: *mean, first: [0.0; 2], copies: Vec::new() };
             for &(n, pair) in terms {
                 match n == first {
                     true => own.first = pair,
@@ -86,7 +86,6 @@ impl TurningWaves {
             moving,
             first: first as f64,
             others,
-            copies,
         })
     }
 
@@ -99,25 +98,8 @@ impl TurningWaves {
     /// Writes the waves that vary.
     #[inline]
     pub(crate) fn write_again(&self, angle: f64, u: &mut [f64]) {
-        if self.moving.is_empty() {
-            return;
-        }
-        let first = sin_cos(self.first * angle);
-        let (mut s, mut c) = first;
-        for Moving { wave, mean, first: [a, b] } in &self.moving {
-            u[*wave] = mean + (a * c + b * s);
-        }
-        for Order { n, rotated, terms } in &self.others {
-            (s, c) = match rotated {
-                true => (s * first.1 + c * first.0, c * first.1 - s * first.0),
-                false => sin_cos(n * angle),
-            };
-            for &(wave, [a, b]) in terms {
-                u[wave] += a * c + b * s;
-            }
-        }
-        for &(copy, wave) in &self.copies {
-            u[copy] = u[wave];
+        if !self.moving.is_empty() {
+            self.write_rows([angle], [u]);
         }
     }
 
@@ -128,7 +110,46 @@ impl TurningWaves {
             return;
         }
         let rows = Rows { waves: self, speed, times, u, drives };
-        if times.len() <= 2 { rows.write::<2>() } else { Arch::new().dispatch(rows) }
+        // The call of the code for the instructions of the processor takes longer than two instants.
+        if times.len() <= 2 { rows.run() } else { Arch::new().dispatch(rows) }
+    }
+
+    /// Writes the waves that vary at several angles.
+    #[inline(always)]
+    fn write_rows<const W: usize>(&self, angles: [f64; W], u: [&mut [f64]; W]) {
+        let first = turned(&angles, self.first);
+        let [mut s, mut c] = first;
+        for Moving { wave, mean, first: [a, b], .. } in &self.moving {
+            for i in 0..W {
+                u[i][*wave] = mean + (a * c[i] + b * s[i]);
+            }
+        }
+        for Order { n, rotated, terms } in &self.others {
+            if *rotated {
+                for i in 0..W {
+                    let [sine, cosine] = [first[0][i], first[1][i]];
+                    (s[i], c[i]) = (s[i] * cosine + c[i] * sine, c[i] * cosine - s[i] * sine);
+                }
+            } else {
+                [s, c] = turned(&angles, *n);
+            }
+            for &(wave, [a, b]) in terms {
+                for i in 0..W {
+                    u[i][wave] += a * c[i] + b * s[i];
+                }
+            }
+        }
+        for Moving { wave, copies, .. } in &self.moving {
+            let mut values = [0.0; W];
+            for i in 0..W {
+                values[i] = u[i][*wave];
+            }
+            for &copy in copies {
+                for i in 0..W {
+                    u[i][copy] = values[i];
+                }
+            }
+        }
     }
 }
 
@@ -145,55 +166,36 @@ impl WithSimd for Rows<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.write::<4>();
+        self.run();
     }
 }
 
 impl Rows<'_> {
-    /// Writes the waves of W rows at a time, with the operations of [`TurningWaves::write_again`].
     #[inline(always)]
-    fn write<const W: usize>(self) {
-        let Rows { waves, speed, times, u, drives } = self;
-        for (times, u) in times.chunks(W).zip(u.chunks_mut(W * drives)) {
-            let mut angles = [0.0; W];
-            for (angle, t) in angles.iter_mut().zip(times) {
-                *angle = speed * t;
-            }
-            let n = times.len();
-            let first = turned(&angles, waves.first);
-            let [mut s, mut c] = first;
-            for Moving { wave, mean, first: [a, b] } in &waves.moving {
-                let mut values = [0.0; W];
-                for i in 0..W {
-                    values[i] = mean + (a * c[i] + b * s[i]);
-                }
-                for i in 0..n {
-                    u[drives * i + wave] = values[i];
-                }
-            }
-            for Order { n: order, rotated, terms } in &waves.others {
-                if *rotated {
-                    for i in 0..W {
-                        (s[i], c[i]) = (
-                            s[i] * first[1][i] + c[i] * first[0][i],
-                            c[i] * first[1][i] - s[i] * first[0][i],
-                        );
-                    }
-                } else {
-                    [s, c] = turned(&angles, *order);
-                }
-                for &(wave, [a, b]) in terms {
-                    for i in 0..n {
-                        u[drives * i + wave] += a * c[i] + b * s[i];
-                    }
-                }
-            }
-            for u in u.chunks_exact_mut(drives) {
-                for &(copy, wave) in &waves.copies {
-                    u[copy] = u[wave];
-                }
-            }
+    fn run(mut self) {
+        while self.times.len() >= 4 {
+            self.next::<4>();
         }
+        if self.times.len() >= 2 {
+            self.next::<2>();
+        }
+        if !self.times.is_empty() {
+            self.next::<1>();
+        }
+    }
+
+    /// Writes the next W rows.
+    #[inline(always)]
+    fn next<const W: usize>(&mut self) {
+        let (times, later) = self.times.split_at(W);
+        let (rows, rest) = std::mem::take(&mut self.u).split_at_mut(W * self.drives);
+        (self.times, self.u) = (later, rest);
+        let mut angles = [0.0; W];
+        for i in 0..W {
+            angles[i] = self.speed * times[i];
+        }
+        let mut rows = rows.chunks_exact_mut(self.drives);
+        self.waves.write_rows(angles, std::array::from_fn(|_| rows.next().unwrap_or_default()));
     }
 }
 
