@@ -297,26 +297,29 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             T::dense::<M, V, false>(self)
         }
         self.evaluations += T::DENSE_EVALUATIONS;
-        let h = self.h();
+        let (h, m) = (self.h(), self.y.slice().len());
         let [first, rise, bend, twist, ..] = &mut self.dense;
-        let ends = self.y.slice().iter().zip(self.y1.slice());
-        let slopes = self.k[0].slice().iter().zip(self.k[T::END].slice());
-        for (j, ((y, y1), (k0, k1))) in ends.zip(slopes).enumerate() {
-            let dy = y1 - y;
-            first.slice_mut()[j] = *y;
-            rise.slice_mut()[j] = dy;
-            bend.slice_mut()[j] = h * k0 - dy;
-            twist.slice_mut()[j] = 2.0 * dy - h * (k0 + k1);
+        let [first, rise] = [first, rise].map(|column| &mut column.slice_mut()[..m]);
+        let [bend, twist] = [bend, twist].map(|column| &mut column.slice_mut()[..m]);
+        let [y, y1, k0, k1] = [&self.y, &self.y1, &self.k[0], &self.k[T::END]].map(|x| &x.slice()[..m]);
+        for j in 0..m {
+            let dy = y1[j] - y[j];
+            first[j] = y[j];
+            rise[j] = dy;
+            bend[j] = h * k0[j] - dy;
+            twist[j] = 2.0 * dy - h * (k0[j] + k1[j]);
         }
         // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them
         // the dense output still agrees with both ends of the step.
-        for coefficient in self
-            .dense
-            .iter_mut()
-            .flat_map(|column| column.slice_mut())
-            .filter(|x| x.is_nan() || x.abs() > LARGEST)
-        {
-            *coefficient = 0.0;
+        for column in &mut self.dense {
+            if column.size() <= LARGEST {
+                continue;
+            }
+            for coefficient in column.slice_mut() {
+                if coefficient.is_nan() || coefficient.abs() > LARGEST {
+                    *coefficient = 0.0;
+                }
+            }
         }
         self.ready.dense = true;
     }
