@@ -31,19 +31,32 @@ impl Exit {
     /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        distance(from, usize::from(self.to == Piece::Upper), c, h)
+        Edge::of(from, usize::from(self.to == Piece::Upper)).distance(c, h)
     }
 }
 
-/// [`Exit::distance`] by the index of the exit: 1 for the upper edge of the gap, 0 for the lower edge and for the
-/// edge of a flank.
-#[inline(always)]
-pub(crate) fn distance(from: Piece, way: usize, c: &Contact, h: f64) -> Distance {
-    let lower = if from == Piece::Gap { way == 0 } else { from == Piece::Lower };
-    let (edge, edge_rate) = if lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-    // The sign makes the distance positive on the piece.
-    let sign = if lower == (from == Piece::Gap) { 1.0 } else { -1.0 };
-    Distance { value: sign * (c.deflection - edge), rate: h * sign * (c.rate - edge_rate) }
+/// The edge that a contact passes at an exit.
+#[derive(Clone, Copy)]
+pub(crate) struct Edge {
+    /// The lower edge of the gap, not the upper one.
+    lower: bool,
+    /// Makes the distance positive on the piece.
+    sign: f64,
+}
+
+impl Edge {
+    /// The edge of an exit from the piece `from`, by the index of the exit in [`Exit::of`].
+    #[inline(always)]
+    pub(crate) fn of(from: Piece, way: usize) -> Self {
+        let lower = if from == Piece::Gap { way == 0 } else { from == Piece::Lower };
+        Edge { lower, sign: if lower == (from == Piece::Gap) { 1.0 } else { -1.0 } }
+    }
+    /// See [`Exit::distance`].
+    #[inline(always)]
+    pub(crate) fn distance(self, c: &Contact, h: f64) -> Distance {
+        let (edge, edge_rate) = if self.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+        Distance { value: self.sign * (c.deflection - edge), rate: h * self.sign * (c.rate - edge_rate) }
+    }
 }
 
 /// Number of exits from a piece.

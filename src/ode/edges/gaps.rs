@@ -10,7 +10,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::ode::edges::exit::{distance, exits, scale};
+use crate::ode::edges::exit::{Edge, exits, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
@@ -105,8 +105,9 @@ impl Gaps {
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
             for way in 0..exits(piece) {
-                let (d0, d1) = (distance(piece, way, start, h), distance(piece, way, end, h));
-                let d = distance(piece, way, inside, h);
+                let edge = Edge::of(piece, way);
+                let (d0, d1) = (edge.distance(start, h), edge.distance(end, h));
+                let d = edge.distance(inside, h);
                 (seen[way].start, seen[way].end) = (d0, d1);
                 if !d.value.is_finite() {
                     continue;
@@ -163,7 +164,7 @@ impl Gaps {
             e.contacts_on_cubic(theta);
             for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
                 for way in 0..exits(piece) {
-                    places[p][way] = distance(piece, way, c, h).value;
+                    places[p][way] = Edge::of(piece, way).distance(c, h).value;
                 }
             }
         }
