@@ -130,23 +130,25 @@ impl<N: Nonlinearity> RingShape<N> {
         let a = &mut a[..2 * n + 1];
         let meshes = &self.meshes[..n];
         let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
-        a[0] = (*at.motor_torque - shaft) * (1.0 / self.motor_inertia);
+        a[0] = (*at.motor_torque - shaft) * self.per_motor;
         // Each mesh force is computed once and used for both gears. The last mesh joins gear n and gear 1.
         let turns = &mut a[1..].as_chunks_mut().0[..n];
         let driver = at.gear(0);
-        let mut next = at.gear(after(0, n));
+        let mut next = at.gear(1);
         let first = at.force(law, meshes, 0, &driver, &next);
         let mut w = first;
-        for i in 1..n {
+        for i in 1..n - 1 {
             let i = keep_rolled(i);
             let (gear, before) = (next, w);
-            next = at.gear(after(i, n));
+            next = at.gear(i + 1);
             w = at.force(law, meshes, i, &gear, &next);
             at.turn(i, &gear, before * gear.radius - w * gear.radius, turns);
         }
         // Gear 1 is read a second time, so that its values need not be kept during the loop.
-        let driver = at.gear(0);
-        at.turn(0, &driver, shaft - first * driver.radius + w * driver.radius, turns);
+        let (last, driver) = (next, at.gear(0));
+        let closing = at.force(law, meshes, n - 1, &last, &driver);
+        at.turn(n - 1, &last, w * last.radius - closing * last.radius, turns);
+        at.turn(0, &driver, shaft - first * driver.radius + closing * driver.radius, turns);
         if self.frame == Frame::Rigid {
             let mut torque = *at.motor_torque;
             for i in 0..n {

@@ -83,6 +83,8 @@ pub type Ring<N = Backlash> = Machine<RingShape<N>>;
 pub struct RingShape<N = Backlash> {
     pub(crate) gears: Vec<Gear>,
     pub(crate) motor_inertia: f64,
+    /// 1/J_M.
+    pub(crate) per_motor: f64,
     pub(crate) motor_shaft: Shaft,
     pub(crate) meshes: Vec<Mesh<N>>,
     pub(crate) frame: Frame,
@@ -216,6 +218,7 @@ impl<N: Nonlinearity> RingShape<N> {
         let mut shape = RingShape {
             gears,
             motor_inertia,
+            per_motor: 1.0 / motor_inertia,
             motor_shaft,
             meshes,
             frame,
