@@ -77,9 +77,9 @@ pub struct Mesh<N = Backlash> {
     /// Turns of the mesh angle in one turn of the shaft. The edges of the law are functions of the mesh
     /// angle.
     teeth: u32,
-    /// Whether the law has no edges, so that the teeth always touch.
-    edgeless: bool,
     contact_damping: ContactDamping,
+    /// Whether the damping depends on the contact: [`ContactDamping::InContact`] and a law with edges.
+    released: bool,
 }
 
 impl<N: Nonlinearity> Mesh<N> {
@@ -92,13 +92,14 @@ impl<N: Nonlinearity> Mesh<N> {
     /// The damping C is a constant of the model that contains the mesh. Default: it acts always
     /// ([`ContactDamping::Always`]).
     pub fn new(stiffness: Wave, error: Wave, law: N) -> Self {
-        let edgeless = law.edges(0.0, Side::After) == Edges::none() && !law.moves();
-        Mesh { stiffness, error, law, teeth: 1, edgeless, contact_damping: ContactDamping::Always }
+        Mesh { stiffness, error, law, teeth: 1, contact_damping: ContactDamping::Always, released: false }
     }
 
     /// The same mesh with damping that acts always or only in contact. Default: always.
     pub fn with_contact_damping(self, contact_damping: ContactDamping) -> Self {
-        Mesh { contact_damping, ..self }
+        let edgeless = self.law.edges(0.0, Side::After) == Edges::none() && !self.law.moves();
+        let released = contact_damping == ContactDamping::InContact && !edgeless;
+        Mesh { contact_damping, released, ..self }
     }
     /// The same mesh, repeated `teeth` times in a turn of the shaft: its waves and the moving edges of its
     /// law.
@@ -237,10 +238,10 @@ impl<N: Nonlinearity> Mesh<N> {
     ) -> S {
         let elastic = at.stiffness * law.force(i, &self.law, d, rate, at.lower, at.upper);
         let viscous = at.damping * slip;
-        match self.contact_damping {
-            ContactDamping::Always => elastic + viscous,
-            ContactDamping::InContact if self.edgeless => elastic + viscous,
-            ContactDamping::InContact => elastic + viscous * law.touch(i, d, at.lower, at.upper),
+        if self.released {
+            elastic + viscous * law.touch(i, d, at.lower, at.upper)
+        } else {
+            elastic + viscous
         }
     }
 }
