@@ -75,6 +75,9 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
             return Err(if run.retreats > 0 { not_finite::<T, M, V>(&run.e) } else { underflow });
         }
         run.e.aim(aim);
+        if !T::ADAPTIVE && run.edge == f64::INFINITY {
+            run.e.drive_ahead::<T>(&run.pace);
+        }
         run.e.attempt::<T, LOCATE>();
         if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.locate_edges::<T>()? == Verdict::Repeat) {
             run.stats.rejected += 1;

@@ -94,12 +94,9 @@ pub(crate) struct Pace {
     pub(crate) h: f64,
     /// Fixed step: the next point of the grid. Adaptive step: the proposed length of the step after the next.
     pub(crate) next: f64,
-    /// The point of the grid after `next`. It is computed one step ahead, so that the evaluation of the
-    /// drives does not wait for it.
-    after: f64,
     /// Start of the grid.
     start: f64,
-    /// Number of `after` on the grid; the start is 0.
+    /// Number of `next` on the grid; the start is 0.
     count: f64,
     /// Maximum step.
     max: f64,
@@ -110,15 +107,7 @@ impl Pace {
     pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
         let next = if T::ADAPTIVE { h } else { start + h };
         let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
-        Pace {
-            h,
-            next,
-            after: start + 2.0 * h,
-            start,
-            count: 2.0,
-            max,
-            controller: Controller::new::<T>(beta),
-        }
+        Pace { h, next, start, count: 1.0, max, controller: Controller::new::<T>(beta) }
     }
 
     /// End of the step from `t`; at the latest `stop`.
@@ -142,10 +131,15 @@ impl Pace {
         if T::ADAPTIVE {
             self.h = self.next;
         } else {
-            self.next = self.after;
             self.count += 1.0;
-            self.after = self.start + self.count * self.h;
+            self.next = self.grid(0);
         }
+    }
+
+    /// Point `ahead` of the grid, counted from the next one.
+    #[inline(always)]
+    pub(crate) fn grid(&self, ahead: usize) -> f64 {
+        self.start + (self.count + ahead as f64) * self.h
     }
 
     /// Moves on after an accepted step that may have been shortened and ended at `t`. A grid point after `t`

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
+use crate::ode::stepping::control::Pace;
 use crate::ode::stepping::nodes::Nodes;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
@@ -42,6 +43,9 @@ pub trait Tableau {
     /// Computes the dense coefficients F3, F4, ... (see [`Engine::interpolate`]). Slot `END` must be filled.
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
 }
+
+/// Number of fixed steps whose drives are evaluated at once.
+const AHEAD: usize = 4;
 
 /// Maximum number of dense coefficients of a tableau, y0 included.
 const DENSE: usize = 8;
@@ -116,7 +120,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             h: 0.0,
             y1: y.clone(),
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
-            nodes: Nodes::new(&u, T::NODES.len()),
+            nodes: Nodes::new(&u, T::NODES.len(), if T::ADAPTIVE { 1 } else { AHEAD }),
             u_stage: u,
             pieces: vec![Piece::Gap; contacts],
             on_fixed_pieces: false,
@@ -153,14 +157,34 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.model.redrive(t, Side::After, &mut self.u_stage);
     }
 
-    /// Evaluates the drives at all nodes of the step in `nodes`.
+    /// Evaluates the drives at all nodes of the step in `nodes`, unless they are known.
     #[inline(always)]
     pub(crate) fn drive_nodes<T: Tableau>(&mut self) {
         let (mut times, n) = ([self.t1; SLOTS], T::NODES.len());
-        for (time, c) in times.iter_mut().zip(&T::NODES[..n - 1]) {
-            *time = self.t + c * self.h;
+        nodes_of::<T>(self.t, self.t1, &mut times);
+        let times = &times[..n];
+        if T::ADAPTIVE {
+            self.model.redrive_nodes(times, self.nodes.rows_mut());
+        } else if !self.nodes.select(times) {
+            self.model.redrive_nodes(times, self.nodes.fill(times));
         }
-        self.model.redrive_nodes(&times[..n], self.nodes.rows_mut());
+    }
+
+    /// Evaluates the drives of this step and of the fixed steps after it at once, unless they are known.
+    /// No drive may jump in these steps.
+    #[inline(always)]
+    pub(crate) fn drive_ahead<T: Tableau>(&mut self, pace: &Pace) {
+        if !self.nodes.used_up() || self.t1 != pace.grid(0) {
+            return;
+        }
+        let (mut times, n) = ([0.0; AHEAD * SLOTS], T::NODES.len());
+        let mut start = self.t;
+        for (step, times) in times[..AHEAD * n].chunks_exact_mut(n).enumerate() {
+            let end = pace.grid(step);
+            nodes_of::<T>(start, end, times);
+            start = end;
+        }
+        self.model.redrive_nodes(&times[..AHEAD * n], self.nodes.fill(&times[..AHEAD * n]));
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
@@ -371,6 +395,17 @@ fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f
     for i in 0..W {
         out[i] = start[i] + sum[i];
     }
+}
+
+/// Writes the instants of the nodes of a step.
+#[inline(always)]
+fn nodes_of<T: Tableau>(start: f64, end: f64, times: &mut [f64]) {
+    let h = end - start;
+    let inner = T::NODES.len() - 1;
+    for (time, c) in times.iter_mut().zip(&T::NODES[..inner]) {
+        *time = start + c * h;
+    }
+    times[inner] = end;
 }
 
 /// The derivative (q', v') = (v, a) at y.

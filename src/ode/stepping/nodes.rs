@@ -2,34 +2,69 @@
 
 /// The drives at the nodes of a step, one row for each. The last node is the end of the step, where the drives
 /// are those before a jump.
+///
+/// The rows may contain several steps that follow each other: sines and cosines of many instants at once take
+/// hardly longer than those of one.
 pub(crate) struct Nodes {
     rows: Vec<f64>,
     drives: usize,
+    /// Number of nodes in a step.
+    nodes: usize,
+    /// The instants of all rows; NaN for rows without a meaning.
+    times: Vec<f64>,
+    /// First row of the current step.
+    first: usize,
 }
 
 impl Nodes {
-    /// Drives `u` at each of `nodes` nodes.
-    pub(super) fn new(u: &[f64], nodes: usize) -> Self {
-        Nodes { rows: u.repeat(nodes), drives: u.len() }
+    /// Drives `u` at each of `nodes` nodes of a step, with room for `steps` steps.
+    pub(super) fn new(u: &[f64], nodes: usize, steps: usize) -> Self {
+        let rows = steps * nodes;
+        Nodes { rows: u.repeat(rows), drives: u.len(), nodes, times: vec![f64::NAN; rows], first: 0 }
     }
     /// Drives at a node.
     #[inline(always)]
     pub(crate) fn at(&self, node: usize) -> &[f64] {
-        &self.rows[self.drives * node..][..self.drives]
+        &self.rows[self.drives * (self.first + node)..][..self.drives]
     }
     /// Drives at the end of the step, before a jump there.
     #[inline(always)]
     pub(crate) fn end(&self) -> &[f64] {
-        &self.rows[self.rows.len() - self.drives..]
+        self.at(self.nodes - 1)
     }
-    /// Drives at the end of the step, mutable.
+    /// Drives at the end of the step, mutable. The rows of later steps lose their meaning.
     pub(super) fn end_mut(&mut self) -> &mut [f64] {
-        let start = self.rows.len() - self.drives;
-        &mut self.rows[start..]
+        self.times.fill(f64::NAN);
+        &mut self.rows[self.drives * (self.first + self.nodes - 1)..][..self.drives]
     }
-    /// The rows of all nodes.
+    /// Whether the rows of the current step, or those after them, have these instants. They then are the rows
+    /// of the current step.
+    #[inline(always)]
+    pub(super) fn select(&mut self, times: &[f64]) -> bool {
+        for first in [self.first, self.first + self.nodes] {
+            if self.times.get(first..first + self.nodes).is_some_and(|known| known == times) {
+                self.first = first;
+                return true;
+            }
+        }
+        false
+    }
+    /// All rows, for the instants of one step that no other step shares.
     #[inline(always)]
     pub(super) fn rows_mut(&mut self) -> &mut [f64] {
         &mut self.rows
+    }
+    /// Whether no rows follow those of the current step.
+    #[inline(always)]
+    pub(super) fn used_up(&self) -> bool {
+        self.first + 2 * self.nodes > self.times.len() || self.times[self.first + self.nodes].is_nan()
+    }
+    /// The rows for these instants, a whole number of steps. The first step becomes the current one.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, times: &[f64]) -> &mut [f64] {
+        self.first = 0;
+        self.times[..times.len()].copy_from_slice(times);
+        self.times[times.len()..].fill(f64::NAN);
+        &mut self.rows[..self.drives * times.len()]
     }
 }
