@@ -147,6 +147,19 @@ pub enum Inconsistency {
         /// Approximate instant of the jump.
         t: f64,
     },
+    /// `redrive` or `redrive_nodes` writes another value than `drive`.
+    Redrive {
+        /// Name of the method.
+        method: &'static str,
+        /// Index of the drive.
+        drive: usize,
+        /// The instant.
+        t: f64,
+        /// Value by the method.
+        found: f64,
+        /// Value by `drive`.
+        expected: f64,
+    },
     /// The lengths of the typical state do not fit the model.
     State {
         /// Numbers of coordinates and velocities of the typical state.
