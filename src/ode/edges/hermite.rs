@@ -102,6 +102,18 @@ impl Hermite {
         points > floor || self.least() > floor
     }
 
+    /// Whether a distance that deviates from the cubic by at most `off` stays above its value at the start.
+    ///
+    /// Values and rates agree at both ends, so that the deviation is taken as 16 off σ² (1-σ)². The distance
+    /// has risen by σ (a + b σ + c σ²) less this deviation, of which σ (1-σ)² is at most 4/27.
+    #[inline]
+    pub(crate) fn rises(&self, off: f64) -> bool {
+        let [a, b, c] = self.powers;
+        let inside = c > 0.0 && b < 0.0 && -b < 2.0 * c;
+        let bottom = if inside { a - b * b / (4.0 * c) } else { a };
+        bottom.min(a + b + c) > 64.0 / 27.0 * off
+    }
+
     /// Whether the cubic has a minimum so close to zero, or below it, that the dense output must be checked.
     #[inline]
     pub(crate) fn may_dip(&self, d0: Distance, d1: Distance) -> bool {
@@ -114,5 +126,35 @@ impl Hermite {
             let bottom = self.at(sigma);
             bottom < NEAR * (ends - bottom)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Distance, Hermite};
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_straight_rise() {
+        let [d0, d1] = [0.0, 1.0].map(|value| Distance { value, rate: 1.0 });
+        let rises = |off| Hermite::new(d0, d1).rises(off);
+        // A deviation 16 off σ² (1-σ)² touches the line σ for off = 27/64.
+        assert!(rises(0.421) && !rises(0.422));
+    }
+
+    proptest! {
+        /// The largest deviation that the documentation names leaves the distance above its start.
+        #[test]
+        fn a_rise_leaves_room_for_the_deviation(rates in [-1.0..3.0, -3.0..3.0f64], rise in 0.0..3.0f64) {
+            let [d0, d1] = [Distance { value: 0.5, rate: rates[0] }, Distance { value: 0.5 + rise, rate: rates[1] }];
+            let cubic = Hermite::new(d0, d1);
+            let stays = |off: f64| (1..=1000).all(|i| {
+                let s = f64::from(i) / 1000.0;
+                cubic.at(s) - off * 16.0 * (s * (1.0 - s)).powi(2) >= 0.5 - 1e-12
+            });
+            for off in [0.0, 0.01, 0.1, 0.3] {
+                prop_assert!(!cubic.rises(off) || stays(off), "{d0:?} {d1:?} {off}");
+            }
+        }
     }
 }

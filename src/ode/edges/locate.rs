@@ -202,7 +202,9 @@ impl Locator {
                 }
                 let clear = d1.value >= -slack
                     && !hermite.may_dip(d0, d1)
-                    && (doubt <= slack || hermite.stays_above(doubt));
+                    && (doubt <= slack
+                        || hermite.stays_above(doubt)
+                        || (d0.value >= -slack && hermite.rises(doubt)));
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }
