@@ -44,9 +44,6 @@ pub trait Tableau {
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
 }
 
-/// Number of fixed steps whose drives are evaluated at once.
-const AHEAD: usize = 4;
-
 /// Maximum number of dense coefficients of a tableau, y0 included.
 const DENSE: usize = 8;
 
@@ -120,7 +117,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             h: 0.0,
             y1: y.clone(),
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
-            nodes: Nodes::new(&u, T::NODES.len(), if T::ADAPTIVE { 1 } else { AHEAD }),
+            nodes: Nodes::new(&u, T::NODES.len(), if T::ADAPTIVE { 1 } else { V::AHEAD }),
             u_stage: u,
             pieces: vec![Piece::Gap; contacts],
             on_fixed_pieces: false,
@@ -163,7 +160,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let (mut times, n) = ([self.t1; SLOTS], T::NODES.len());
         nodes_of::<T>(self.t, self.t1, &mut times);
         let times = &times[..n];
-        if T::ADAPTIVE {
+        if T::ADAPTIVE || V::AHEAD == 1 {
             self.model.redrive_nodes(times, self.nodes.rows_mut());
         } else if !self.nodes.select(times) {
             self.model.redrive_nodes(times, self.nodes.fill(times));
@@ -174,17 +171,18 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// No drive may jump in these steps.
     #[inline(always)]
     pub(crate) fn drive_ahead<T: Tableau>(&mut self, pace: &Pace) {
-        if !self.nodes.used_up() || self.t1 != pace.grid(0) {
+        if V::AHEAD == 1 || !self.nodes.used_up() || self.t1 != pace.grid(0) {
             return;
         }
-        let (mut times, n) = ([0.0; AHEAD * SLOTS], T::NODES.len());
+        let (mut times, n) = ([0.0; 4 * SLOTS], T::NODES.len());
+        let times = &mut times[..V::AHEAD * n];
         let mut start = self.t;
-        for (step, times) in times[..AHEAD * n].chunks_exact_mut(n).enumerate() {
+        for (step, times) in times.chunks_exact_mut(n).enumerate() {
             let end = pace.grid(step);
             nodes_of::<T>(start, end, times);
             start = end;
         }
-        self.model.redrive_nodes(&times[..AHEAD * n], self.nodes.fill(&times[..AHEAD * n]));
+        self.model.redrive_nodes(times, self.nodes.fill(times));
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.

@@ -6,6 +6,10 @@ use crate::ode::stepping::vector_blocks::Blocks;
 /// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is
 /// computed in registers, and [`Blocks`] for more.
 pub trait Vector: Clone {
+    /// Number of fixed steps, at most 4, whose drives are evaluated at once. Steps of one and two degrees of
+    /// freedom are so short that the processor evaluates the next drives while it waits for the stages.
+    const AHEAD: usize;
+
     /// A vector of zeros.
     fn zeros(len: usize) -> Self;
     /// A derivative of zeros.
@@ -49,6 +53,8 @@ pub trait Vector: Clone {
 }
 
 impl<const M: usize> Vector for [f64; M] {
+    const AHEAD: usize = 1;
+
     fn zeros(_: usize) -> Self {
         [0.0; M]
     }
@@ -130,6 +136,8 @@ impl<const M: usize> Vector for [f64; M] {
 }
 
 impl Vector for Blocks {
+    const AHEAD: usize = 4;
+
     fn zeros(len: usize) -> Self {
         Blocks::zeros(len)
     }
