@@ -5,7 +5,7 @@ use crate::contact::mesh::Mesh;
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
-use crate::models::ring::columns::{Columns, STRIDE};
+use crate::models::ring::columns::{Columns, Parameters, STRIDE};
 use crate::models::ring::ring_shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};
 
@@ -21,11 +21,8 @@ struct Turning<S> {
 
 /// Parameters, drives and state of the ring at one instant, as slices of known length.
 struct Instant<'a, S> {
-    radius: &'a [f64],
-    stiffness: &'a [f64],
-    shaft_damping: &'a [f64],
-    per_gear: &'a [f64],
-    per_load: &'a [f64],
+    gears: &'a [Parameters],
+    lists: [&'a [f64]; 5],
     meshes: &'a [[S; STRIDE]],
     omega: S,
     motor_torque: &'a S,
@@ -42,13 +39,10 @@ impl<'a, S: Scalar> Instant<'a, S> {
         // The lengths are checked here once; all slices below have known lengths.
         let (meshes, rest) = (&u.all_waves()[..STRIDE * n], &u.all_constants()[..2 * n + 1]);
         let (q, v) = (&q[..2 * n + 1], &v[..2 * n + 1]);
-        let [radius, stiffness, shaft_damping, per_gear, per_load] = columns.cut(n);
+        let (gears, lists) = columns.cut(n);
         Instant {
-            radius,
-            stiffness,
-            shaft_damping,
-            per_gear,
-            per_load,
+            gears,
+            lists,
             meshes: &meshes.as_chunks().0[..n],
             omega: u.speed(),
             motor_torque: &rest[0],
@@ -59,9 +53,15 @@ impl<'a, S: Scalar> Instant<'a, S> {
         }
     }
 
+    /// Parameter k of gear i.
+    #[inline(always)]
+    fn of_gear(&self, i: usize, k: usize) -> f64 {
+        if const { size_of::<S>() == size_of::<f64>() } { self.gears[i][k] } else { self.lists[k][i] }
+    }
+
     #[inline(always)]
     fn gear(&self, i: usize) -> Turning<S> {
-        let (radius, q, v) = (self.radius[i], self.q[i][0], self.v[i][0]);
+        let (radius, q, v) = (self.of_gear(i, 0), self.q[i][0], self.v[i][0]);
         Turning { radius, q, v, path: q * radius, speed: v * radius }
     }
 
@@ -84,9 +84,9 @@ impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
     fn turn(&self, i: usize, gear: &Turning<S>, torque: S, turns: &mut [[S; 2]]) {
         let shaft =
-            (gear.q - self.q[i][1]) * self.stiffness[i] + (gear.v - self.v[i][1]) * self.shaft_damping[i];
-        turns[i][0] = (torque - shaft) * self.per_gear[i];
-        turns[i][1] = (shaft - self.load_torque[i]) * self.per_load[i];
+            (gear.q - self.q[i][1]) * self.of_gear(i, 1) + (gear.v - self.v[i][1]) * self.of_gear(i, 2);
+        turns[i][0] = (torque - shaft) * self.of_gear(i, 3);
+        turns[i][1] = (shaft - self.load_torque[i]) * self.of_gear(i, 4);
     }
 }
 

@@ -5,12 +5,19 @@ use crate::models::ring::ring_params::Gear;
 /// Number of waves of a mesh. The constants after the speed are T_M, C_1..n and T_L1..n.
 pub(crate) const STRIDE: usize = 7;
 
-/// Parameters of the gears and their loads, one list per parameter.
+/// R_i, K_si, C_si, 1/J_i and 1/J_Li of a gear and its load.
+pub(crate) type Parameters = [f64; 5];
+
+/// Parameters of the gears and their loads, gear by gear and as one list per parameter.
 ///
-/// Lanes then multiply by one number at a time and never divide. If the numbers of one gear stood next to
-/// each other, the compiler would vectorise over them instead of over the lanes.
+/// Plain numbers read them gear by gear. With lists, lanes multiply by one number at a time and never divide: if
+/// the numbers of one gear stood next to each other, the compiler would vectorise over them instead of over
+/// the lanes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Columns(Vec<f64>);
+pub(crate) struct Columns {
+    gears: Vec<Parameters>,
+    lists: Vec<f64>,
+}
 
 impl Columns {
     pub(crate) fn of(gears: &[Gear]) -> Self {
@@ -21,13 +28,17 @@ impl Columns {
             |gear| 1.0 / gear.inertia,
             |gear| 1.0 / gear.load.inertia,
         ];
-        Columns(of.iter().flat_map(|of| gears.iter().map(of)).collect())
+        Columns {
+            gears: gears.iter().map(|gear| of.map(|of| of(gear))).collect(),
+            lists: of.iter().flat_map(|of| gears.iter().map(of)).collect(),
+        }
     }
 
-    /// The lists of R_i, K_si, C_si, 1/J_i and 1/J_Li for n gears.
+    /// The parameters of n gears.
     #[inline(always)]
-    pub(crate) fn cut(&self, n: usize) -> [&[f64]; 5] {
-        let all = &self.0[..5 * n];
-        [&all[..n], &all[n..2 * n], &all[2 * n..3 * n], &all[3 * n..4 * n], &all[4 * n..5 * n]]
+    pub(crate) fn cut(&self, n: usize) -> (&[Parameters], [&[f64]; 5]) {
+        let all = &self.lists[..5 * n];
+        let lists = [&all[..n], &all[n..2 * n], &all[2 * n..3 * n], &all[3 * n..4 * n], &all[4 * n..5 * n]];
+        (&self.gears[..n], lists)
     }
 }
