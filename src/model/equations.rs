@@ -101,12 +101,7 @@ pub trait Model {
     /// Solvers with a fixed pattern of nodes call it once per step. Default: [`redrive`](Model::redrive) for
     /// each row.
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        let Some(end) = times.len().checked_sub(1) else { return };
-        let drives = self.drives();
-        for (i, &t) in times.iter().enumerate() {
-            let side = if i == end { Side::Before } else { Side::After };
-            self.redrive(t, side, &mut u[drives * i..][..drives]);
-        }
+        redrive_each(self, times, u);
     }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
     /// Default: `None`.
@@ -183,6 +178,15 @@ pub trait Model {
     /// Writes the values of the [`channels`](Model::channels) to `out`.
     fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let _ = (u, q, v, contacts, out);
+    }
+}
+
+/// The drives at the nodes of a step by [`Model::redrive`]; see [`Model::redrive_nodes`].
+pub(crate) fn redrive_each<M: Model + ?Sized>(model: &M, times: &[f64], u: &mut [f64]) {
+    let drives = model.drives();
+    for (i, &t) in times.iter().enumerate() {
+        let side = if i + 1 == times.len() { Side::Before } else { Side::After };
+        model.redrive(t, side, &mut u[drives * i..][..drives]);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
 use crate::model::constants::{Constants, place_of};
-use crate::model::equations::{Channel, Jacobian, Model, Periodic};
+use crate::model::equations::{Channel, Jacobian, Model, Periodic, redrive_each};
 use crate::model::expansion::expand::Expand;
 use crate::model::expansion::turning_waves::TurningWaves;
 use crate::model::expansion::wave_table::WaveTable;
@@ -17,8 +17,7 @@ use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 use std::fmt;
-use std::sync::Arc;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A model that consists of a [`Shape`] and the values of its constants.
 ///
@@ -283,8 +282,7 @@ impl<G: Shape> Machine<G> {
     }
     /// The drives after the waves: φ', φ'' = 0, the other constants.
     pub(crate) fn own_drives(&self) -> Vec<f64> {
-        let speed_and_acceleration = [self.prepared[0], 0.0];
-        speed_and_acceleration.into_iter().chain(self.prepared[1..].iter().copied()).collect()
+        [self.prepared[0], 0.0].into_iter().chain(self.prepared[1..].iter().copied()).collect()
     }
 }
 
@@ -318,13 +316,12 @@ impl<G: Shape> Model for Machine<G> {
     #[inline]
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         let speed = self.speed();
-        if let Some(turning) = &self.fixed.turning {
-            let (waves, rest) = u.split_at_mut(self.size().waves);
-            turning.write(speed * t, waves);
-            self.write_rest(speed, 0.0, rest);
-            return;
-        }
-        self.drive_at(speed * t, side, speed, 0.0, u);
+        let Some(turning) = &self.fixed.turning else {
+            return self.drive_at(speed * t, side, speed, 0.0, u);
+        };
+        let (waves, rest) = u.split_at_mut(self.size().waves);
+        turning.write(speed * t, waves);
+        self.write_rest(speed, 0.0, rest);
     }
     #[inline]
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
@@ -336,14 +333,9 @@ impl<G: Shape> Model for Machine<G> {
     }
     #[inline]
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        let (speed, drives) = (self.speed(), self.drives());
-        if let Some(turning) = &self.fixed.turning {
-            return turning.write_nodes(speed, times, u, drives);
-        }
-        let end = times.len().saturating_sub(1);
-        for (i, (&t, u)) in times.iter().zip(u.chunks_exact_mut(drives)).enumerate() {
-            let side = if i == end { Side::Before } else { Side::After };
-            self.redrive(t, side, u);
+        match &self.fixed.turning {
+            Some(turning) => turning.write_nodes(self.speed(), times, u, self.drives()),
+            None => redrive_each(self, times, u),
         }
     }
     fn next_edge(&self, t: f64) -> Option<f64> {

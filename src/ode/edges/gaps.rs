@@ -163,8 +163,8 @@ impl Gaps {
         for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
             e.contacts_on_cubic(theta);
             for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
-                for way in 0..exits(piece) {
-                    places[p][way] = Edge::of(piece, way).distance(c, h).value;
+                for (way, place) in places[p].iter_mut().enumerate().take(exits(piece)) {
+                    *place = Edge::of(piece, way).distance(c, h).value;
                 }
             }
         }

@@ -45,7 +45,7 @@ pub trait Tableau {
 }
 
 /// Maximum number of dense coefficients of a tableau, y0 included.
-const DENSE: usize = 8;
+pub(super) const DENSE: usize = 8;
 
 /// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its
 /// values could overflow.
@@ -306,93 +306,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let (h, m) = (self.h(), self.y.slice().len() as f64);
         V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
-
-    /// Computes the dense output of the step, unless it is computed already.
-    pub(crate) fn prepare_dense<T: Tableau>(&mut self) {
-        if self.ready.dense {
-            return;
-        }
-        self.derivative_at_end_of::<T>();
-        if self.on_fixed_pieces {
-            T::dense::<M, V, true>(self)
-        } else {
-            T::dense::<M, V, false>(self)
-        }
-        self.evaluations += T::DENSE_EVALUATIONS;
-        let (h, m) = (self.h(), self.y.slice().len());
-        let [first, rise, bend, twist, ..] = &mut self.dense;
-        let [first, rise] = [first, rise].map(|column| &mut column.slice_mut()[..m]);
-        let [bend, twist] = [bend, twist].map(|column| &mut column.slice_mut()[..m]);
-        let [y, y1, k0, k1] = [&self.y, &self.y1, &self.k[0], &self.k[T::END]].map(|x| &x.slice()[..m]);
-        for j in 0..m {
-            let dy = y1[j] - y[j];
-            first[j] = y[j];
-            rise[j] = dy;
-            bend[j] = h * k0[j] - dy;
-            twist[j] = 2.0 * dy - h * (k0[j] + k1[j]);
-        }
-        // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them
-        // the dense output still agrees with both ends of the step.
-        for column in &mut self.dense {
-            if column.size() <= LARGEST {
-                continue;
-            }
-            for coefficient in column.slice_mut() {
-                if coefficient.is_nan() || coefficient.abs() > LARGEST {
-                    *coefficient = 0.0;
-                }
-            }
-        }
-        self.ready.dense = true;
-    }
-
-    /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.
-    pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &TableauRow<L>) {
-        V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
-    }
-
-    /// y(t + θ h) = y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).
-    #[inline]
-    pub(crate) fn interpolate<T: Tableau>(&self, theta: f64, out: &mut [f64]) {
-        interpolate::<T, V>(&self.dense, theta, out);
-    }
 }
 
 /// Coordinates and velocities of a state.
 #[inline(always)]
 pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
     y.slice().split_at(y.slice().len() / 2)
-}
-
-/// The dense output at θ from its coefficients; see [`Engine::interpolate`].
-pub(crate) fn interpolate<T: Tableau, V: Vector>(dense: &[V; DENSE], theta: f64, out: &mut [f64]) {
-    let columns: [&[f64]; DENSE] =
-        std::array::from_fn(|c| if c <= T::DENSE { dense[c].slice() } else { &[][..] });
-    // Eight components at a time: the operations of one component depend on each other and cannot run in
-    // parallel.
-    let whole = out.len() - out.len() % 8;
-    for j in (0..whole).step_by(8) {
-        horner::<8>(&columns[..=T::DENSE], j, theta, out);
-    }
-    for j in whole..out.len() {
-        horner::<1>(&columns[..=T::DENSE], j, theta, out);
-    }
-}
-
-/// The dense output at θ for W components from `j` on.
-#[inline(always)]
-fn horner<const W: usize>(columns: &[&[f64]], j: usize, theta: f64, out: &mut [f64]) {
-    let mut sum = [0.0; W];
-    for (c, column) in columns.iter().enumerate().skip(1).rev() {
-        let (factor, column) = (if c % 2 == 1 { theta } else { 1.0 - theta }, &column[j..][..W]);
-        for i in 0..W {
-            sum[i] = (sum[i] + column[i]) * factor;
-        }
-    }
-    let (out, start) = (&mut out[j..][..W], &columns[0][j..][..W]);
-    for i in 0..W {
-        out[i] = start[i] + sum[i];
-    }
 }
 
 /// Writes the instants of the nodes of a step.

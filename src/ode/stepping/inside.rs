@@ -3,7 +3,8 @@
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::stepping::engine::{Engine, Tableau, halves, interpolate};
+use crate::ode::stepping::dense::interpolate;
+use crate::ode::stepping::engine::{Engine, Tableau, halves};
 use crate::ode::stepping::vector::Vector;
 
 impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {

@@ -1,6 +1,7 @@
 //! One step of a solver: stages, norms, dense output, step sizes.
 
 pub(crate) mod control;
+pub(crate) mod dense;
 pub(crate) mod engine;
 pub(crate) mod inside;
 pub(crate) mod nodes;

@@ -220,17 +220,17 @@ impl<const R: usize> WithSimd for Squares<'_, R> {
         let (mut totals, mut left) = ([0.0; R], self.len);
         for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
             let mut squares = [[0.0; WIDTH]; R];
-            for r in 0..R {
-                let sum = sum(self.k, self.k[0].first + b, 1.0, self.rows[r]);
+            for (squares, row) in squares.iter_mut().zip(self.rows) {
+                let sum = sum(self.k, self.k[0].first + b, 1.0, row);
                 for i in 0..WIDTH {
                     let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
-                    squares[r][i] = e * e;
+                    squares[i] = e * e;
                 }
             }
             // Beyond the length the quotients are 0/0.
-            for i in 0..left.min(WIDTH) {
-                for r in 0..R {
-                    totals[r] += squares[r][i];
+            for (total, squares) in totals.iter_mut().zip(&squares) {
+                for square in &squares[..left.min(WIDTH)] {
+                    *total += square;
                 }
             }
             left = left.saturating_sub(WIDTH);
