@@ -98,8 +98,8 @@ pub trait Model {
     }
     /// Updates the drives at the nodes of a step: row i of `u`, of length [`drives`](Model::drives), to
     /// `times[i]`. The last time is the end of the step, where the drives are those before a jump.
-    /// Solvers with a fixed pattern of nodes call it once per step. Default: [`redrive`](Model::redrive) for
-    /// each row.
+    /// The times may belong to several consecutive steps, if no drive jumps between them. Default:
+    /// [`redrive`](Model::redrive) for each row.
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
         redrive_each(self, times, u);
     }

@@ -75,8 +75,8 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
             return Err(if run.retreats > 0 { not_finite::<T, M, V>(&run.e) } else { underflow });
         }
         run.e.aim(aim);
-        if !T::ADAPTIVE && run.edge == f64::INFINITY {
-            run.e.drive_ahead::<T>(&run.pace);
+        if !T::ADAPTIVE {
+            run.e.drive_ahead::<T>(&run.pace, run.stop);
         }
         run.e.attempt::<T, LOCATE>();
         if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.locate_edges::<T>()? == Verdict::Repeat) {

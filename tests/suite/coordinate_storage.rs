@@ -82,3 +82,31 @@ fn what_further_drives_leave_out_stands_there_already() {
     same(&Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap());
     same(&Ring::as_printed(&moving).unwrap());
 }
+
+/// Three oscillators that note the latest instant at which their drive is evaluated.
+struct Noted(std::sync::Mutex<f64>);
+
+impl Model for Noted {
+    fn dof(&self) -> usize {
+        3
+    }
+    fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+        let mut latest = self.0.lock().unwrap();
+        *latest = latest.max(t);
+        u[0] = t;
+    }
+    fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        for (a, q) in a.iter_mut().zip(q) {
+            *a = u[0].sin() - q;
+        }
+    }
+}
+
+#[test]
+fn no_drive_is_evaluated_after_the_end_of_a_run() {
+    for end in [0.1, 0.4, 0.45, 1.0, 1.2] {
+        let model = Noted(std::sync::Mutex::new(0.0));
+        Rk4::new(0.1).end(&model, &State::at_rest(3), end).unwrap();
+        assert_eq!(*model.0.lock().unwrap(), end);
+    }
+}

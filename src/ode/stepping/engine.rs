@@ -168,10 +168,13 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     }
 
     /// Evaluates the drives of this step and of the fixed steps after it at once, unless they are known.
-    /// No drive may jump in these steps.
+    /// `stop`: the next drive edge or the end of the run. No drive is evaluated there or later.
     #[inline(always)]
-    pub(crate) fn drive_ahead<T: Tableau>(&mut self, pace: &Pace) {
-        if V::AHEAD == 1 || !self.nodes.used_up() || self.t1 != pace.grid(0) {
+    pub(crate) fn drive_ahead<T: Tableau>(&mut self, pace: &Pace, stop: f64) {
+        if V::AHEAD == 1 || self.nodes.has_next() || self.t1 != pace.grid(0) {
+            return;
+        }
+        if pace.grid(V::AHEAD - 1) >= stop {
             return;
         }
         let (mut times, n) = ([0.0; 4 * SLOTS], T::NODES.len());

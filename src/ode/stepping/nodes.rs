@@ -3,8 +3,8 @@
 /// The drives at the nodes of a step, one row for each. The last node is the end of the step, where the drives
 /// are those before a jump.
 ///
-/// The rows may contain several steps that follow each other: sines and cosines of many instants at once take
-/// hardly longer than those of one.
+/// The rows may belong to several consecutive steps. Sines and cosines of many instants at once take hardly
+/// longer than those of one instant.
 pub(crate) struct Nodes {
     rows: Vec<f64>,
     drives: usize,
@@ -54,10 +54,10 @@ impl Nodes {
     pub(super) fn rows_mut(&mut self) -> &mut [f64] {
         &mut self.rows
     }
-    /// Whether no rows follow those of the current step.
+    /// Whether the drives of the step after the current one are known.
     #[inline(always)]
-    pub(super) fn used_up(&self) -> bool {
-        self.first + 2 * self.nodes > self.times.len() || self.times[self.first + self.nodes].is_nan()
+    pub(super) fn has_next(&self) -> bool {
+        self.times.get(self.first + self.nodes).is_some_and(|time| !time.is_nan())
     }
     /// The rows for these instants, a whole number of steps. The first step becomes the current one.
     #[inline(always)]
