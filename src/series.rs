@@ -61,6 +61,16 @@ impl Series {
     pub fn coefficients(&self) -> &[f64] {
         &self.c[..self.len]
     }
+    /// All coefficients up to the maximum number.
+    #[inline(always)]
+    pub(crate) fn padded(&self) -> &[f64; Self::CAPACITY] {
+        &self.c
+    }
+    /// The value at the instant.
+    #[inline(always)]
+    pub(crate) fn first(&self) -> f64 {
+        self.c[0]
+    }
     /// The value at the time `t` after the instant.
     pub fn at(&self, t: f64) -> f64 {
         self.coefficients().iter().rev().fold(0.0, |sum, c| sum * t + c)
@@ -95,9 +105,14 @@ impl Series {
         (self.len, self.full, self.until, self.refusal) = (1, 1, f64::INFINITY, None);
     }
     /// Sets the first `len` coefficients; all further ones are 0.
-    pub(crate) fn set(&mut self, coefficients: &[f64], len: usize) {
-        self.c[len..].fill(0.0);
-        self.c[..len].copy_from_slice(&coefficients[..len]);
+    #[inline]
+    pub(crate) fn set<const USED: usize>(&mut self, coefficients: &[[f64; EIGHT]; USED], len: usize) {
+        for (k, block) in self.c.as_chunks_mut::<EIGHT>().0.iter_mut().enumerate() {
+            *block = coefficients.get(k).copied().unwrap_or([0.0; EIGHT]);
+        }
+        for c in &mut self.c[len..(USED * EIGHT).max(len)] {
+            *c = 0.0;
+        }
         (self.len, self.full, self.until, self.refusal) = (len, len, f64::INFINITY, None);
     }
     /// The series with the coefficients that `next` returns one after the other.

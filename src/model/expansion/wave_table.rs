@@ -255,7 +255,7 @@ impl Expansion<'_> {
                     out[l] = sum[l] * powers[l];
                 }
             }
-            u.set(sums.as_flattened(), coefficients);
+            u.set(&sums, coefficients);
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::ode::stepping::engine::Engine;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
 use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::rows::Eight;
 use crate::ode::taylor::positive::Polynomial;
 
 /// Result of the search in one step.
@@ -34,7 +35,7 @@ pub(super) fn first_exit(
     c: &Coefficients,
     e: &mut Engine<'_, dyn Model + '_, Blocks>,
     locator: &Locator,
-    ranges: &mut [f64],
+    ranges: &mut [Eight],
     h: f64,
 ) -> Result<Found, IntegrateError> {
     c.ranges(h, ranges);
@@ -53,8 +54,13 @@ pub(super) fn first_exit(
         if start == f64::INFINITY {
             continue; // the law has no such edge
         }
-        let near = NEAR * (start + ranges[i]);
-        if start - ranges[i] > near {
+        let range = ranges.as_flattened()[i];
+        let near = NEAR * (start + range);
+        if start - range > near {
+            continue;
+        }
+        let above = if start > near { c.above_until(i, sign, near, h) } else { 0.0 };
+        if above >= limit {
             continue;
         }
         let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree };
@@ -63,9 +69,7 @@ pub(super) fn first_exit(
         }
         // Most distances stay well above 0: the size of the contact is not needed.
         distance.c[0] = start - near;
-        if distance.first_root(limit).is_none() {
-            continue;
-        }
+        let Some(above) = distance.positive_until(above, limit) else { continue };
         distance.c[0] = start;
         if !read {
             e.contacts_at_start();
@@ -74,7 +78,7 @@ pub(super) fn first_exit(
         }
         let exit = Exit { contact, to };
         let slack = locator.slack(contact, &e.contacts[contact]);
-        match leaves(&distance, slack, limit) {
+        match leaves(&distance, slack, above, limit) {
             Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
             Some(root) => {
                 limit = root;
@@ -95,12 +99,12 @@ pub(super) fn first_exit(
 }
 
 /// The first time in (0, h] at which a distance becomes negative by more than the slack; 0 if it is on its
-/// edge at the start and leaves at once.
-fn leaves(distance: &Polynomial, slack: f64, h: f64) -> Option<f64> {
+/// edge at the start and leaves at once. The distance is positive up to the time `above`.
+fn leaves(distance: &Polynomial, slack: f64, above: f64, h: f64) -> Option<f64> {
     let start = distance.c[0];
     if start > slack {
-        let beyond = distance.raised(slack).first_root(h)?;
-        return distance.first_root(beyond).or(Some(beyond));
+        let beyond = distance.raised(slack).first_root_after(above, h)?;
+        return distance.first_root_after(above, beyond).or(Some(beyond));
     }
     // On the edge. A distance past its edge by more than the slack counts as on it.
     let slack = slack.max(-start) * (1.0 + f64::EPSILON) + f64::MIN_POSITIVE;

@@ -206,7 +206,7 @@ impl<'r> Run<'r> {
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
         let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
         Ok(Run {
-            pace: Pace::new(settings.tolerances.rtol, atol, settings.tolerances.max, &prepared.c.plan),
+            pace: Pace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
             expanded,
             prepared,
             edge: edge_after(model, start.t)?,
@@ -226,14 +226,16 @@ impl<'r> Run<'r> {
         let Prepared { series, needed, .. } = &mut *self.prepared;
         self.expanded.redrive_series(self.e.t, self.degree + 1, needed, series);
         self.valid = f64::INFINITY;
-        if let Some(refusal) = self.prepared.refusal() {
-            return Err(refusal);
-        }
         let Prepared { c, series, moving, .. } = &*self.prepared;
-        let mut woken = false;
+        let (mut woken, mut refused) = (false, false);
         for &(drive, _) in &c.plan.drives {
-            woken |= series[drive].coefficients().len() > 1 && !moving[drive];
-            self.valid = self.valid.min(series[drive].until());
+            let series = &series[drive];
+            woken |= series.coefficients().len() > 1 && !moving[drive];
+            refused |= series.refusal().is_some();
+            self.valid = self.valid.min(series.until());
+        }
+        if refused {
+            return self.prepared.refusal().map_or(Ok(()), Err);
         }
         if woken {
             self.prepared.plan_anew();

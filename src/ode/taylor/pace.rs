@@ -2,7 +2,8 @@
 
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::plan::{Edge, Plan};
-use crate::ode::taylor::expansion::rows::EIGHT;
+use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
+use pulp::Arch;
 
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
 const GROWTH: f64 = 2.0;
@@ -16,7 +17,8 @@ const FINEST: f64 = 1e-13;
 /// The tolerances and the lengths of steps so far.
 pub(super) struct Pace {
     rtol: f64,
-    atol: Vec<f64>,
+    /// Absolute tolerance of each coordinate and velocity, in their blocks of columns.
+    atol: Vec<Eight>,
     max: f64,
     /// Length that the tolerances allowed for the last step; 0 before the first.
     last: f64,
@@ -25,11 +27,12 @@ pub(super) struct Pace {
     /// Limit of the next step alone, after an impact.
     limit: f64,
     /// 1/tolerance of each coordinate and velocity.
-    per: Vec<f64>,
+    per: Vec<Eight>,
+    arch: Arch,
     /// The edge on the other side of the gap, for each edge.
     opposite: Vec<Option<Edge>>,
     /// How far each distance moves in the step, at most.
-    pub(super) ranges: Vec<f64>,
+    pub(super) ranges: Vec<Eight>,
 }
 
 /// log2 x, with an error below 0.1: enough for the length of a step.
@@ -49,21 +52,27 @@ fn reach(term: f64, order: usize) -> f64 {
 }
 
 impl Pace {
-    pub(super) fn new(rtol: f64, atol: Vec<f64>, max: f64, plan: &Plan) -> Self {
+    pub(super) fn new(rtol: f64, atol: &[f64], max: f64, plan: &Plan) -> Self {
         let opposite = plan.edges.iter().map(|edge| {
             let is_other = |other: &Edge| other.contact == edge.contact && other.side != edge.side;
             plan.edges.iter().copied().find(is_other)
         });
+        // No number of a column without a coordinate reaches its tolerance.
+        let mut blocks = vec![[f64::INFINITY; EIGHT]; 2 * plan.half];
+        for (blocks, atol) in blocks.chunks_mut(plan.half.max(1)).zip(atol.chunks(plan.dof.max(1))) {
+            blocks.as_flattened_mut()[..atol.len()].copy_from_slice(atol);
+        }
         Pace {
             rtol,
             max,
             last: 0.0,
             longest: 0.0,
             limit: f64::INFINITY,
-            per: vec![0.0; atol.len()],
-            atol,
+            per: vec![[0.0; EIGHT]; blocks.len()],
+            atol: blocks,
+            arch: Arch::new(),
             opposite: opposite.collect(),
-            ranges: vec![0.0; plan.distance_blocks * EIGHT],
+            ranges: vec![[0.0; EIGHT]; plan.distance_blocks],
         }
     }
 
@@ -99,22 +108,8 @@ impl Pace {
     /// if one is not finite. `room`: the longest step possible.
     pub(super) fn length(&mut self, c: &Coefficients, room: f64) -> f64 {
         let before = if self.last.is_finite() { self.last } else { 0.0 };
-        let (of_q, of_v) = self.per.split_at_mut(c.plan.dof);
-        let (atol_q, atol_v) = self.atol.split_at(c.plan.dof);
-        for (per, atol, first, second) in
-            [(&mut *of_q, atol_q, c.q(0), c.q(1)), (&mut *of_v, atol_v, c.v(0), c.v(1))]
-        {
-            for ((per, atol), (x, rate)) in per.iter_mut().zip(atol).zip(first.iter().zip(second)) {
-                *per = 1.0 / (atol + self.rtol * (x.abs() + before * rate.abs()));
-            }
-        }
-        let largest = |order: usize| {
-            let of_q = c.q(order).iter().zip(&*of_q);
-            let terms = of_q.chain(c.v(order).iter().zip(&*of_v));
-            terms.fold(0.0, |m: f64, (x, per)| max(m, (x * per).abs()))
-        };
-        let degree = c.degree;
-        let terms = [largest(degree), largest(degree - 1)];
+        let (arch, degree) = (self.arch, c.degree);
+        let terms = arch.dispatch(LastTerms { pace: self, c, before });
         if !(terms[0].is_finite() && terms[1].is_finite()) {
             return f64::NAN;
         }
@@ -127,27 +122,55 @@ impl Pace {
         let share = self.rtol.max(FINEST);
         let (start, rate) = (c.distances(0), c.distances(1));
         let (last, before) = (c.distances(degree), c.distances(degree - 1));
+        let mut terms = [0.0_f64; 2];
         for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
             let (i, at_start) = (edge.column, |edge: &Edge| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
             let size = gap.max(start[i].abs() + span * rate[i].abs());
             if size > 0.0 {
                 let per = 1.0 / (share * size);
-                h = h.min(reach(last[i].abs() * per, degree));
-                h = h.min(reach(before[i].abs() * per, degree - 1));
+                terms = [terms[0].max(last[i].abs() * per), terms[1].max(before[i].abs() * per)];
             }
         }
-        h
+        h.min(reach(terms[0], degree)).min(reach(terms[1], degree - 1))
     }
 
     /// Whether the difference of two accelerations at the end of a step of length `h` changes coordinates and
     /// velocities by less than their tolerances.
     pub(super) fn tolerates(&self, h: f64, a: &[f64], b: &[f64]) -> bool {
-        let (of_q, of_v) = self.per.split_at(a.len());
-        a.iter().zip(b).zip(of_q.iter().zip(of_v)).all(|((a, b), (q, v))| {
+        let (of_q, of_v) = self.per.split_at(self.per.len() / 2);
+        a.iter().zip(b).zip(of_q.as_flattened().iter().zip(of_v.as_flattened())).all(|((a, b), (q, v))| {
             let off = (a - b).abs() * h;
             off * v <= 1.0 && off * h * q <= 1.0
         })
+    }
+}
+
+/// The largest of the terms of the highest order and of the one below it, measured in tolerances; NaN if one
+/// is not a number.
+struct LastTerms<'p> {
+    pace: &'p mut Pace,
+    c: &'p Coefficients,
+    /// The length of the last step.
+    before: f64,
+}
+
+impl pulp::WithSimd for LastTerms<'_> {
+    type Output = [f64; 2];
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 2] {
+        let LastTerms { pace: Pace { per, atol, rtol, .. }, c, before } = self;
+        let rows = [0, 1, c.degree, c.degree - 1].map(|order| c.motion(order));
+        let mut largest = [[0.0; EIGHT]; 2];
+        for (k, (per, atol)) in per.iter_mut().zip(atol).enumerate() {
+            let [value, rate, last, below] = rows.map(|row| row[k]);
+            for l in 0..EIGHT {
+                per[l] = 1.0 / (atol[l] + *rtol * (value[l].abs() + before * rate[l].abs()));
+                largest[0][l] = max(largest[0][l], (last[l] * per[l]).abs());
+                largest[1][l] = max(largest[1][l], (below[l] * per[l]).abs());
+            }
+        }
+        largest.map(|lanes| lanes.into_iter().fold(0.0, max))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The first instant at which a polynomial ceases to be positive.
 
 use crate::numeric::bracket::Bracket;
-use crate::ode::taylor::expansion::coefficients::ORDERS;
+use crate::ode::taylor::expansion::coefficients::{ORDERS, SECOND};
 
 /// A polynomial Σ c_n sⁿ over the time s in a step.
 #[derive(Clone, Copy)]
@@ -16,16 +16,6 @@ const SHORTEST: f64 = 1e-13;
 /// The same after this number of evaluations, for a polynomial that stays at 0 within rounding.
 const COARSE: f64 = 1e-4;
 const MANY: u32 = 4096;
-
-/// n (n - 1).
-const SECOND: [f64; ORDERS] = {
-    let (mut second, mut n) = ([0.0; ORDERS], 0);
-    while n < ORDERS {
-        second[n] = (n * n - n) as f64;
-        n += 1;
-    }
-    second
-};
 
 impl Polynomial {
     /// Value and derivative.
@@ -69,16 +59,33 @@ impl Polynomial {
     }
 
     /// The first root in (0, h] of a polynomial with p(0) > 0; 0 if p(0) <= 0.
+    pub(super) fn first_root(&self, h: f64) -> Option<f64> {
+        self.first_root_after(0.0, h)
+    }
+    /// The first root in (a, h] of a polynomial that is positive in [0, a]; 0 if a = 0 and p(0) <= 0.
+    pub(super) fn first_root_after(&self, a: f64, h: f64) -> Option<f64> {
+        let [[a, value_a], [b, value_b]] = self.first_fall(a, h)?;
+        Some(if b == 0.0 { 0.0 } else { self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b)) })
+    }
+    /// A time from `a` on up to which the polynomial is positive, close before its first root in (a, h]; `None`
+    /// if there is no root. It is positive in [0, a].
+    pub(super) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
+        self.first_fall(a, h).map(|[[a, _], _]| a)
+    }
+
+    /// Times and values on both sides of the first root in (a, h] of a polynomial that is positive in [0, a];
+    /// zeros if a = 0 and p(0) <= 0.
     ///
     /// An interval is left out only if a bound on the second derivative rules a root out, so that no root is
     /// missed.
-    pub(super) fn first_root(&self, h: f64) -> Option<f64> {
-        let at_start = self.c[0];
-        if at_start <= 0.0 {
-            return Some(0.0);
+    fn first_fall(&self, mut a: f64, h: f64) -> Option<[[f64; 2]; 2]> {
+        if a == 0.0 && self.c[0] <= 0.0 {
+            return Some([[0.0; 2]; 2]);
         }
-        let (mut a, mut value_a, mut slope_a) = (0.0, at_start, self.c[1]);
-        let (mut width, mut looks) = (h, 0);
+        let (mut value_a, mut slope_a) = if a > 0.0 { self.with_slope(a) } else { (self.c[0], self.c[1]) };
+        // Close to a root: to the other side of it.
+        let near = -2.0 * value_a / slope_a;
+        let (mut width, mut looks) = (if near > 0.0 { near.min(h - a) } else { h - a }, 0);
         loop {
             looks += 1;
             let shortest = if looks < MANY { SHORTEST } else { COARSE };
@@ -100,7 +107,7 @@ impl Polynomial {
                 (a, value_a, slope_a) = (b, value_b, slope_b);
                 width = (2.0 * width).min(h - a);
             } else if value_b <= 0.0 && (falls || short) {
-                return Some(self.root_between(a, b, a + width * value_a / (value_a - value_b)));
+                return Some([[a, value_a], [b, value_b]]);
             } else {
                 width *= 0.5;
             }

@@ -1,7 +1,7 @@
 //! The Taylor coefficients of a motion, order by order.
 
 use crate::contact::piece::Piece;
-use crate::ode::taylor::expansion::plan::Plan;
+use crate::ode::taylor::expansion::plan::{Plan, SMALL, Small};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use crate::series::Series;
 use crate::tape::operations::Tape;
@@ -23,9 +23,7 @@ const PER: [f64; ORDERS] = {
 /// The coefficients of all numbers of a plan: one row for each order.
 pub(crate) struct Coefficients {
     pub(crate) plan: Plan,
-    x: Vec<Eight>,
-    /// Number of coefficients of each drive in `x` that are not 0.
-    written: Vec<usize>,
+    x: Aligned,
     arch: Arch,
     /// Highest order.
     pub(crate) degree: usize,
@@ -37,10 +35,9 @@ impl Coefficients {
     /// `still`: whether a drive is constant between two drive edges.
     pub(crate) fn new(tape: &Tape, still: impl Fn(usize) -> bool) -> Self {
         let plan = Plan::new(tape, still);
-        let mut x = vec![[0.0; EIGHT]; ORDERS * plan.width];
+        let mut x = Aligned::new(ORDERS * plan.width);
         x.as_flattened_mut()[plan.one] = 1.0;
         Coefficients {
-            written: vec![0; plan.drives.len()],
             plan,
             x,
             arch: Arch::new(),
@@ -64,6 +61,11 @@ impl Coefficients {
     pub(crate) fn v(&self, n: usize) -> &[f64] {
         &self.block_on(n, self.plan.half)[..self.plan.dof]
     }
+    /// The blocks of coordinates and velocities of order n.
+    #[inline(always)]
+    pub(crate) fn motion(&self, n: usize) -> &[Eight] {
+        &self.x[n * self.plan.width..][..2 * self.plan.half]
+    }
     /// The columns of the distances in order n. See [`Edge`](crate::ode::taylor::expansion::plan::Edge).
     #[inline(always)]
     pub(crate) fn distances(&self, n: usize) -> &[f64] {
@@ -83,60 +85,40 @@ impl Coefficients {
         let x = self.x.as_flattened_mut();
         x[..dof].copy_from_slice(q);
         x[half * EIGHT..][..dof].copy_from_slice(v);
-        for (&(d, column), written) in self.plan.drives.iter().zip(&mut self.written) {
-            let coefficients = drives[d].coefficients();
-            let coefficients = &coefficients[..coefficients.len().min(degree + 1)];
-            let mut places = x[column..].iter_mut().step_by(width * EIGHT);
-            for (place, c) in places.by_ref().zip(coefficients) {
-                *place = *c;
-            }
-            if coefficients.len() < *written {
-                let old = x[column..].iter_mut().step_by(width * EIGHT);
-                old.take(*written).skip(coefficients.len()).for_each(|x| *x = 0.0);
-            }
-            *written = coefficients.len();
+        let (moving, still) = self.plan.drives.split_at(self.plan.moving);
+        for &(d, column) in still {
+            x[column] = drives[d].first();
         }
+        self.arch.dispatch(Drives { x, stride: width * EIGHT, drives, moving, degree });
         self.arch.dispatch(Orders(self));
     }
 
     #[inline(always)]
     fn orders(&mut self) {
         let Coefficients { plan, x, degree, frozen, .. } = self;
-        let (degree, frozen) = (*degree, *frozen);
-        let Plan { width, half, accelerations, .. } = *plan;
-        for n in 0..degree {
-            for level in &mut plan.levels {
-                level.order(n, x, width, frozen);
+        let (x, degree, frozen) = (&mut x[..], *degree, *frozen);
+        if let (false, Some(mut small)) = (frozen, plan.small()) {
+            let x = x.as_chunks_mut::<SMALL>().0;
+            small.order::<true>(0, x);
+            for n in 1..degree {
+                small.order::<false>(n, x);
             }
-            let (done, open) = x.split_at_mut((n + 1) * width);
-            let row = &mut done[n * width..];
-            plan.outputs.apply(n, row);
-            let (next, after) = open.split_at_mut(width);
-            let (q, v) = next.split_at_mut(half);
-            if n == 0 {
-                q.copy_from_slice(&row[half..2 * half]);
-            }
-            let [per_v, per_q] = [PER[n + 1], PER[n + 2]];
-            for ((v, a), q) in v[..half].iter_mut().zip(&row[accelerations..]).zip(after) {
-                for l in 0..EIGHT {
-                    v[l] = a[l] * per_v;
-                    q[l] = v[l] * per_q;
-                }
-            }
+            return small.operands::<false>(degree, &mut x[degree]);
+        }
+        order::<true>(plan, x, 0, frozen);
+        for n in 1..degree {
+            order::<false>(plan, x, n, frozen);
         }
         // The distances have one order more than the accelerations.
         for level in plan.levels.iter_mut().take(plan.levels_of_distances) {
-            level.order(degree, x, width, frozen);
+            level.order::<false>(degree, x, plan.width, frozen);
         }
-        plan.outputs.apply(degree, &mut x[degree * width..][..width]);
+        plan.own_distances.apply::<false>(&mut x[degree * plan.width..][..plan.width]);
     }
 
     /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
     pub(crate) fn at(&self, s: f64, y: &mut [f64]) {
-        let half = self.plan.half;
-        let (q, v) = y.split_at_mut(self.plan.dof);
-        self.arch.dispatch(Values::<false> { c: self, first: 0, s, out: q });
-        self.arch.dispatch(Values::<false> { c: self, first: half, s, out: v });
+        self.arch.dispatch(Values { c: self, s, y });
     }
 
     /// The accelerations of the polynomials at the time `s` after the start of the step.
@@ -148,51 +130,261 @@ impl Coefficients {
     }
 
     /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
-    pub(crate) fn ranges(&self, h: f64, ranges: &mut [f64]) {
-        self.arch.dispatch(Values::<true> { c: self, first: self.plan.distances, s: h, out: ranges });
+    pub(crate) fn ranges(&self, h: f64, ranges: &mut [Eight]) {
+        self.arch.dispatch(Ranges { c: self, h, ranges });
+    }
+
+    /// A time in [0, h] up to which the distance in this column, times `sign`, is above `least` for certain. It
+    /// starts above it.
+    pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        let (values, bends) = self.arch.dispatch(Samples { c: self, column, h });
+        let mut before = sign * self.distances(0)[column];
+        for l in 0..EIGHT {
+            let value = sign * values[l];
+            // Between two samples at the distance w a function lies above the smaller one less w²/8 max |f''|.
+            let end = (l + 1) as f64;
+            if !(before.min(value) - least > bends[l] / (8.0 * end * end)) {
+                return h * (l as f64 / EIGHT as f64);
+            }
+            before = value;
+        }
+        h
     }
 }
 
-/// Σ c_n sⁿ of the columns from block `first` on; with `RANGE` Σ_(n>=1) |c_n| sⁿ.
-struct Values<'v, const RANGE: bool> {
-    c: &'v Coefficients,
-    first: usize,
-    s: f64,
-    out: &'v mut [f64],
+/// Computes order n of all numbers, order n + 1 of the velocities and order n + 2 of the coordinates.
+#[inline(always)]
+fn order<const FIRST: bool>(plan: &mut Plan, x: &mut [Eight], n: usize, frozen: bool) {
+    let Plan { width, half, .. } = *plan;
+    for level in &mut plan.levels {
+        level.order::<FIRST>(n, x, width, frozen);
+    }
+    let (done, open) = x.split_at_mut((n + 1) * width);
+    let row = &mut done[n * width..];
+    plan.own_distances.apply::<FIRST>(row);
+    let (next, after) = open.split_at_mut(width);
+    let (q, v) = next.split_at_mut(half);
+    if FIRST {
+        q.copy_from_slice(&row[half..2 * half]);
+    }
+    for ((block, v), q) in plan.accelerations.blocks().iter().zip(v).zip(after) {
+        (*v, *q) = integrals(n, block.sum::<FIRST>(row.as_flattened()));
+    }
 }
 
-impl<const RANGE: bool> pulp::WithSimd for Values<'_, RANGE> {
+/// Order n + 1 of velocities and order n + 2 of coordinates from order n of their accelerations.
+#[inline(always)]
+fn integrals(n: usize, a: Eight) -> (Eight, Eight) {
+    let ([per_v, per_q], mut v, mut q) = ([PER[n + 1], PER[n + 2]], a, a);
+    for l in 0..EIGHT {
+        v[l] = a[l] * per_v;
+        q[l] = v[l] * per_q;
+    }
+    (v, q)
+}
+
+impl Small<'_> {
+    /// [`order`] for a small plan.
+    #[inline(always)]
+    fn order<const FIRST: bool>(&mut self, n: usize, x: &mut [[Eight; SMALL]]) {
+        let Some([row, next, after]) = x.get_mut(n..n + 3) else { return };
+        self.operands::<FIRST>(n, row);
+        if FIRST {
+            next[0] = row[1];
+        }
+        (next[1], after[0]) = integrals(n, self.accelerations.sum::<FIRST>(row.as_flattened()));
+    }
+
+    /// The operands and their products.
+    #[inline(always)]
+    fn operands<const FIRST: bool>(&mut self, n: usize, row: &mut [Eight; SMALL]) {
+        row[self.operands.out] = self.operands.sum::<FIRST>(row.as_flattened());
+        self.products.order::<FIRST>(n, row.as_flattened_mut());
+    }
+}
+
+/// Blocks of eight numbers, each in one line of the cache.
+#[derive(Debug, Default)]
+pub(crate) struct Aligned {
+    numbers: Vec<f64>,
+    first: usize,
+    count: usize,
+}
+
+impl Aligned {
+    /// This number of blocks of zeros.
+    pub(crate) fn new(count: usize) -> Self {
+        let numbers = vec![0.0; EIGHT * (count + 1)];
+        let first = numbers.as_ptr().align_offset(64).min(EIGHT);
+        Aligned { numbers, first, count }
+    }
+}
+
+impl std::ops::Deref for Aligned {
+    type Target = [Eight];
+    #[inline(always)]
+    fn deref(&self) -> &[Eight] {
+        self.numbers[self.first..][..EIGHT * self.count].as_chunks().0
+    }
+}
+
+impl std::ops::DerefMut for Aligned {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [Eight] {
+        self.numbers[self.first..][..EIGHT * self.count].as_chunks_mut().0
+    }
+}
+
+/// n (n - 1).
+pub(crate) const SECOND: [f64; ORDERS] = {
+    let (mut second, mut n) = ([0.0; ORDERS], 0);
+    while n < ORDERS {
+        second[n] = (n * n - n) as f64;
+        n += 1;
+    }
+    second
+};
+
+/// Σ_(n>=1) |d_n| hⁿ of all distances.
+struct Ranges<'v> {
+    c: &'v Coefficients,
+    h: f64,
+    ranges: &'v mut [Eight],
+}
+
+impl pulp::WithSimd for Ranges<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Values { c, first, s, out } = self;
-        let (width, square, lowest) = (c.plan.width, s * s, usize::from(RANGE));
-        for (k, out) in out.chunks_mut(EIGHT).enumerate() {
-            // Even and odd orders apart: two sums that do not wait for one another.
-            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
-            let mut n = c.degree + 1;
-            if (n - lowest) % 2 == 1 {
-                n -= 1;
-                add_order::<RANGE>(&mut even, square, &c.x[n * width + first + k]);
+        let Ranges { c, h, ranges } = self;
+        let (first, square) = (c.plan.distances, h * h);
+        for (k, range) in ranges.iter_mut().enumerate() {
+            // Even and odd orders apart: sums that do not wait for one another.
+            let mut sums = [[0.0; EIGHT]; 2];
+            for n in (1..=c.degree).rev() {
+                add_order(&mut sums[n % 2], square, &c.x[n * c.plan.width + first + k].map(f64::abs));
             }
-            while n > lowest {
-                add_order::<RANGE>(&mut odd, square, &c.x[(n - 1) * width + first + k]);
-                add_order::<RANGE>(&mut even, square, &c.x[(n - 2) * width + first + k]);
-                n -= 2;
-            }
-            for (l, out) in out.iter_mut().enumerate() {
-                let value = even[l] + s * odd[l];
-                *out = if RANGE { s * value } else { value };
+            let [even, odd] = sums;
+            for l in 0..EIGHT {
+                range[l] = h * (even[l] * h + odd[l]);
             }
         }
     }
 }
 
-/// sum <- sum factor + c, or + |c|.
+/// A distance d at the end s of each eighth of a step, and Σ n (n - 1) |d_n| sⁿ there, which is the largest
+/// |d''| s² in [0, s] at most.
+struct Samples<'v> {
+    c: &'v Coefficients,
+    column: usize,
+    h: f64,
+}
+
+impl pulp::WithSimd for Samples<'_> {
+    type Output = (Eight, Eight);
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> (Eight, Eight) {
+        let Samples { c, column, h } = self;
+        let (mut times, mut squares) = ([0.0; EIGHT], [0.0; EIGHT]);
+        for l in 0..EIGHT {
+            times[l] = h * ((l + 1) as f64 / EIGHT as f64);
+            squares[l] = times[l] * times[l];
+        }
+        let place = EIGHT * c.plan.distances + column;
+        let (numbers, stride) = (&c.x.as_flattened()[place..], EIGHT * c.plan.width);
+        // Even and odd orders apart: sums that do not wait for one another.
+        let (mut values, mut bends) = ([[0.0; EIGHT]; 2], [[0.0; EIGHT]; 2]);
+        for n in (0..=c.degree).rev() {
+            let (d, odd) = (numbers[n * stride], n % 2);
+            let [value, bend] = [&mut values[odd], &mut bends[odd]];
+            for l in 0..EIGHT {
+                value[l] = value[l] * squares[l] + d;
+                bend[l] = bend[l] * squares[l] + SECOND[n] * d.abs();
+            }
+        }
+        let (mut value, mut bend) = ([0.0; EIGHT], [0.0; EIGHT]);
+        for l in 0..EIGHT {
+            value[l] = values[0][l] + times[l] * values[1][l];
+            bend[l] = bends[0][l] + times[l] * bends[1][l];
+        }
+        (value, bend)
+    }
+}
+
+/// Σ c_n sⁿ of coordinates and velocities.
+struct Values<'v> {
+    c: &'v Coefficients,
+    s: f64,
+    y: &'v mut [f64],
+}
+
+impl pulp::WithSimd for Values<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Values { c, s, y } = self;
+        let (width, half, square) = (c.plan.width, c.plan.half, s * s);
+        let (q, v) = y.split_at_mut(c.plan.dof);
+        let outs = q.chunks_mut(EIGHT).zip(0..).chain(v.chunks_mut(EIGHT).zip(half..));
+        for (out, k) in outs {
+            // Even and odd orders apart: two sums that do not wait for one another.
+            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
+            let mut n = c.degree + 1;
+            if n % 2 == 1 {
+                n -= 1;
+                even = c.x[n * width + k];
+            }
+            while n > 0 {
+                add_order(&mut odd, square, &c.x[(n - 1) * width + k]);
+                add_order(&mut even, square, &c.x[(n - 2) * width + k]);
+                n -= 2;
+            }
+            let values: Eight = std::array::from_fn(|l| even[l] + s * odd[l]);
+            out.copy_from_slice(&values[..out.len()]);
+        }
+    }
+}
+
+/// sum <- sum factor + c.
 #[inline(always)]
-fn add_order<const RANGE: bool>(sum: &mut Eight, factor: f64, c: &Eight) {
+fn add_order(sum: &mut Eight, factor: f64, c: &Eight) {
     for l in 0..EIGHT {
-        sum[l] = sum[l] * factor + if RANGE { c[l].abs() } else { c[l] };
+        sum[l] = sum[l] * factor + c[l];
+    }
+}
+
+/// Writes the series of drives to their columns.
+struct Drives<'c> {
+    x: &'c mut [f64],
+    stride: usize,
+    drives: &'c [Series],
+    /// Drives in neighbouring columns.
+    moving: &'c [(usize, usize)],
+    degree: usize,
+}
+
+impl pulp::WithSimd for Drives<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Drives { x, stride, drives, moving, degree } = self;
+        let (groups, rest) = moving.as_chunks::<EIGHT>();
+        for group in groups {
+            let mut series = [drives[group[0].0].padded(); EIGHT];
+            for l in 1..EIGHT {
+                series[l] = drives[group[l].0].padded();
+            }
+            for (n, row) in x[group[0].1..].chunks_mut(stride).take(degree + 1).enumerate() {
+                for l in 0..EIGHT {
+                    row[l] = series[l][n];
+                }
+            }
+        }
+        for &(d, column) in rest {
+            for (row, c) in x[column..].chunks_mut(stride).zip(&drives[d].padded()[..=degree]) {
+                row[0] = *c;
+            }
+        }
     }
 }
 

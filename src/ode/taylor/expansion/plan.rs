@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
-use crate::ode::taylor::expansion::rows::{EIGHT, Eight, Places, Rows};
+use crate::ode::taylor::expansion::rows::{Block, EIGHT, Eight, Places, Rows};
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Guard, Op, Tape};
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ pub(crate) struct Level {
     first_row: usize,
     row_forms: Vec<FormId>,
     choices: Vec<Choice>,
-    pub(crate) products: Vec<Products>,
+    products: Vec<Products>,
     pub(crate) functions: Vec<Placed>,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Choice {
 }
 
 /// A tape with a column for every number. The columns stand in blocks of eight: those of the coordinates, of
-/// the velocities, of all other numbers and, last, of the accelerations and distances.
+/// the velocities, of all other numbers and, last, of the distances.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) dof: usize,
@@ -53,13 +53,14 @@ pub(crate) struct Plan {
     pub(crate) half: usize,
     /// Column of the number 1.
     pub(crate) one: usize,
-    /// Drives that are needed, with their columns.
+    /// Drives that are needed, with their columns, which are neighbours.
     pub(crate) drives: Vec<(usize, usize)>,
+    /// Number of drives that vary: the first ones.
+    pub(crate) moving: usize,
     pub(crate) levels: Vec<Level>,
-    /// Accelerations, then those distances that are no operands.
-    pub(crate) outputs: Rows,
-    /// First block of the accelerations.
-    pub(crate) accelerations: usize,
+    pub(crate) accelerations: Rows,
+    /// The distances, unless they are operands.
+    pub(crate) own_distances: Rows,
     /// First block of the distances.
     pub(crate) distances: usize,
     /// Number of blocks of the distances.
@@ -69,6 +70,17 @@ pub(crate) struct Plan {
     pub(crate) edges: Vec<Edge>,
     /// Number of levels that the distances need.
     pub(crate) levels_of_distances: usize,
+}
+
+/// Number of blocks of the columns of a small plan. Plans have at least this number.
+pub(crate) const SMALL: usize = 8;
+
+/// A plan with one block of operands, one batch of products and one block of accelerations: few meshes and few
+/// coordinates. Fixed numbers of blocks save most of the time of its orders.
+pub(crate) struct Small<'p> {
+    pub(crate) operands: &'p Block,
+    pub(crate) products: &'p mut Products,
+    pub(crate) accelerations: &'p Block,
 }
 
 /// Σ piece_k 3^k over `count` contacts from `contact` on.
@@ -82,7 +94,6 @@ struct Columns {
     of_slot: Vec<u32>,
     of_form: HashMap<FormId, u32>,
     still: Range<u32>,
-    choices: Vec<u32>,
     one: u32,
     zero: u32,
 }
@@ -92,8 +103,8 @@ const NONE: u32 = u32::MAX;
 
 impl Columns {
     fn places(&self) -> Places<'_> {
-        let Columns { of_slot, one, still, choices, .. } = self;
-        Places { of_slot, one: *one, still, choices }
+        let Columns { of_slot, one, still, .. } = self;
+        Places { of_slot, one: *one, still }
     }
     /// Takes whole blocks for `count` numbers and returns their first column.
     fn take_blocks(&mut self, count: usize) -> usize {
@@ -116,7 +127,6 @@ impl Plan {
             of_slot: vec![NONE; inputs + tape.ops.len()],
             of_form: HashMap::new(),
             still: 0..0,
-            choices: Vec::new(),
             one: 0,
             zero: 0,
         };
@@ -129,7 +139,8 @@ impl Plan {
         let uses = uses(tape);
         order.sort_by_key(|&d| (still(d), uses[2 * n + d]));
         let mut drives = Vec::new();
-        let first_still = columns.next + order.iter().filter(|&&d| !still(d)).count();
+        let moving = order.iter().filter(|&&d| !still(d)).count();
+        let first_still = columns.next + moving;
         for d in order {
             let column = columns.take(1);
             columns.of_slot[2 * n + d] = column as u32;
@@ -147,10 +158,9 @@ impl Plan {
                 .collect();
             made.push(Level::new(tape, &ops, &of_power, &mut columns));
         }
-        let mut outputs: Vec<Option<&Form>> =
+        let accelerations: Vec<Option<&Form>> =
             tape.accelerations.iter().map(|&a| Some(&tape.forms[a])).collect();
         let half = n.div_ceil(EIGHT);
-        outputs.resize(half * EIGHT, None);
         let forms: Vec<(usize, usize, &Form)> = tape
             .distances
             .iter()
@@ -166,26 +176,39 @@ impl Plan {
         let level = |slot: u32| level_of[slot as usize];
         let deepest = forms.iter().flat_map(|(.., form)| &form.terms).map(|&(slot, _)| level(slot)).max();
         let edges = operands.unwrap_or_else(|| {
-            outputs.extend(forms.iter().map(|(.., form)| Some(*form)));
             let edge = |(column, &(contact, side, _))| Edge { contact, side, column, sign: 1.0 };
             forms.iter().enumerate().map(edge).collect()
         });
-        let first = columns.take_blocks(outputs.len()) / EIGHT;
-        let outputs = Rows::new(&outputs, &columns.places(), first);
+        let own_forms: Vec<Option<&Form>> = forms.iter().filter(|_| own).map(|(.., f)| Some(*f)).collect();
+        let first = columns.take_blocks(own_forms.len()) / EIGHT;
         Plan {
             dof: n,
-            width: columns.next / EIGHT,
+            width: (columns.next / EIGHT).max(SMALL),
             half,
             actual: (0..columns.next as u32).collect(),
             one: columns.one as usize,
             drives,
-            outputs,
-            accelerations: first,
-            distances: if own { first + half } else { made[0].first_row },
+            moving,
+            accelerations: Rows::new(&accelerations, &columns.places(), 0),
+            own_distances: Rows::new(&own_forms, &columns.places(), first),
+            distances: if own { first } else { made[0].first_row },
             distance_blocks: edges.iter().map(|edge| edge.column / EIGHT + 1).max().unwrap_or(0),
             levels_of_distances: if own { deepest.unwrap_or(0) } else { 1 },
             levels: made,
             edges,
+        }
+    }
+
+    /// The plan as a small one; `None` if it is larger.
+    #[inline(always)]
+    pub(crate) fn small(&mut self) -> Option<Small<'_>> {
+        let ([level], SMALL) = (&mut self.levels[..], self.width) else { return None };
+        if !self.own_distances.blocks().is_empty() || !level.functions.is_empty() {
+            return None;
+        }
+        match (level.rows.blocks(), &mut level.products[..], self.accelerations.blocks()) {
+            ([operands], [products], [accelerations]) => Some(Small { operands, products, accelerations }),
+            _ => None,
         }
     }
 
@@ -206,7 +229,8 @@ impl Plan {
                 function.active = function.guard.is_none_or(stands);
             }
         }
-        self.outputs.redirect(&self.actual);
+        self.accelerations.redirect(&self.actual);
+        self.own_distances.redirect(&self.actual);
     }
 
     /// The active functions.
@@ -270,14 +294,15 @@ fn levels(tape: &Tape, needed: &[bool]) -> Vec<usize> {
 }
 
 impl Level {
-    /// Evaluates order n of all operations. `x`: the numbers of all orders, `width` blocks for each.
+    /// Evaluates order n of all operations. `FIRST`: whether n is 0. `x`: the numbers of all orders, `width`
+    /// blocks for each.
     #[inline(always)]
-    pub(crate) fn order(&mut self, n: usize, x: &mut [Eight], width: usize, frozen: bool) {
+    pub(crate) fn order<const FIRST: bool>(&mut self, n: usize, x: &mut [Eight], width: usize, frozen: bool) {
         let row = &mut x[n * width..][..width];
-        self.rows.apply(n, row);
+        self.rows.apply::<FIRST>(row);
         for products in &mut self.products {
-            products.order(n, row.as_flattened_mut());
-            if frozen && n > 0 {
+            products.order::<FIRST>(n, row.as_flattened_mut());
+            if frozen && !FIRST {
                 products.freeze(row.as_flattened_mut());
             }
         }
@@ -341,7 +366,6 @@ impl Level {
                     let alternatives: Vec<u32> = forms.iter().map(|&form| operand(form, columns)).collect();
                     let out = columns.take(1) as u32;
                     columns.of_slot[inputs + i] = out;
-                    columns.choices.push(out);
                     choices.push(Choice { contact: *contact, count: *count, columns: alternatives, out });
                     continue;
                 }

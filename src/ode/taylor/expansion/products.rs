@@ -1,5 +1,6 @@
 //! Products of series, four side by side.
 
+use crate::ode::taylor::expansion::rows::EIGHT;
 use crate::series::Series;
 
 /// Maximum number of orders, 0 included.
@@ -22,12 +23,15 @@ pub(crate) struct Products {
     /// First of the result columns.
     out: usize,
     /// Coefficients of the first factors, and those of the second ones in reversed order.
-    a: [Four; ORDERS],
-    b: [Four; ORDERS],
+    a: [Four; ROOM],
+    b: [Four; ROOM],
 }
 
 /// Place of order 0 of the second factors.
 const LAST: usize = ORDERS - 1;
+
+/// Places of the factors: the last four are 0.
+const ROOM: usize = ORDERS + 4;
 
 /// sum += a b.
 #[inline(always)]
@@ -40,7 +44,7 @@ fn add(sum: &mut Four, a: &Four, b: &Four) {
 impl Products {
     /// Up to four pairs of columns, each with the answer whether it depends on a root or a power.
     pub(super) fn new(pairs: &[([u32; 2], bool)], out: usize) -> Self {
-        let zeros = [[0.0; BATCH]; ORDERS];
+        let zeros = [[0.0; BATCH]; ROOM];
         let mut products = Products {
             sources: pairs.iter().map(|(pair, _)| *pair).collect(),
             factors: [[0; 2]; BATCH],
@@ -62,32 +66,32 @@ impl Products {
         }
     }
 
-    /// Writes c_n = Σ a_j b_(n-j) of order n into its row of numbers.
+    /// Writes c_n = Σ a_j b_(n-j) of order n into its row of numbers. `FIRST`: whether n is 0.
     #[inline(always)]
-    pub(super) fn order(&mut self, n: usize, x: &mut [f64]) {
+    pub(crate) fn order<const FIRST: bool>(&mut self, n: usize, x: &mut [f64]) {
         if self.sources.len() == 1 {
-            return self.alone(n, x);
+            return self.alone::<FIRST>(n, x);
         }
         let newest_a: Four = std::array::from_fn(|l| x[self.factors[l][0] as usize]);
         let newest_b: Four = std::array::from_fn(|l| x[self.factors[l][1] as usize]);
         // The newest coefficients come last, so that the other terms need not wait for them. They are not read
         // from memory, where they have just been written one by one.
         let (mut sum, mut other) = ([0.0; BATCH], [0.0; BATCH]);
-        if n > 0 {
-            let (fours, rest) = self.a[1..n].as_chunks::<4>();
-            let (of_b, rest_of_b) = self.b[LAST + 1 - n..LAST].as_chunks::<4>();
-            for (a, b) in fours.iter().zip(of_b) {
+        if !FIRST {
+            // The terms after order n - 1 are 0.
+            let count = (n + 2) / 4;
+            let of_a = self.a[1..][..4 * count].as_chunks::<4>().0;
+            let of_b = self.b[LAST + 1 - n..][..4 * count].as_chunks::<4>().0;
+            for (a, b) in of_a.iter().zip(of_b) {
                 add(&mut sum, &a[0], &b[0]);
                 add(&mut other, &a[1], &b[1]);
                 add(&mut sum, &a[2], &b[2]);
                 add(&mut other, &a[3], &b[3]);
             }
-            for (a, b) in rest.iter().zip(rest_of_b) {
-                add(&mut sum, a, b);
-            }
             add(&mut sum, &newest_a, &self.b[LAST]);
             add(&mut other, &self.a[0], &newest_b);
         } else {
+            self.a.fill([0.0; BATCH]);
             add(&mut sum, &newest_a, &newest_b);
         }
         (self.a[n], self.b[LAST - n]) = (newest_a, newest_b);
@@ -98,24 +102,29 @@ impl Products {
 
     /// [`order`](Products::order) for a batch of one product.
     #[inline(always)]
-    fn alone(&mut self, n: usize, x: &mut [f64]) {
+    fn alone<const FIRST: bool>(&mut self, n: usize, x: &mut [f64]) {
         let [newest_a, newest_b] = self.factors[0].map(|column| x[column as usize]);
-        (self.a[n][0], self.b[LAST - n][0]) = (newest_a, newest_b);
-        if n == 0 {
+        let [a, b] = [&mut self.a, &mut self.b].map(|of| of.as_flattened_mut());
+        if FIRST {
+            a.fill(0.0);
+            (a[0], b[LAST]) = (newest_a, newest_b);
             x[self.out] = newest_a * newest_b;
             return;
         }
-        // The newest coefficients come last, so that the other terms need not wait for them.
-        let mut sums = [0.0; 2];
-        let (pairs, last) = self.a[1..n].as_chunks::<2>();
-        let (of_b, last_of_b) = self.b[LAST + 1 - n..LAST].as_chunks::<2>();
-        for (a, b) in pairs.iter().zip(of_b) {
-            sums = [sums[0] + a[0][0] * b[0][0], sums[1] + a[1][0] * b[1][0]];
+        // The newest coefficients come last, so that the other terms need not wait for them. The terms after
+        // order n - 1 are 0.
+        let (mut sums, count) = ([0.0; EIGHT], (n + 6) / EIGHT);
+        let of_a = a[1..][..EIGHT * count].as_chunks::<EIGHT>().0;
+        let of_b = b[LAST + 1 - n..][..EIGHT * count].as_chunks::<EIGHT>().0;
+        for (a, b) in of_a.iter().zip(of_b) {
+            for l in 0..EIGHT {
+                sums[l] += a[l] * b[l];
+            }
         }
-        if let ([a], [b]) = (last, last_of_b) {
-            sums[0] += a[0] * b[0];
-        }
-        x[self.out] = (sums[0] + sums[1]) + (newest_a * self.b[LAST][0] + self.a[0][0] * newest_b);
+        let [c, d, e, f, g, h, i, j] = sums;
+        let inner = ((c + g) + (e + i)) + ((d + h) + (f + j));
+        x[self.out] = inner + (newest_a * b[LAST] + a[0] * newest_b);
+        (a[n], b[LAST - n]) = (newest_a, newest_b);
     }
 
     /// Sets the results that depend on roots and powers to 0.

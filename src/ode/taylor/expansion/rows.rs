@@ -15,39 +15,33 @@ pub(crate) struct Places<'p> {
     pub(crate) one: u32,
     /// Columns of numbers that are 0 in all orders above 0.
     pub(crate) still: &'p Range<u32>,
-    /// Columns of choices, which are read from other columns.
-    pub(crate) choices: &'p [u32],
 }
 
-/// A column with its weights in eight rows.
-#[derive(Debug)]
-struct Entry {
-    /// The column on the present pieces.
-    column: usize,
-    source: usize,
-    weights: Eight,
+/// Two columns with their weights in eight rows, which stand in one line of the cache each.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Pair {
+    weights: [Eight; 2],
+    /// The columns on the present pieces.
+    columns: [usize; 2],
+    sources: [usize; 2],
 }
 
-/// Neighbouring columns with their weights.
-#[derive(Debug)]
-struct Run {
-    column: usize,
-    weights: Vec<Eight>,
+/// Columns with their weights in eight rows. An odd number of columns is followed by one with weights of 0.
+#[derive(Debug, Default)]
+struct Terms {
+    pairs: Vec<Pair>,
 }
-
-/// Neighbouring columns of at least this number are read as a run.
-const LONG: usize = 4;
 
 /// Eight rows.
 #[derive(Debug)]
-struct Block {
+pub(crate) struct Block {
     /// Block of the results.
-    out: usize,
+    pub(crate) out: usize,
     /// Columns that vary.
-    runs: Vec<Run>,
-    entries: Vec<Entry>,
+    moving: Terms,
     /// Columns that are 0 in all orders above 0.
-    still: Vec<Entry>,
+    still: Terms,
 }
 
 /// out = W x. Each block lists the columns in which any of its eight rows has a weight.
@@ -61,6 +55,52 @@ pub(crate) struct Rows {
 fn add(sum: &mut Eight, weights: &Eight, y: f64) {
     for l in 0..EIGHT {
         sum[l] += weights[l] * y;
+    }
+}
+
+impl Terms {
+    /// Terms (column, row, weight), sorted by their columns.
+    fn new(terms: &[(u32, usize, f64)]) -> Self {
+        let mut all = Terms::default();
+        for (i, of_column) in terms.chunk_by(|a, b| a.0 == b.0).enumerate() {
+            let column = of_column[0].0 as usize;
+            if i % 2 == 0 {
+                let (columns, sources) = ([column; 2], [column; 2]);
+                all.pairs.push(Pair { weights: [[0.0; EIGHT]; 2], columns, sources });
+            }
+            if let Some(pair) = all.pairs.last_mut() {
+                (pair.columns[i % 2], pair.sources[i % 2]) = (column, column);
+                of_column.iter().for_each(|&(_, row, weight)| pair.weights[i % 2][row] += weight);
+            }
+        }
+        all
+    }
+
+    /// Adds the first column of each pair to the first sum, the second one to the second sum.
+    #[inline(always)]
+    fn add(&self, numbers: &[f64], sums: &mut [Eight; 2]) {
+        for Pair { weights: [w, z], columns: [y, u], .. } in &self.pairs {
+            add(&mut sums[0], w, numbers[*y]);
+            add(&mut sums[1], z, numbers[*u]);
+        }
+    }
+}
+
+impl Block {
+    /// The sums of an order from its numbers. `FIRST`: whether it is order 0.
+    #[inline(always)]
+    pub(crate) fn sum<const FIRST: bool>(&self, numbers: &[f64]) -> Eight {
+        let mut sums = [[0.0; EIGHT]; 2];
+        if FIRST {
+            self.still.add(numbers, &mut sums);
+        }
+        self.moving.add(numbers, &mut sums);
+        let [even, odd] = sums;
+        let mut sum = [0.0; EIGHT];
+        for l in 0..EIGHT {
+            sum[l] = even[l] + odd[l];
+        }
+        sum
     }
 }
 
@@ -80,85 +120,30 @@ impl Rows {
                 }
             }
             terms.sort_by_key(|&(column, row, _)| (column, row));
-            let entries = entries(&terms);
-            let (still, moving) =
-                entries.into_iter().partition(|e| places.still.contains(&(e.column as u32)));
-            let (runs, entries) = runs(moving, places);
-            rows.blocks.push(Block { out: out + b, runs, entries, still });
+            let (still, moving): (Vec<_>, Vec<_>) =
+                terms.into_iter().partition(|(column, ..)| places.still.contains(column));
+            let (moving, still) = (Terms::new(&moving), Terms::new(&still));
+            rows.blocks.push(Block { out: out + b, moving, still });
         }
         rows
     }
 
     /// Reads each column from the one that `actual` gives for it.
     pub(crate) fn redirect(&mut self, actual: &[u32]) {
-        // Runs contain no choices.
-        for entry in self.blocks.iter_mut().flat_map(|block| &mut block.entries) {
-            entry.column = actual[entry.source] as usize;
+        for Pair { columns, sources, .. } in self.blocks.iter_mut().flat_map(|b| &mut b.moving.pairs) {
+            *columns = sources.map(|source| actual[source] as usize);
         }
     }
 
-    /// Writes the results of order n into its row of numbers `x`.
+    /// Writes the results of an order into its row of numbers `x`. `FIRST`: whether it is order 0.
     #[inline(always)]
-    pub(crate) fn apply(&self, n: usize, x: &mut [Eight]) {
+    pub(crate) fn apply<const FIRST: bool>(&self, x: &mut [Eight]) {
         for block in &self.blocks {
-            let numbers = x.as_flattened();
-            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
-            for run in &block.runs {
-                let (pairs, last) = run.weights.as_chunks::<2>();
-                let numbers = &numbers[run.column..][..run.weights.len()];
-                for ([w, z], [y, u]) in pairs.iter().zip(numbers.as_chunks::<2>().0) {
-                    add(&mut even, w, *y);
-                    add(&mut odd, z, *u);
-                }
-                if let ([w], Some(y)) = (last, numbers.last()) {
-                    add(&mut even, w, *y);
-                }
-            }
-            for entry in &block.entries {
-                add(&mut odd, &entry.weights, numbers[entry.column]);
-            }
-            if n == 0 {
-                for entry in &block.still {
-                    add(&mut even, &entry.weights, numbers[entry.column]);
-                }
-            }
-            let result = &mut x[block.out];
-            for l in 0..EIGHT {
-                result[l] = even[l] + odd[l];
-            }
+            x[block.out] = block.sum::<FIRST>(x.as_flattened());
         }
     }
-}
-
-/// The columns of terms (column, row, weight), which are sorted, with their weights.
-fn entries(terms: &[(u32, usize, f64)]) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = Vec::new();
-    for &(column, row, weight) in terms {
-        let column = column as usize;
-        if entries.last().is_none_or(|last| last.column != column) {
-            entries.push(Entry { column, source: column, weights: [0.0; EIGHT] });
-        }
-        if let Some(last) = entries.last_mut() {
-            last.weights[row] += weight;
-        }
+    #[inline(always)]
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
-    entries
-}
-
-/// Long runs of neighbouring columns, and the other columns.
-fn runs(entries: Vec<Entry>, places: &Places<'_>) -> (Vec<Run>, Vec<Entry>) {
-    let (mut runs, mut rest) = (Vec::new(), Vec::new());
-    let is_choice = |entry: &Entry| places.choices.contains(&(entry.column as u32));
-    let together = |a: &Entry, b: &Entry| a.column + 1 == b.column && !is_choice(a) && !is_choice(b);
-    let lengths: Vec<usize> = entries.chunk_by(together).map(<[Entry]>::len).collect();
-    let mut entries = entries.into_iter();
-    for length in lengths {
-        let run: Vec<Entry> = entries.by_ref().take(length).collect();
-        if length >= LONG {
-            runs.push(Run { column: run[0].column, weights: run.iter().map(|e| e.weights).collect() });
-        } else {
-            rest.extend(run);
-        }
-    }
-    (runs, rest)
 }
