@@ -54,7 +54,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         };
         let candidates = self.last.measured.trace.at_stops(&self.rigid, false).filter_map(near);
         let (extremum, left) = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (beside, (at, node)) = self.reach_stop(&self.last.point.clone(), &extremum, left)?;
+        let (beside, (at, node)) = self.reach_stop(&self.last.point.clone(), &extremum, SHARE * left)?;
         let mut located = Vec::new();
         if let Some((before, beside)) = beside {
             let (found, unexplained) = self.between(&beside, before).ok()?;
