@@ -59,7 +59,8 @@ pub(super) fn first_exit(
         if start - range > near {
             continue;
         }
-        let above = if start > near { c.above_until(i, sign, near, h) } else { 0.0 };
+        let apart = start > near;
+        let above = if apart { c.above_until(i, sign, near, h) } else { c.risen_until(i, sign, h) };
         if above >= limit {
             continue;
         }
@@ -69,7 +70,8 @@ pub(super) fn first_exit(
         }
         // Most distances stay well above 0: the size of the contact is not needed.
         distance.c[0] = start - near;
-        let Some(above) = distance.positive_until(above, limit) else { continue };
+        let above = if apart { distance.positive_until(above, limit) } else { Some(above) };
+        let Some(above) = above else { continue };
         distance.c[0] = start;
         if !read {
             e.contacts_at_start();
@@ -78,6 +80,8 @@ pub(super) fn first_exit(
         }
         let exit = Exit { contact, to };
         let slack = locator.slack(contact, &e.contacts[contact]);
+        // On the edge the distance must have risen.
+        let above = if apart && start <= slack { 0.0 } else { above };
         match leaves(&distance, slack, above, limit) {
             Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
             Some(root) => {
@@ -99,23 +103,21 @@ pub(super) fn first_exit(
 }
 
 /// The first time in (0, h] at which a distance becomes negative by more than the slack; 0 if it is on its
-/// edge at the start and leaves at once. The distance is positive up to the time `above`.
+/// edge at the start and leaves at once. Up to the time `above` the distance is positive, or above its value
+/// at the start.
 fn leaves(distance: &Polynomial, slack: f64, above: f64, h: f64) -> Option<f64> {
     let start = distance.c[0];
+    // A distance past its edge by more than the slack counts as on it.
+    let slack =
+        if start > slack { slack } else { slack.max(-start) * (1.0 + f64::EPSILON) + f64::MIN_POSITIVE };
+    let beyond = distance.raised(slack).negative_after(above, h)?;
     if start > slack {
-        let beyond = distance.raised(slack).first_root_after(above, h)?;
         return distance.first_root_after(above, beyond).or(Some(beyond));
     }
-    // On the edge. A distance past its edge by more than the slack counts as on it.
-    let slack = slack.max(-start) * (1.0 + f64::EPSILON) + f64::MIN_POSITIVE;
-    let beyond = distance.raised(slack).first_root(h)?;
     if distance.c[1] <= 0.0 {
         return Some(0.0);
     }
     // The contact has just entered and leaves again.
-    distance
-        .without_root_at_zero()
-        .first_root(beyond)
-        .or(Some(beyond))
-        .map(|root| root.max(f64::MIN_POSITIVE))
+    let other = distance.without_root_at_zero().first_root_after(above, beyond);
+    Some(other.unwrap_or(beyond).max(f64::MIN_POSITIVE))
 }

@@ -1,6 +1,6 @@
 //! Lengths of steps, from the last coefficients.
 
-use crate::ode::taylor::expansion::coefficients::Coefficients;
+use crate::ode::taylor::expansion::coefficients::{Coefficients, PER};
 use crate::ode::taylor::expansion::plan::{Edge, Plan};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use pulp::Arch;
@@ -48,7 +48,7 @@ fn exp2(x: f64) -> f64 {
 
 /// The length at which a term of the given order, measured in tolerances, reaches 1.
 fn reach(term: f64, order: usize) -> f64 {
-    if term == 0.0 { f64::INFINITY } else { exp2(-log2(term) / order as f64) }
+    if term == 0.0 { f64::INFINITY } else { exp2(-log2(term) * PER[order]) }
 }
 
 impl Pace {
@@ -170,8 +170,14 @@ impl pulp::WithSimd for LastTerms<'_> {
                 largest[1][l] = max(largest[1][l], (below[l] * per[l]).abs());
             }
         }
-        largest.map(|lanes| lanes.into_iter().fold(0.0, max))
+        [largest_of(largest[0]), largest_of(largest[1])]
     }
+}
+
+/// The largest of eight numbers; NaN if one of them is NaN.
+#[inline(always)]
+fn largest_of([a, b, c, d, e, f, g, h]: Eight) -> f64 {
+    max(max(max(a, e), max(c, g)), max(max(b, f), max(d, h)))
 }
 
 /// The larger of two numbers; NaN if one of them is NaN.

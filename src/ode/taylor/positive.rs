@@ -58,19 +58,24 @@ impl Polynomial {
         self
     }
 
-    /// The first root in (0, h] of a polynomial with p(0) > 0; 0 if p(0) <= 0.
-    pub(super) fn first_root(&self, h: f64) -> Option<f64> {
-        self.first_root_after(0.0, h)
-    }
     /// The first root in (a, h] of a polynomial that is positive in [0, a]; 0 if a = 0 and p(0) <= 0.
     pub(super) fn first_root_after(&self, a: f64, h: f64) -> Option<f64> {
         let [[a, value_a], [b, value_b]] = self.first_fall(a, h)?;
-        Some(if b == 0.0 { 0.0 } else { self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b)) })
+        Some(if b == 0.0 {
+            0.0
+        } else {
+            self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b))
+        })
     }
-    /// A time from `a` on up to which the polynomial is positive, close before its first root in (a, h]; `None`
-    /// if there is no root. It is positive in [0, a].
+    /// A time up to which the polynomial is positive, close before its first root in (a, h]; `None` if there is no
+    /// root. It is positive in [0, a].
     pub(super) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
-        self.first_fall(a, h).map(|[[a, _], _]| a)
+        self.first_fall(a, h).map(|[[before, _], _]| before)
+    }
+    /// A time at which the polynomial is not positive, close after its first root in (a, h]; `None` if there is no
+    /// root. It is positive in [0, a].
+    pub(super) fn negative_after(&self, a: f64, h: f64) -> Option<f64> {
+        self.first_fall(a, h).map(|[_, [after, _]]| after)
     }
 
     /// Times and values on both sides of the first root in (a, h] of a polynomial that is positive in [0, a];

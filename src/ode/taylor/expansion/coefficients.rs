@@ -11,7 +11,7 @@ use pulp::Arch;
 pub(crate) const ORDERS: usize = Series::CAPACITY;
 
 /// 1/n; 0 for n = 0.
-const PER: [f64; ORDERS] = {
+pub(crate) const PER: [f64; ORDERS] = {
     let (mut per, mut n) = ([0.0; ORDERS], 1);
     while n < ORDERS {
         per[n] = 1.0 / n as f64;
@@ -37,13 +37,7 @@ impl Coefficients {
         let plan = Plan::new(tape, still);
         let mut x = Aligned::new(ORDERS * plan.width);
         x.as_flattened_mut()[plan.one] = 1.0;
-        Coefficients {
-            plan,
-            x,
-            arch: Arch::new(),
-            degree: 0,
-            frozen: false,
-        }
+        Coefficients { plan, x, arch: Arch::new(), degree: 0, frozen: false }
     }
 
     /// The numbers of order n from block `first` on.
@@ -134,21 +128,18 @@ impl Coefficients {
         self.arch.dispatch(Ranges { c: self, h, ranges });
     }
 
-    /// A time in [0, h] up to which the distance in this column, times `sign`, is above `least` for certain. It
-    /// starts above it.
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for certain.
+    /// It starts above it.
     pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        let (values, bends) = self.arch.dispatch(Samples { c: self, column, h });
-        let mut before = sign * self.distances(0)[column];
-        for l in 0..EIGHT {
-            let value = sign * values[l];
-            // Between two samples at the distance w a function lies above the smaller one less w²/8 max |f''|.
-            let end = (l + 1) as f64;
-            if !(before.min(value) - least > bends[l] / (8.0 * end * end)) {
-                return h * (l as f64 / EIGHT as f64);
-            }
-            before = value;
-        }
-        h
+        self.samples::<0>(column, h).above_until(sign, least, h)
+    }
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
+    /// for certain.
+    pub(crate) fn risen_until(&self, column: usize, sign: f64, h: f64) -> f64 {
+        self.samples::<1>(column, h).above_until(sign, 0.0, h)
+    }
+    fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
+        self.arch.dispatch(Sampling::<SHIFT> { c: self, column, h })
     }
 }
 
@@ -272,29 +263,53 @@ impl pulp::WithSimd for Ranges<'_> {
     }
 }
 
-/// A distance d at the end s of each eighth of a step, and Σ n (n - 1) |d_n| sⁿ there, which is the largest
-/// |d''| s² in [0, s] at most.
-struct Samples<'v> {
+/// A polynomial p at the end s of each eighth of a step, and Σ n (n - 1) |c_n| sⁿ there, which is the largest
+/// |p''| s² in [0, s] at most.
+struct Samples {
+    at_start: f64,
+    values: Eight,
+    bends: Eight,
+}
+
+impl Samples {
+    /// A time in [0, h] up to which the polynomial, times `sign`, is above `least` for certain.
+    fn above_until(&self, sign: f64, least: f64, h: f64) -> f64 {
+        let mut before = sign * self.at_start;
+        for l in 0..EIGHT {
+            let (value, end) = (sign * self.values[l], (l + 1) as f64);
+            // Between two samples at the distance w a function lies above the smaller one less w²/8 max |p''|.
+            let is_above = before.min(value) - least > self.bends[l] / (8.0 * end * end);
+            if !is_above {
+                return h * (l as f64 / EIGHT as f64);
+            }
+            before = value;
+        }
+        h
+    }
+}
+
+/// Samples of a distance d; with SHIFT 1 those of (d(s) - d(0))/s.
+struct Sampling<'v, const SHIFT: usize> {
     c: &'v Coefficients,
     column: usize,
     h: f64,
 }
 
-impl pulp::WithSimd for Samples<'_> {
-    type Output = (Eight, Eight);
+impl<const SHIFT: usize> pulp::WithSimd for Sampling<'_, SHIFT> {
+    type Output = Samples;
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> (Eight, Eight) {
-        let Samples { c, column, h } = self;
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Samples {
+        let Sampling { c, column, h } = self;
         let (mut times, mut squares) = ([0.0; EIGHT], [0.0; EIGHT]);
         for l in 0..EIGHT {
             times[l] = h * ((l + 1) as f64 / EIGHT as f64);
             squares[l] = times[l] * times[l];
         }
-        let place = EIGHT * c.plan.distances + column;
-        let (numbers, stride) = (&c.x.as_flattened()[place..], EIGHT * c.plan.width);
+        let stride = EIGHT * c.plan.width;
+        let numbers = &c.x.as_flattened()[SHIFT * stride + EIGHT * c.plan.distances + column..];
         // Even and odd orders apart: sums that do not wait for one another.
         let (mut values, mut bends) = ([[0.0; EIGHT]; 2], [[0.0; EIGHT]; 2]);
-        for n in (0..=c.degree).rev() {
+        for n in (0..=c.degree - SHIFT).rev() {
             let (d, odd) = (numbers[n * stride], n % 2);
             let [value, bend] = [&mut values[odd], &mut bends[odd]];
             for l in 0..EIGHT {
@@ -307,7 +322,7 @@ impl pulp::WithSimd for Samples<'_> {
             value[l] = values[0][l] + times[l] * values[1][l];
             bend[l] = bends[0][l] + times[l] * bends[1][l];
         }
-        (value, bend)
+        Samples { at_start: numbers[0], values: value, bends: bend }
     }
 }
 
@@ -368,21 +383,35 @@ impl pulp::WithSimd for Drives<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Drives { x, stride, drives, moving, degree } = self;
+        let orders = degree + 1;
         let (groups, rest) = moving.as_chunks::<EIGHT>();
         for group in groups {
             let mut series = [drives[group[0].0].padded(); EIGHT];
             for l in 1..EIGHT {
                 series[l] = drives[group[l].0].padded();
             }
-            for (n, row) in x[group[0].1..].chunks_mut(stride).take(degree + 1).enumerate() {
+            let mut place = group[0].1;
+            for n in 0..orders.min(ORDERS) {
+                let row = &mut x[place..][..EIGHT];
                 for l in 0..EIGHT {
                     row[l] = series[l][n];
                 }
+                place += stride;
             }
         }
-        for &(d, column) in rest {
-            for (row, c) in x[column..].chunks_mut(stride).zip(&drives[d].padded()[..=degree]) {
-                row[0] = *c;
+        let (pairs, last) = rest.as_chunks::<2>();
+        for [(d, column), (e, _)] in pairs {
+            let mut place = *column;
+            for (c, f) in drives[*d].padded()[..orders].iter().zip(&drives[*e].padded()[..orders]) {
+                x[place..][..2].copy_from_slice(&[*c, *f]);
+                place += stride;
+            }
+        }
+        for (d, column) in last {
+            let mut place = *column;
+            for c in &drives[*d].padded()[..orders] {
+                x[place] = *c;
+                place += stride;
             }
         }
     }
