@@ -69,7 +69,7 @@ impl Taylor {
         self.tolerances.max = step;
         self
     }
-    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 18 at 1e-6 to 24
+    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 21 at 1e-6 to 27
     /// at 1e-12 and below.
     pub fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
@@ -78,7 +78,7 @@ impl Taylor {
     /// The default order for a relative tolerance.
     pub(crate) fn order_for(tolerance: f64) -> usize {
         let digits = -tolerance.clamp(1e-12, 1.0).log10();
-        (12.0 + digits).round() as usize
+        (15.0 + digits).round() as usize
     }
     /// Maximum number of steps. Default: 10⁸.
     pub fn max_steps(mut self, steps: usize) -> Self {
