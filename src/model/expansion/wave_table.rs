@@ -141,8 +141,7 @@ impl WaveTable {
         let mut turns = [(0.0, 0.0); SPACE];
         let turns = &mut turns[..self.orders.len()];
         self.turn(angle, turns);
-        let pairs = &mut [[0.0; 2]; SPACE][..];
-        self.arch.dispatch(Expansion { table: self, turns, pairs, speed, coefficients, needed, u });
+        self.arch.dispatch(Expansion { table: self, turns, speed, coefficients, needed, u });
     }
 }
 
@@ -191,8 +190,6 @@ fn sampled<G: Shape>(shape: &G, waves: usize, repeats: u32) -> Option<Vec<Harmon
 struct Expansion<'e> {
     table: &'e WaveTable,
     turns: &'e [(f64, f64)],
-    /// Scratch: value and slope over the angle of each harmonic of a wave.
-    pairs: &'e mut [[f64; 2]],
     speed: f64,
     coefficients: usize,
     needed: &'e [bool],
@@ -215,7 +212,7 @@ impl Expansion<'_> {
     /// The sums, with this number of blocks of coefficients.
     #[inline(always)]
     fn sums<const USED: usize>(self) {
-        let Expansion { table, turns, pairs, speed, coefficients, needed, u } = self;
+        let Expansion { table, turns, speed, coefficients, needed, u } = self;
         let mut powers = [[0.0; EIGHT]; USED];
         let mut power = 1.0;
         for out in &mut powers[0] {
@@ -233,26 +230,21 @@ impl Expansion<'_> {
                 u.set_constant(*mean);
                 continue;
             }
-            for (pair, &(i, [a, b])) in pairs.iter_mut().zip(harmonics) {
-                let (s, c) = turns[i];
-                *pair = [a * c + b * s, b * c - a * s];
-            }
             let mut sums = [[0.0; EIGHT]; USED];
-            // Block by block, so that a sum stays in one register.
-            for (k, (out, powers)) in sums.iter_mut().zip(&powers).enumerate() {
-                let mut sum = [0.0; EIGHT];
-                for (&[value, slope], &(i, _)) in pairs.iter().zip(harmonics) {
-                    let pattern = [value, slope, value, slope, value, slope, value, slope];
-                    let weights = &table.orders[i].1[k];
+            sums[0][0] = *mean;
+            for &(i, [a, b]) in harmonics {
+                let (s, c) = turns[i];
+                let [value, slope] = [a * c + b * s, b * c - a * s];
+                let pattern = [value, slope, value, slope, value, slope, value, slope];
+                for (sum, weights) in sums.iter_mut().zip(&table.orders[i].1) {
                     for l in 0..EIGHT {
                         sum[l] += pattern[l] * weights[l];
                     }
                 }
-                if k == 0 {
-                    sum[0] += mean;
-                }
+            }
+            for (sum, powers) in sums.iter_mut().zip(&powers) {
                 for l in 0..EIGHT {
-                    out[l] = sum[l] * powers[l];
+                    sum[l] *= powers[l];
                 }
             }
             u.set(&sums, coefficients);
