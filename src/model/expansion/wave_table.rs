@@ -3,6 +3,7 @@
 use crate::excitation::side::Side;
 use crate::model::expansion::fourier_angle::{Harmonics, fourier_waves};
 use crate::model::shape::Shape;
+use crate::numeric::sine::sin_cos;
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::series::{BLOCKS, EIGHT, Series, wave_weights};
 use pulp::Arch;
@@ -99,15 +100,16 @@ impl WaveTable {
         turns
     }
     fn turn(&self, angle: f64, turns: &mut [(f64, f64)]) {
-        let first = self.orders.first().map_or(1.0, |(n, _)| *n);
-        let step = libm::sincos(first * angle);
-        let mut last = (0.0, step);
+        let Some((first, _)) = self.orders.first() else { return };
+        let step = sin_cos(first * angle);
+        let mut last = (*first, step);
         for ((n, _), turn) in self.orders.iter().zip(turns) {
             let (before, (s, c)) = last;
             // A neighbouring order by one rotation, any other by a sine and a cosine of its own.
             *turn = match n - before {
-                ahead if ahead == first && before > 0.0 => (s * step.1 + c * step.0, c * step.1 - s * step.0),
-                _ => libm::sincos(n * angle),
+                0.0 => step,
+                ahead if ahead == *first => (s * step.1 + c * step.0, c * step.1 - s * step.0),
+                _ => sin_cos(n * angle),
             };
             last = (*n, *turn);
         }
