@@ -1,6 +1,7 @@
 //! The first contact that leaves its piece in a step.
 
 use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Locator, PLAIN};
@@ -79,7 +80,12 @@ pub(super) fn first_exit(
             read = true;
         }
         let exit = Exit { contact, to };
-        let slack = locator.slack(contact, &e.contacts[contact]);
+        // The slack is that at the start or on the edge, whichever is larger: a long step may start at a
+        // deflection of 0.
+        let at_start = &e.contacts[contact];
+        let edge = if side == 0 { at_start.lower } else { at_start.upper };
+        let on_edge = Contact { deflection: edge, ..*at_start };
+        let slack = locator.slack(contact, at_start).max(locator.slack(contact, &on_edge));
         // On the edge the distance must have risen.
         let above = if apart && start <= slack { 0.0 } else { above };
         match leaves(&distance, slack, above, limit) {
@@ -92,7 +98,8 @@ pub(super) fn first_exit(
                 // The contact reaches the edge at the end of the step: the next step would start past the
                 // edge and not report it.
                 let (value, rate) = distance.with_slope(h);
-                if start > slack && value.abs() <= slack && rate * h < -PLAIN * slack {
+                let has_risen = start > slack || distance.c[1] * h > PLAIN * slack;
+                if has_risen && value.abs() <= slack && rate * h < -PLAIN * slack {
                     found = Found::At(h, exit);
                 }
             }

@@ -69,15 +69,16 @@ impl Taylor {
         self.tolerances.max = step;
         self
     }
-    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 21 at 1e-6 to 27
-    /// at 1e-12 and below.
+    /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 21 at 1e-6 to 25
+    /// at 1e-10 and below.
     pub fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
         self
     }
-    /// The default order for a relative tolerance.
+    /// The default order for a relative tolerance. With higher orders the rounding errors of the terms are
+    /// larger than the steps are worth.
     pub(crate) fn order_for(tolerance: f64) -> usize {
-        let digits = -tolerance.clamp(1e-12, 1.0).log10();
+        let digits = -tolerance.clamp(1e-10, 1.0).log10();
         (15.0 + digits).round() as usize
     }
     /// Maximum number of steps. Default: 10⁸.

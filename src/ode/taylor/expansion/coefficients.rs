@@ -390,13 +390,10 @@ impl pulp::WithSimd for Drives<'_> {
             for l in 1..EIGHT {
                 series[l] = drives[group[l].0].padded();
             }
-            let mut place = group[0].1;
-            for n in 0..orders.min(ORDERS) {
-                let row = &mut x[place..][..EIGHT];
+            for (n, row) in x[group[0].1..].chunks_mut(stride).take(orders).enumerate() {
                 for l in 0..EIGHT {
                     row[l] = series[l][n];
                 }
-                place += stride;
             }
         }
         let (pairs, last) = rest.as_chunks::<2>();
