@@ -78,15 +78,11 @@ impl Prepared {
         let (tape, moving) = (change(recorded.0), self::moving(&series).collect::<Vec<bool>>());
         let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
         let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
-        prepared.refusal().map_or(Ok(prepared), Err)
-    }
-
-    /// The error for a drive that is needed and has no series.
-    fn refusal(&self) -> Option<IntegrateError> {
-        self.c.plan.drives.iter().find_map(|&(drive, _)| {
-            let what = self.series[drive].refusal()?;
+        let refused = prepared.c.plan.drives.iter().find_map(|&(drive, _)| {
+            let what = prepared.series[drive].refusal()?;
             Some(IntegrateError::DriveWithoutSeries { drive, what })
-        })
+        });
+        refused.map_or(Ok(prepared), Err)
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -227,15 +223,14 @@ impl<'r> Run<'r> {
         self.expanded.redrive_series(self.e.t, self.degree + 1, needed, series);
         self.valid = f64::INFINITY;
         let Prepared { c, series, moving, .. } = &*self.prepared;
-        let (mut woken, mut refused) = (false, false);
+        let mut woken = false;
         for &(drive, _) in &c.plan.drives {
             let series = &series[drive];
+            if let Some(what) = series.refusal() {
+                return Err(IntegrateError::DriveWithoutSeries { drive, what });
+            }
             woken |= series.coefficients().len() > 1 && !moving[drive];
-            refused |= series.refusal().is_some();
             self.valid = self.valid.min(series.until());
-        }
-        if refused {
-            return self.prepared.refusal().map_or(Ok(()), Err);
         }
         if woken {
             self.prepared.plan_anew();

@@ -1,7 +1,8 @@
 //! The first instant at which a polynomial ceases to be positive.
 
 use crate::numeric::bracket::Bracket;
-use crate::ode::taylor::expansion::coefficients::{ORDERS, SECOND};
+use crate::ode::taylor::expansion::coefficients::ORDERS;
+use crate::ode::taylor::expansion::sums::SECOND;
 
 /// A polynomial Σ c_n sⁿ over the time s in a step.
 #[derive(Clone, Copy)]

@@ -1,7 +1,9 @@
 //! Taylor coefficients of a recorded algebra, order by order.
 
+pub(crate) mod aligned;
 pub(crate) mod coefficients;
 pub(crate) mod functions;
 pub(crate) mod plan;
 pub(crate) mod products;
 pub(crate) mod rows;
+pub(crate) mod sums;
