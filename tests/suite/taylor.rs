@@ -378,6 +378,25 @@ fn run<I: Integrator, M: Model>(solver: &I, model: &M, start: &State, end: f64) 
     (times, finish.state)
 }
 
+/// A closure that is smooth over a turn has a Taylor series from samples; one with a kink has none.
+#[test]
+fn smooth_closures_are_sampled() {
+    let spur = |stiffness: Function| {
+        let mesh = Mesh::new(Wave::new(stiffness), Wave::constant(0.0).unwrap(), Backlash::new(1.0).unwrap());
+        Machine::with_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap()
+    };
+    let start = State::new(0.0, &[1.3], &[0.0]);
+    let smooth = spur(Function::new(|angle: Jet| angle.cos().exp()));
+    let by_dop853 = Dop853::new().rtol(1e-13).atol(1e-15);
+    let [(expected, last), (found, end)] =
+        [run(&by_dop853, &smooth, &start, 30.0), run(&Taylor::new(), &smooth, &start, 30.0)];
+    assert!(found.len() >= 4 && found.len() == expected.len(), "{found:?} {expected:?}");
+    assert!((end.q[0] - last.q[0]).abs() < 1e-11, "{end:?} {last:?}");
+    let kinked = spur(Function::new(|angle: Jet| angle.sin().abs() + Jet::new(1.0, 0.0, 0.0)));
+    let error = Taylor::new().end(&kinked, &start, 1.0).unwrap_err();
+    assert!(matches!(error, IntegrateError::DriveWithoutSeries { drive: 0, .. }), "{error}");
+}
+
 /// Every contact law of the crate under a strong excitation: as many crossings as by DOP853, at the same
 /// instants.
 #[test]

@@ -23,6 +23,10 @@ impl<G: Shape> Expand for Machine<G> {
         let speed = self.speed();
         let angle = Series::variable(speed * t, speed, coefficients);
         self.drive_at(angle, Side::After, speed.into(), 0.0.into(), u);
+        let waves = self.size().waves;
+        if let Some(table) = self.wave_table() {
+            table.expand(speed * t, speed, coefficients, &vec![true; waves], &mut u[..waves]);
+        }
     }
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let (speed, waves) = (self.speed(), self.size().waves);
