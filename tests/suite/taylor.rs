@@ -195,13 +195,13 @@ fn singular_points_are_named() {
     assert!(failed.trajectory.len() > 10);
 }
 
-/// A mass on a one-sided stop: q'' = -f(q), f a power of the depth.
+/// A mass on a one-sided stop: q'' = -f(q), f a power of the depth; beside it free oscillators q'' = -q.
 #[derive(PartialEq)]
-struct Bounce(PowerLaw);
+struct Bounce(PowerLaw, usize);
 
 impl Shape for Bounce {
     fn size(&self) -> Size {
-        Size { dof: 1, contacts: 1, constants: 1, ..Size::default() }
+        Size { dof: 1 + self.1, contacts: 1, constants: 1, ..Size::default() }
     }
     fn constants(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]
@@ -220,6 +220,7 @@ impl Shape for Bounce {
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         a[0] = -self.contact(law, 0, u, q, v).force;
+        a[1..].iter_mut().zip(&q[1..]).for_each(|(a, q)| *a = -*q);
     }
 }
 
@@ -229,7 +230,7 @@ impl Shape for Bounce {
 fn hertz_contacts_in_closed_form() {
     for (p, gammas) in [(1.5, 0.887_263_817_503_075_3 / 1.068_628_702_119_319_4), (3.0, 1.0)] {
         let law = PowerLaw::new(0.0, p, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
-        let model = Machine::with_constants(Bounce(law), &[("speed", 1.0)]).unwrap();
+        let model = Machine::with_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
         let (v, n) = (2.0f64, p + 1.0);
         let depth = (0.5 * n * v * v).powf(1.0 / n);
         // Γ(5/4)/Γ(3/4) for p = 3.
@@ -252,6 +253,22 @@ fn hertz_contacts_in_closed_form() {
         close("speed of separation", -events[1].1, v, 1e-12);
         close("depth", deepest, depth, 1e-12);
         close("end", finish.state.q[0], 1.0 - v * (5.0 - 0.5 - time), 1e-11);
+    }
+}
+
+/// A run that starts on the edge of a Hertz contact, with further coordinates that have a series there.
+#[test]
+fn starts_on_the_edge_of_a_hertz_contact() {
+    let law = PowerLaw::new(0.0, 3.0, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
+    let (v, depth) = (2.0f64, 8f64.powf(0.25));
+    let time = 2.0 * depth / v * PI.sqrt() * 0.906_402_477_055_477 / 1.225_416_702_465_178;
+    for free in [0, 6, 7, 8, 9, 20] {
+        let model = Machine::with_constants(Bounce(law, free), &[("speed", 1.0)]).unwrap();
+        let (mut q, mut rates) = (vec![1.0; 1 + free], vec![0.0; 1 + free]);
+        rates[0] = v;
+        let last = end(&model, &q, &rates, 5.0);
+        close("the mass", last.q[0], 1.0 - v * (5.0 - time), 1e-11);
+        last.q[1..].iter().for_each(|q| close("a free coordinate", *q, 5f64.cos(), 1e-13));
     }
 }
 
@@ -381,18 +398,19 @@ fn run<I: Integrator, M: Model>(solver: &I, model: &M, start: &State, end: f64) 
 /// A closure that is smooth over a turn has a Taylor series from samples; one with a kink has none.
 #[test]
 fn smooth_closures_are_sampled() {
-    let spur = |stiffness: Function| {
-        let mesh = Mesh::new(Wave::new(stiffness), Wave::constant(0.0).unwrap(), Backlash::new(1.0).unwrap());
+    let spur = |stiffness: Wave| {
+        let mesh = Mesh::new(stiffness, Wave::constant(0.0).unwrap(), Backlash::new(1.0).unwrap());
         Machine::with_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap()
     };
     let start = State::new(0.0, &[1.3], &[0.0]);
-    let smooth = spur(Function::new(|angle: Jet| angle.cos().exp()));
+    let smooth = spur(Wave::new(Function::new(|angle: Jet| angle.cos().exp())));
     let by_dop853 = Dop853::new().rtol(1e-13).atol(1e-15);
     let [(expected, last), (found, end)] =
         [run(&by_dop853, &smooth, &start, 30.0), run(&Taylor::new(), &smooth, &start, 30.0)];
     assert!(found.len() >= 4 && found.len() == expected.len(), "{found:?} {expected:?}");
     assert!((end.q[0] - last.q[0]).abs() < 1e-11, "{end:?} {last:?}");
-    let kinked = spur(Function::new(|angle: Jet| angle.sin().abs() + Jet::new(1.0, 0.0, 0.0)));
+    let kink = |angle: Jet| if angle.value.sin() < 0.0 { -angle.sin() } else { angle.sin() };
+    let kinked = spur(Wave::new(Function::new(kink)));
     let error = Taylor::new().end(&kinked, &start, 1.0).unwrap_err();
     assert!(matches!(error, IntegrateError::DriveWithoutSeries { drive: 0, .. }), "{error}");
 }
@@ -496,7 +514,7 @@ fn derivatives_of_the_flow() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     check("rattling pair", &pair, &pair.static_start().unwrap(), 300.0, 1e-8);
     let law = PowerLaw::new(0.0, 1.5, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
-    let bounce = Machine::with_constants(Bounce(law), &[("speed", 1.0)]).unwrap();
+    let bounce = Machine::with_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
     check("Hertz contact", &bounce, &State::new(0.0, &[0.0], &[2.0]), 4.0, 1e-7);
     let rectangle = Wave::new(RectangularWave::new(0.7, 1.3, 0.55).unwrap());
     let mesh = Mesh::new(rectangle, Wave::constant(0.0).unwrap(), NoPullBacklash::new(1.0, 0.2).unwrap());

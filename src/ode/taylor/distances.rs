@@ -31,7 +31,8 @@ const NEAR: f64 = 1e-9;
 /// The first exit of a contact from its piece within a step of length `h`.
 ///
 /// # Errors
-/// [`IntegrateError::NegativeGap`] if a gap is negative at the start of the step.
+/// [`IntegrateError::NegativeGap`] if a gap is negative at the start of the step and a contact is on its edge
+/// or comes near it.
 pub(super) fn first_exit(
     c: &Coefficients,
     e: &mut Engine<'_, dyn Model + '_, Blocks>,
@@ -56,12 +57,15 @@ pub(super) fn first_exit(
             continue; // the law has no such edge
         }
         let range = ranges.as_flattened()[i];
-        let near = NEAR * (start + range);
+        let near = (NEAR * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if start - range > near {
             continue;
         }
         let apart = start > near;
-        let above = if apart { c.above_until(i, sign, near, h) } else { c.risen_until(i, sign, h) };
+        if !apart && !read {
+            read = contacts_at_start(e)?;
+        }
+        let above = if apart { c.above_until(i, sign, near, h) } else { c.risen_until(i, sign, near, h) };
         if above >= limit {
             continue;
         }
@@ -75,9 +79,7 @@ pub(super) fn first_exit(
         let Some(above) = above else { continue };
         distance.c[0] = start;
         if !read {
-            e.contacts_at_start();
-            e.check_gaps(e.t)?;
-            read = true;
+            read = contacts_at_start(e)?;
         }
         let exit = Exit { contact, to };
         // The slack is that at the start or on the edge, whichever is larger: a long step may start at a
@@ -86,7 +88,7 @@ pub(super) fn first_exit(
         let edge = if side == 0 { at_start.lower } else { at_start.upper };
         let on_edge = Contact { deflection: edge, ..*at_start };
         let slack = locator.slack(contact, at_start).max(locator.slack(contact, &on_edge));
-        // On the edge the distance must have risen.
+        // A start within the slack counts as on the edge: the search begins at 0.
         let above = if apart && start <= slack { 0.0 } else { above };
         match leaves(&distance, slack, above, limit) {
             Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
@@ -107,6 +109,13 @@ pub(super) fn first_exit(
         }
     }
     Ok(found)
+}
+
+/// Computes the contacts at the start of the step. Returns true.
+fn contacts_at_start(e: &mut Engine<'_, dyn Model + '_, Blocks>) -> Result<bool, IntegrateError> {
+    e.contacts_at_start();
+    e.check_gaps(e.t)?;
+    Ok(true)
 }
 
 /// The first time in (0, h] at which a distance becomes negative by more than the slack; 0 if it is on its

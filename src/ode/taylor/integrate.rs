@@ -343,7 +343,7 @@ impl<'r> Run<'r> {
         let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
             Some(function) => IntegrateError::Singular { t, what: function.name() },
-            None if !finite => self.not_finite(),
+            None if !finite || h.is_nan() => self.not_finite(),
             None => IntegrateError::StepUnderflow { t, h },
         }
     }

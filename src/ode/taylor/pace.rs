@@ -127,6 +127,9 @@ impl Pace {
             let (i, at_start) = (edge.column, |edge: &Edge| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
             let size = gap.max(start[i].abs() + span * rate[i].abs());
+            if !(last[i].is_finite() && before[i].is_finite()) {
+                return f64::NAN;
+            }
             if size > 0.0 {
                 let per = 1.0 / (share * size);
                 terms = [terms[0].max(last[i].abs() * per), terms[1].max(before[i].abs() * per)];
@@ -183,5 +186,5 @@ fn largest_of([a, b, c, d, e, f, g, h]: Eight) -> f64 {
 /// The larger of two numbers; NaN if one of them is NaN.
 #[inline(always)]
 fn max(a: f64, b: f64) -> f64 {
-    if b <= a { a } else { b }
+    if b <= a || a.is_nan() { a } else { b }
 }

@@ -82,14 +82,14 @@ impl Polynomial {
     /// Times and values on both sides of the first root in (a, h] of a polynomial that is positive in [0, a];
     /// zeros if a = 0 and p(0) <= 0.
     ///
-    /// An interval is left out only if a bound on the second derivative rules a root out, so that no root is
-    /// missed.
+    /// An interval is left out only if a bound on the second derivative rules a root out. No root is missed,
+    /// apart from pairs of roots closer than [`SHORTEST`], or [`COARSE`] after [`MANY`] intervals.
     fn first_fall(&self, mut a: f64, h: f64) -> Option<[[f64; 2]; 2]> {
         if a == 0.0 && self.c[0] <= 0.0 {
             return Some([[0.0; 2]; 2]);
         }
         let (mut value_a, mut slope_a) = if a > 0.0 { self.with_slope(a) } else { (self.c[0], self.c[1]) };
-        // Close to a root: to the other side of it.
+        // The first interval ends at twice the distance of Newton's step, beyond a near root.
         let near = -2.0 * value_a / slope_a;
         let (mut width, mut looks) = (if near > 0.0 { near.min(h - a) } else { h - a }, 0);
         loop {

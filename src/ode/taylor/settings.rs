@@ -75,8 +75,8 @@ impl Taylor {
         self.order = Some(order);
         self
     }
-    /// The default order for a relative tolerance. With higher orders the rounding errors of the terms are
-    /// larger than the steps are worth.
+    /// The default order for a relative tolerance. Above order 25 rounding errors of the last terms limit the
+    /// accuracy.
     pub(crate) fn order_for(tolerance: f64) -> usize {
         let digits = -tolerance.clamp(1e-10, 1.0).log10();
         (15.0 + digits).round() as usize

@@ -131,14 +131,17 @@ impl Coefficients {
     }
 
     /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for certain.
-    /// It starts above it.
+    /// At the start d is above `least`.
     pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         self.samples::<0>(column, h).above_until(sign, least, h)
     }
     /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
-    /// for certain.
-    pub(crate) fn risen_until(&self, column: usize, sign: f64, h: f64) -> f64 {
-        self.samples::<1>(column, h).above_until(sign, 0.0, h)
+    /// for certain; less than h if d is not above `least` at the end.
+    pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        let samples = self.samples::<1>(column, h);
+        let until = samples.above_until(sign, 0.0, h);
+        let end = sign * (self.distances(0)[column] + h * samples.values[EIGHT - 1]);
+        if end > least { until } else { until.min(0.5 * h) }
     }
     fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
         self.arch.dispatch(Sampling::<SHIFT> { c: self, column, h })

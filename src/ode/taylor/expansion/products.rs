@@ -22,7 +22,9 @@ pub(crate) struct Products {
     of_power: [bool; BATCH],
     /// First of the result columns.
     out: usize,
-    /// Coefficients of the first factors, and those of the second ones in reversed order.
+    /// Coefficients of the first factors, and those of the second ones in reversed order up to `LAST`. A batch
+    /// of one product has one number in each place, not four. `a` is cleared at order 0: the sums run on
+    /// beyond their last term, over zeros.
     a: [Four; ROOM],
     b: [Four; ROOM],
 }
@@ -30,7 +32,7 @@ pub(crate) struct Products {
 /// Place of order 0 of the second factors.
 const LAST: usize = ORDERS - 1;
 
-/// Places of the factors: the last four are 0.
+/// Places of the factors. The last four are always 0.
 const ROOM: usize = ORDERS + 4;
 
 /// sum += a b.

@@ -44,7 +44,7 @@ impl pulp::WithSimd for Ranges<'_> {
 /// |p''| s² in [0, s] at most.
 pub(super) struct Samples {
     at_start: f64,
-    values: Eight,
+    pub(super) values: Eight,
     bends: Eight,
 }
 
