@@ -1,8 +1,8 @@
 //! Nonlinear dynamics of gears with backlash, varying mesh stiffness and transmission error.
 //!
-//! A [`Model`] consists of drives, accelerations and contacts. A solver ([`Rk4`], [`Rk45`], [`Dop853`])
-//! advances it in time and locates the instants at which teeth touch or separate; [`Balance`] and
-//! [`Shooting`] find periodic orbits; [`Sweep`] makes many runs. The [`guide`] starts with an example and a
+//! A [`Model`] consists of drives, accelerations and contacts. A solver ([`Rk4`], [`Rk45`], [`Dop853`],
+//! [`Taylor`]) advances it in time and locates the instants at which teeth touch or separate; [`Balance`]
+//! and [`Shooting`] find periodic orbits; [`Sweep`] makes many runs. The [`guide`] starts with an example and a
 //! list by purpose.
 
 pub mod analysis;

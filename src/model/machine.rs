@@ -276,7 +276,7 @@ impl<G: Shape> Machine<G> {
         self.write_rest(speed, acceleration, rest);
     }
     /// Writes the drives after the waves: φ', φ'', the other constants.
-    fn write_rest<S: Scalar>(&self, speed: S, acceleration: S, rest: &mut [S]) {
+    pub(crate) fn write_rest<S: Scalar>(&self, speed: S, acceleration: S, rest: &mut [S]) {
         (rest[0], rest[1]) = (speed, acceleration);
         rest[2..].iter_mut().zip(&self.prepared[1..]).for_each(|(u, constant)| *u = (*constant).into());
     }

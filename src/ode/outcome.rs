@@ -53,7 +53,7 @@ pub struct Stats {
     pub steps: u64,
     /// Number of rejected steps.
     pub rejected: u64,
-    /// Number of evaluations of the accelerations.
+    /// Number of evaluations of the accelerations; for [`Taylor`](crate::Taylor) that of their orders.
     pub evaluations: u64,
     /// Number of crossings of edges and of impacts on rigid stops. A change of piece at the start of a step,
     /// because the edges jumped or the gap is zero, is not counted.

@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use std::ops::ControlFlow;
 
-/// A crossing: a contact reaches an edge of its gap at the end of a step.
+/// A crossing: a contact reaches an edge of its gap at the end of a step, at the time [`Step::t1`].
 ///
 /// At an ordinary edge the contact changes its piece. At a rigid stop it stays in its gap and the velocities
 /// jump: the step ends with the velocities before the impact, the next step starts with those after it.

@@ -264,7 +264,7 @@ fn starts_on_the_edge_of_a_hertz_contact() {
     let time = 2.0 * depth / v * PI.sqrt() * 0.906_402_477_055_477 / 1.225_416_702_465_178;
     for free in [0, 6, 7, 8, 9, 20] {
         let model = Machine::with_constants(Bounce(law, free), &[("speed", 1.0)]).unwrap();
-        let (mut q, mut rates) = (vec![1.0; 1 + free], vec![0.0; 1 + free]);
+        let (q, mut rates) = (vec![1.0; 1 + free], vec![0.0; 1 + free]);
         rates[0] = v;
         let last = end(&model, &q, &rates, 5.0);
         close("the mass", last.q[0], 1.0 - v * (5.0 - time), 1e-11);

@@ -21,12 +21,13 @@ impl<G: Shape> Expand for Machine<G> {
 
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
         let speed = self.speed();
+        if let Some(table) = self.wave_table() {
+            let (waves, rest) = u.split_at_mut(self.size().waves);
+            table.expand(speed * t, speed, coefficients, &[], waves);
+            return self.write_rest(speed.into(), 0.0.into(), rest);
+        }
         let angle = Series::variable(speed * t, speed, coefficients);
         self.drive_at(angle, Side::After, speed.into(), 0.0.into(), u);
-        let waves = self.size().waves;
-        if let Some(table) = self.wave_table() {
-            table.expand(speed * t, speed, coefficients, &vec![true; waves], &mut u[..waves]);
-        }
     }
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let (speed, waves) = (self.speed(), self.size().waves);

@@ -115,7 +115,8 @@ impl WaveTable {
         }
     }
 
-    /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'.
+    /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'. Waves beyond the
+    /// end of `needed` are needed, too.
     pub(crate) fn expand(
         &self,
         angle: f64,
@@ -224,8 +225,8 @@ impl Expansion<'_> {
         for k in 1..USED {
             powers[k] = powers[k - 1].map(|below| below * power);
         }
-        for (((mean, harmonics), u), needed) in table.waves.iter().zip(u).zip(needed) {
-            if !needed {
+        for (k, ((mean, harmonics), u)) in table.waves.iter().zip(u).enumerate() {
+            if needed.get(k) == Some(&false) {
                 continue;
             }
             if harmonics.is_empty() {

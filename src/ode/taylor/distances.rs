@@ -42,7 +42,8 @@ pub(super) fn first_exit(
 ) -> Result<Found, IntegrateError> {
     c.ranges(h, ranges);
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
-    for &Edge { contact, side, column: i, sign: reversed } in &c.plan.edges {
+    for edge in &c.plan.edges {
+        let &Edge { contact, side, column: i, sign: reversed } = edge;
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
         let (sign, to) = match (piece, side) {
@@ -62,7 +63,10 @@ pub(super) fn first_exit(
             continue;
         }
         let apart = start > near;
-        if !apart && !read {
+        let into_gap = |edge: &Edge| edge.sign * c.distances(0)[edge.column];
+        let gap = |other: &Edge| into_gap(edge) + into_gap(other);
+        let mut others = c.plan.edges.iter().filter(|o| o.contact == contact && o.side != side);
+        if !apart && !read && others.any(|other| gap(other) < 0.0) {
             read = contacts_at_start(e)?;
         }
         let above = if apart { c.above_until(i, sign, near, h) } else { c.risen_until(i, sign, near, h) };

@@ -127,13 +127,13 @@ impl Pace {
             let (i, at_start) = (edge.column, |edge: &Edge| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
             let size = gap.max(start[i].abs() + span * rate[i].abs());
-            if !(last[i].is_finite() && before[i].is_finite()) {
-                return f64::NAN;
-            }
-            if size > 0.0 {
+            if share * size > f64::MIN_POSITIVE {
                 let per = 1.0 / (share * size);
-                terms = [terms[0].max(last[i].abs() * per), terms[1].max(before[i].abs() * per)];
+                terms = [max(terms[0], (last[i] * per).abs()), max(terms[1], (before[i] * per).abs())];
             }
+        }
+        if terms[0].is_nan() || terms[1].is_nan() {
+            return f64::NAN;
         }
         h.min(reach(terms[0], degree)).min(reach(terms[1], degree - 1))
     }
@@ -183,8 +183,9 @@ fn largest_of([a, b, c, d, e, f, g, h]: Eight) -> f64 {
     max(max(max(a, e), max(c, g)), max(max(b, f), max(d, h)))
 }
 
-/// The larger of two numbers; NaN if one of them is NaN.
+/// The larger of two numbers that are not negative; NaN if one of them is NaN: its bits without the sign are
+/// those of the largest integer.
 #[inline(always)]
 fn max(a: f64, b: f64) -> f64 {
-    if b <= a || a.is_nan() { a } else { b }
+    f64::from_bits(a.to_bits().max(b.to_bits()))
 }
