@@ -43,7 +43,7 @@ pub(crate) struct Choice {
 }
 
 /// A tape with a column for every number. The columns stand in blocks of eight: those of the coordinates, of
-/// the velocities, of all other numbers and, last, of the distances.
+/// the velocities, of all other numbers and, last, of those distances that are no operands.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) dof: usize,
