@@ -84,12 +84,9 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
 fn columns_that_grow_by_millions_end_in_time() {
     let pair = NfgPair::new(&NfgParams { speed: 150.0, ..NfgParams::table1() }).unwrap();
     let start = pair.static_start().unwrap();
-    // The motion is chaotic: after two periods rounding decides about the matrix.
-    let growth = [1e-11, 1e-12, 1e-13].map(|tolerance| {
-        let variation = Variation::new().tolerance(tolerance).budget(Budget::new().steps(60_000));
-        variation.run(&pair, &start, 2.0 * pair.period()).unwrap().matrix.amax()
-    });
-    assert!(growth.iter().any(|growth| *growth > 1e6), "{growth:?}");
+    let budget = Budget::new().steps(60_000);
+    let through = Variation::new().budget(budget).run(&pair, &start, 2.0 * pair.period()).unwrap();
+    assert!(through.matrix.amax() > 1e6, "{}", through.matrix);
 }
 
 /// x'' = 0.3 + 0.5 cos 0.9 t - W: a dead zone of half width 1 with damping in contact, so that the force

@@ -79,8 +79,8 @@ impl Polynomial {
         self.first_fall(a, h).map(|[_, [after, _]]| after)
     }
 
-    /// Times and values on both sides of the first root in (a, h] of a polynomial that is positive in [0, a];
-    /// zeros if a = 0 and p(0) <= 0.
+    /// Returns time and value before and after the first root in (a, h]. The polynomial is positive in [0, a]; if
+    /// a = 0 and p(0) <= 0, the numbers are 0.
     ///
     /// An interval is left out only if a bound on the second derivative rules a root out. No root is missed,
     /// apart from pairs of roots closer than [`SHORTEST`], or [`COARSE`] after [`MANY`] intervals.

@@ -136,7 +136,7 @@ impl Coefficients {
         self.samples::<0>(column, h).above_until(sign, least, h)
     }
     /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
-    /// for certain; less than h if d is not above `least` at the end.
+    /// for certain. The time is less than h if d is not above `least` at the end.
     pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         let samples = self.samples::<1>(column, h);
         let until = samples.above_until(sign, 0.0, h);

@@ -75,8 +75,8 @@ pub(crate) struct Plan {
 /// Number of blocks of the columns of a small plan. Plans have at least this number.
 pub(crate) const SMALL: usize = 8;
 
-/// A plan with one block of operands, one batch of products and one block of accelerations: few meshes and few
-/// coordinates. Fixed numbers of blocks save most of the time of its orders.
+/// The plan of a model with few meshes and few coordinates. It has one block of operands, one batch of products
+/// and one block of accelerations. Fixed numbers of blocks save most of the time of its orders.
 pub(crate) struct Small<'p> {
     pub(crate) operands: &'p Block,
     pub(crate) products: &'p mut Products,

@@ -87,7 +87,7 @@ impl Terms {
 }
 
 impl Block {
-    /// The sums of an order from its numbers. `FIRST`: whether it is order 0.
+    /// Returns the eight weighted sums of the numbers of one order. `FIRST`: whether it is order 0.
     #[inline(always)]
     pub(crate) fn sum<const FIRST: bool>(&self, numbers: &[f64]) -> Eight {
         let mut sums = [[0.0; EIGHT]; 2];
