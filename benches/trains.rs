@@ -33,6 +33,20 @@ fn evaluate<M: Model>(model: &M, count: usize) {
     black_box(q);
 }
 
+/// Evaluates the right-hand side `count` times, at times and in states that change: drives and accelerations.
+fn right_hand_side<M: Model>(model: &M, count: usize) {
+    let n = model.dof();
+    let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
+    let mut q: Vec<f64> = (0..n).map(|i| 1e-5 * (i as f64 * 0.618).fract()).collect();
+    let v = vec![1e-3; n];
+    for i in 0..count {
+        model.drive(1e-6 * i as f64, Side::After, &mut u);
+        model.accel(&u, black_box(&q), &v, &mut a);
+        q[0] += 1e-20 * a[0];
+    }
+    black_box(q);
+}
+
 /// Runs 64 speeds in lanes.
 fn lanes<M: Periodic + Sync>(sample: &M, with: impl Fn(f64) -> Result<M, ParameterError> + Sync)
 where
@@ -107,6 +121,9 @@ fn main() {
     for gears in [3, 16, 1024] {
         let (ring, train) = rings(gears);
         let count = 3_000_000 / gears;
+        let [median, least, most] =
+            ratio(15, || right_hand_side(&train, count), || right_hand_side(&ring, count));
+        println!("ratio train ring right-hand side n={gears} {median:.3} ({least:.3} .. {most:.3})");
         let [median, least, most] = ratio(15, || evaluate(&train, count), || evaluate(&ring, count));
         println!("ratio train ring accel n={gears} {median:.3} ({least:.3} .. {most:.3})");
         let start = std::time::Instant::now();

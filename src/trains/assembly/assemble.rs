@@ -1,7 +1,6 @@
 //! Makes the shape and its constants from the parts.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::ContactDamping;
 use crate::error::check;
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
@@ -16,6 +15,7 @@ use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet, RowSpring, Spring};
 use crate::trains::shape::train_shape::{Train, TrainShape};
+use crate::trains::shape::walk::Walk;
 use std::ops::Range;
 
 impl<N: Nonlinearity + Clone> Parts<N> {
@@ -123,7 +123,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             sets: Vec::new(),
             fastest: 1,
             spring_names: Default::default(),
-            plain: false,
+            walk: None,
             torques: Vec::new(),
             torque_waves: Vec::new(),
             names: Vec::new(),
@@ -282,16 +282,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             .chain(self.frictions)
             .unzip();
         shape.names = names;
-        let two = |spring: &Spring| spring.levers == [1.0, -1.0];
-        shape.plain = shape.springs.iter().all(two)
-            && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
-            && shape.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
-            && shape.row_springs.is_empty()
-            && shape.rotating.is_empty()
-            && shape.frictions.is_empty()
-            && shape.journals.is_empty()
-            && shape.motors.is_empty()
-            && shape.torque_waves.is_empty();
+        shape.walk = Walk::of(&shape);
         Ok((shape, values))
     }
 }

@@ -5,12 +5,13 @@ use crate::contact::mesh::MeshDrives;
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, keep_rolled};
 use crate::trains::shape::elements::Tooth;
 use crate::trains::shape::train_shape::TrainShape;
 use std::ops::Range;
 
 /// The drives of a train by their meaning.
+#[derive(Clone, Copy)]
 pub(crate) struct At<'u, S> {
     single: &'u [S],
     pub(crate) errors: &'u [[S; 2]],
@@ -23,12 +24,6 @@ pub(crate) struct At<'u, S> {
     /// b of each contact.
     half: &'u [S],
     friction: &'u [S],
-}
-
-/// The index, kept as a loop over elements for lanes: see [`keep_rolled`](crate::scalar::keep_rolled).
-#[inline(always)]
-fn kept<S>(index: usize) -> usize {
-    if const { size_of::<S>() == size_of::<f64>() } { index } else { crate::scalar::keep_rolled(index) }
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
@@ -46,31 +41,22 @@ impl<N: Nonlinearity> TrainShape<N> {
         At { single, errors, edges, speed: u.speed(), net, torques, damping, half, friction }
     }
 
-    /// Deflection and rate of tooth i. `WIDE`: whether its row may have more than two numbers.
+    /// Deflection and rate of tooth i.
     #[inline(always)]
-    fn deflection<const WIDE: bool, S: Scalar>(
-        &self,
-        i: usize,
-        tooth: &Tooth<N>,
-        at: &At<S>,
-        q: &[S],
-        v: &[S],
-    ) -> [S; 2] {
+    fn deflection<S: Scalar>(&self, i: usize, tooth: &Tooth<N>, at: &At<S>, q: &[S], v: &[S]) -> [S; 2] {
         let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
         let [e, rate] = at.errors[tooth.error as usize];
         let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
-        if WIDE {
-            for entry in &self.entries[self.rests[i].more_levers.clone()] {
-                d = d + q[entry.at] * entry.by;
-                dv = dv + v[entry.at] * entry.by;
-            }
+        for entry in &self.entries[self.rests[i].more_levers.clone()] {
+            d = d + q[entry.at] * entry.by;
+            dv = dv + v[entry.at] * entry.by;
         }
         [d, dv]
     }
 
-    /// Force of tooth i. `WIDE`: whether its damping may act in contact alone.
+    /// Force of tooth i.
     #[inline(always)]
-    fn force<const WIDE: bool, S: Scalar, L: PieceChoice<S>>(
+    fn force<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         i: usize,
@@ -81,11 +67,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         let [lower, upper] =
             if N::HALF_WIDTH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
-        if WIDE {
-            let drives = MeshDrives { stiffness, damping, lower, upper };
-            return self.rests[i].mesh.force(law, i, d, rate, rate, drives);
-        }
-        stiffness * law.force(i, &tooth.law, d, rate, lower, upper) + damping * rate
+        let drives = MeshDrives { stiffness, damping, lower, upper };
+        self.rests[i].mesh.force(law, i, d, rate, rate, drives)
     }
 
     /// Contact i as the solvers see it.
@@ -101,8 +84,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         let Some(tooth) = self.teeth.get(i) else {
             return self.journal_contact(law, i, at, q, v);
         };
-        let [deflection, rate] = self.deflection::<true, S>(i, tooth, at, q, v);
-        let force = self.force::<true, S, L>(law, i, tooth, at, [deflection, rate]);
+        let [deflection, rate] = self.deflection::<S>(i, tooth, at, q, v);
+        let force = self.force::<S, L>(law, i, tooth, at, [deflection, rate]);
         if N::HALF_WIDTH {
             let half = at.half[i];
             return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
@@ -136,9 +119,9 @@ impl<N: Nonlinearity> TrainShape<N> {
         Contact { deflection: r, rate, lower: -half, upper: half, force, ..Contact::default() }
     }
 
-    /// The equations of [`Train`].
+    /// The equations of [`Train`] with everything that its parts may be.
     #[inline(always)]
-    pub(crate) fn accelerate<const WIDE: bool, S: Scalar, L: PieceChoice<S>>(
+    pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
         u: Drives<'_, S>,
@@ -150,44 +133,33 @@ impl<N: Nonlinearity> TrainShape<N> {
         let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
         let (net, per_inertia) = (&at.net[..n], &self.per_inertia[..n]);
         for j in 0..n {
-            let j = kept::<S>(j);
+            let j = keep_rolled(j);
             a[j] = net[j] * per_inertia[j];
         }
         for spring in &self.springs {
-            let [j, k] = spring.ends.map(|end| kept::<S>(end as usize));
-            let (x, y) = if WIDE {
-                let [r, s] = spring.levers;
-                (q[j] * r + q[k] * s, v[j] * r + v[k] * s)
-            } else {
-                (q[j] - q[k], v[j] - v[k])
-            };
-            let force = x * spring.stiffness + y * spring.damping;
+            let ([j, k], [r, s]) = (spring.ends.map(|end| keep_rolled(end as usize)), spring.levers);
+            let force = (q[j] * r + q[k] * s) * spring.stiffness + (v[j] * r + v[k] * s) * spring.damping;
             a[j] = a[j] - force * spring.pulls[0];
             a[k] = a[k] - force * spring.pulls[1];
         }
         // Slices of one length: their bounds are checked once.
-        let teeth = &self.teeth[..];
+        let (teeth, rests) = (&self.teeth[..], &self.rests[..self.teeth.len()]);
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
-        let at = At { damping, half, ..at };
+        let bounded = At { damping, half, ..at };
         for i in 0..teeth.len() {
-            let i = kept::<S>(i);
+            let i = keep_rolled(i);
             let tooth = &teeth[i];
-            let deflection = self.deflection::<WIDE, S>(i, tooth, &at, q, v);
-            let w = self.force::<WIDE, S, L>(law, i, tooth, &at, deflection);
+            let deflection = self.deflection(i, tooth, &bounded, q, v);
+            let w = self.force(law, i, tooth, &bounded, deflection);
             let [j, k] = tooth.at.map(|at| at as usize);
             a[j] = a[j] - w * tooth.pulls[0];
             a[k] = a[k] - w * tooth.pulls[1];
-            if WIDE {
-                self.pull(self.rests[i].more_pulls.clone(), w, a);
-            }
+            self.pull(rests[i].more_pulls.clone(), w, a);
         }
-        if WIDE {
-            let at = self.drives(u);
-            self.others(law, &at, q, v, a);
-        }
+        self.others(law, &at, q, v, a);
     }
 
-    /// [`accelerate`](TrainShape::accelerate) with everything, compiled once and not into every loop of the solvers.
+    /// [`accelerate`](TrainShape::accelerate), compiled once and not into every loop of the solvers.
     #[inline(never)]
     pub(crate) fn accelerate_apart<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -197,7 +169,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         v: &[S],
         a: &mut [S],
     ) {
-        self.accelerate::<true, S, L>(law, u, q, v, a);
+        self.accelerate(law, u, q, v, a);
     }
 
     /// Σ lever q and Σ lever v.
@@ -233,8 +205,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         for (friction, mu) in self.frictions.iter().zip(at.friction) {
             let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
-            let d = self.deflection::<true, S>(i, tooth, at, q, v);
-            let w = self.force::<true, S, L>(law, i, tooth, at, d);
+            let d = self.deflection::<S>(i, tooth, at, q, v);
+            let w = self.force::<S, L>(law, i, tooth, at, d);
             self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
         }
         for (i, journal) in self.journals.iter().enumerate() {

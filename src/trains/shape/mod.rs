@@ -3,3 +3,4 @@
 pub(crate) mod algebra;
 pub(crate) mod elements;
 pub(crate) mod train_shape;
+pub(crate) mod walk;

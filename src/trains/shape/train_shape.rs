@@ -16,6 +16,7 @@ use crate::scalar::Scalar;
 use crate::trains::shape::elements::{
     Entry, Friction, Journal, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest,
 };
+use crate::trains::shape::walk::Walk;
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
 ///
@@ -86,8 +87,8 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) fastest: u32,
     /// Names of the springs, then of the row springs.
     pub(crate) spring_names: [Vec<String>; 2],
-    /// Whether all rows have two numbers and there is nothing but springs and meshes.
-    pub(crate) plain: bool,
+    /// The algebra of a train with nothing but shafts and meshes of two coordinates.
+    pub(crate) walk: Option<Walk<N>>,
     /// Torques that are constants: for each named one, the coordinates and how much of it acts there.
     pub(crate) torques: Vec<Vec<Entry>>,
     /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
@@ -172,12 +173,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
 
     #[inline(always)]
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        if self.plain {
-            self.accelerate::<false, S, L>(law, u, q, v, a);
+        if let Some(walk) = &self.walk {
+            walk.accelerate(self, law, u, q, v, a);
         } else if const { size_of::<S>() <= size_of::<f64>() } {
             self.accelerate_apart(law, u, q, v, a);
         } else {
-            self.accelerate::<true, S, L>(law, u, q, v, a);
+            self.accelerate(law, u, q, v, a);
         }
     }
     #[inline(always)]

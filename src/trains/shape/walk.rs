@@ -1,0 +1,245 @@
+//! The accelerations of a plain train: nothing but shafts, torques and meshes of two coordinates each.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::mesh::ContactDamping;
+use crate::contact::piece_choice::PieceChoice;
+use crate::model::shape::Drives;
+use crate::scalar::{Scalar, keep_rolled};
+use crate::trains::shape::elements::Spring;
+use crate::trains::shape::train_shape::TrainShape;
+
+/// The meshes of a plain train in their order, each with one shaft of its first coordinate.
+///
+/// Plain numbers carry the second coordinate of a mesh over to the next one, which often starts there.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Walk<N> {
+    steps: Vec<Step<N>>,
+    /// Shafts that belong to no step.
+    shafts: Vec<Spring>,
+}
+
+/// A mesh and a shaft. All that an evaluation reads stands together.
+#[derive(Clone, Debug, PartialEq)]
+struct Step<N> {
+    at: [u32; 2],
+    /// Places of stiffness and error among the waves.
+    stiffness: u32,
+    error: u32,
+    /// The other end of the shaft; [`NONE`] without a shaft.
+    end: u32,
+    levers: [f64; 2],
+    pulls: [f64; 2],
+    /// Stiffness and damping of the shaft, and its pulls on the first coordinate and on the other end.
+    shaft: [f64; 2],
+    shaft_pulls: [f64; 2],
+    law: N,
+}
+
+/// The end of a shaft that does not exist.
+const NONE: u32 = u32::MAX;
+
+/// A coordinate, its velocity and the sum of its accelerations so far.
+#[derive(Clone, Copy)]
+struct Turning<S> {
+    at: usize,
+    q: S,
+    v: S,
+    a: S,
+}
+
+impl<S: Scalar> Turning<S> {
+    #[inline(always)]
+    fn of(at: usize, q: &[S], v: &[S], a: &[S]) -> Self {
+        Turning { at, q: q[at], v: v[at], a: a[at] }
+    }
+}
+
+/// The index, kept as a loop over elements for lanes: see [`keep_rolled`].
+#[inline(always)]
+fn kept<S>(index: usize) -> usize {
+    if const { size_of::<S>() == size_of::<f64>() } { index } else { keep_rolled(index) }
+}
+
+impl<N: Nonlinearity + Clone> Walk<N> {
+    /// The walk of a plain train; `None` if it has anything else.
+    pub(crate) fn of(shape: &TrainShape<N>) -> Option<Self> {
+        let plain = shape.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
+            && shape.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && shape.row_springs.is_empty()
+            && shape.rotating.is_empty()
+            && shape.frictions.is_empty()
+            && shape.journals.is_empty()
+            && shape.motors.is_empty()
+            && shape.torque_waves.is_empty();
+        if !plain {
+            return None;
+        }
+        let mut shafts = shape.springs.clone();
+        let steps = shape.teeth.iter().map(|tooth| {
+            let found = shafts.iter().position(|shaft| shaft.ends.contains(&tooth.at[0]));
+            let (end, shaft, shaft_pulls) = match found.map(|place| shafts.remove(place)) {
+                Some(Spring { ends: [_, end], pulls, stiffness, damping, .. }) if end != tooth.at[0] => {
+                    (end, [stiffness, damping], pulls)
+                }
+                // Seen from its other end, the shaft has the opposite deflection.
+                Some(Spring { ends, pulls, stiffness, damping, .. }) => {
+                    (ends[0], [stiffness, damping], [-pulls[1], -pulls[0]])
+                }
+                None => (NONE, [0.0; 2], [0.0; 2]),
+            };
+            Step {
+                at: tooth.at,
+                stiffness: tooth.stiffness,
+                error: tooth.error,
+                end,
+                levers: tooth.levers,
+                pulls: tooth.pulls,
+                shaft,
+                shaft_pulls,
+                law: tooth.law.clone(),
+            }
+        });
+        Some(Walk { steps: steps.collect(), shafts })
+    }
+}
+
+impl<N: Nonlinearity> Walk<N> {
+    /// Writes the accelerations of the train `shape`.
+    #[inline(always)]
+    pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        shape: &TrainShape<N>,
+        law: &L,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
+        let carried = const { size_of::<S>() == size_of::<f64>() };
+        let (n, steps) = (shape.per_inertia.len(), &self.steps[..]);
+        let (q, v, a) = (&q[..n], &v[..n], &mut a[..n]);
+        let (single, rest) = u.all_waves().split_at(shape.single.len());
+        let (errors, edges) = rest.split_at(2 * shape.errors.len());
+        let (errors, edges) = (errors.as_chunks::<2>().0, edges.as_chunks::<4>().0);
+        let (net, rest) = u.all_constants().split_at(n);
+        let per_inertia = &shape.per_inertia[..n];
+        let (damping, rest) = rest.split_at(steps.len());
+        let (half, speed) = (&rest[..steps.len()], u.speed());
+        for j in 0..n {
+            let j = kept::<S>(j);
+            a[j] = net[j] * per_inertia[j];
+        }
+        for shaft in &self.shafts {
+            let [j, k] = shaft.ends.map(|end| kept::<S>(end as usize));
+            let force = (q[j] - q[k]) * shaft.stiffness + (v[j] - v[k]) * shaft.damping;
+            a[j] = a[j] - force * shaft.pulls[0];
+            a[k] = a[k] - force * shaft.pulls[1];
+        }
+        let Some(first) = steps.first() else { return };
+        let mut gear = Turning::of(first.at[0] as usize, q, v, a);
+        for i in 0..steps.len() {
+            let step = &steps[kept::<S>(i)];
+            let [j, k] = step.at.map(|at| at as usize);
+            if !carried || gear.at != j {
+                if carried {
+                    a[gear.at] = gear.a;
+                }
+                gear = Turning::of(j, q, v, a);
+            }
+            if step.end != NONE {
+                let end = step.end as usize;
+                let force = (gear.q - q[end]) * step.shaft[0] + (gear.v - v[end]) * step.shaft[1];
+                gear.a = gear.a - force * step.shaft_pulls[0];
+                a[end] = a[end] - force * step.shaft_pulls[1];
+            }
+            let [e, rate] = errors[step.error as usize];
+            let d = gear.q * step.levers[0] + q[k] * step.levers[1] - e;
+            let rate = gear.v * step.levers[0] + v[k] * step.levers[1] - speed * rate;
+            let [lower, upper] = if N::HALF_WIDTH { [-half[i], half[i]] } else { [edges[i][0], edges[i][1]] };
+            let w = single[step.stiffness as usize] * law.force(i, &step.law, d, rate, lower, upper)
+                + damping[i] * rate;
+            a[j] = gear.a - w * step.pulls[0];
+            gear = Turning::of(k, q, v, a);
+            gear.a = gear.a - w * step.pulls[1];
+            if !carried {
+                a[k] = gear.a;
+            }
+        }
+        a[gear.at] = gear.a;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::excitation::fourier::Fourier;
+    use crate::excitation::side::Side;
+    use crate::excitation::wave::Wave;
+    use crate::model::equations::Model;
+    use crate::trains::parts::body::Body;
+    use crate::trains::parts::collection::{Coordinates, Parts};
+    use crate::trains::parts::mesh_part::MeshPart;
+    use crate::trains::shape::train_shape::TrainShape;
+    use crate::trains::{Train, Warning};
+
+    fn mesh(teeth: [u32; 2], error: f64) -> MeshPart {
+        let wave = |mean, a| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
+        let radii = teeth.map(|teeth| 1.5e-3 * f64::from(teeth));
+        let part = MeshPart::external(teeth, radii, wave(2e8, 3e7)).error(wave(0.0, error));
+        part.damping(800.0).half_backlash(2e-5)
+    }
+
+    /// The walk and the general algebra agree in contact and in the gap.
+    fn agree(parts: &Parts, reference: &str) {
+        let train = parts.build(reference, 90.0).unwrap();
+        assert!(train.shape().walk.is_some());
+        let general: Train = train.clone().reshaped(TrainShape { walk: None, ..train.shape().clone() });
+        let n = train.dof();
+        let mut u = vec![0.0; train.drives()];
+        for k in 0..40 {
+            let at = |i: usize, seed: f64| (seed * (i + n * k + 1) as f64).fract() - 0.5;
+            let q: Vec<f64> = (0..n).map(|i| 4e-3 * at(i, 0.618_034)).collect();
+            let v: Vec<f64> = (0..n).map(|i| at(i, 0.414_214)).collect();
+            train.drive(1e-3 * f64::from(k as u32), Side::After, &mut u);
+            let [walked, expected] = [&train, &general].map(|train| {
+                let mut a = vec![f64::NAN; n];
+                train.accel(&u, &q, &v, &mut a);
+                a
+            });
+            let size = expected.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+            for (walked, expected) in walked.iter().zip(&expected) {
+                assert!((walked - expected).abs() < 1e-13 * size, "{walked} {expected}");
+            }
+        }
+    }
+
+    /// A wheel that drives two pinions, one of them over a shaft and a second mesh back to the wheel's shaft.
+    #[test]
+    fn meshes_that_branch() {
+        let mut parts = Parts::new();
+        for (name, inertia) in [("motor", 2e-2), ("wheel", 8e-3), ("load", 5e-2), ("last", 3e-3)] {
+            parts.body(name, Body::new(inertia));
+        }
+        parts.body("left", Body::new(1e-3)).body("right", Body::new(2e-3)).body("far", Body::new(4e-3));
+        parts.shaft("input", "motor", "wheel", 2e5, 3.0).shaft("output", "load", "wheel", 1e5, 2.0);
+        parts.shaft("side", "far", "right", 4e4, 1.0);
+        parts.mesh("first", "wheel", "left", mesh([60, 20], 2e-6));
+        parts.mesh("second", "wheel", "right", mesh([60, 30], 3e-6));
+        parts.mesh("third", "far", "last", mesh([25, 50], 1e-6));
+        parts.torque("drive", "motor", 30.0).torque("brake", "load", -30.0);
+        agree(parts.accept(Warning::Unbalanced), "motor");
+    }
+
+    /// Relative coordinates of a pair leave one coordinate in the row of the mesh.
+    #[test]
+    fn meshes_of_one_coordinate() {
+        let mut parts = Parts::new();
+        parts
+            .body("pinion", Body::new(1e-3))
+            .body("wheel", Body::new(2e-3))
+            .coordinates(Coordinates::Relative);
+        parts.mesh("mesh", "pinion", "wheel", mesh([20, 40], 1e-6));
+        parts.torque("drive", "pinion", 10.0).torque("brake", "wheel", -20.0);
+        agree(&parts, "pinion");
+    }
+}
