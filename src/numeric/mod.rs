@@ -2,6 +2,7 @@
 
 pub(crate) mod bracket;
 pub(crate) mod brent;
+pub(crate) mod extremes;
 pub(crate) mod gauss;
 pub(crate) mod norms;
 pub(crate) mod sine;

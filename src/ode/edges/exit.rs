@@ -48,14 +48,29 @@ impl Edge {
     /// The edge of an exit from the piece `from`, by the index of the exit in [`Exit::of`].
     #[inline(always)]
     pub(crate) fn of(from: Piece, way: usize) -> Self {
-        let lower = if from == Piece::Gap { way == 0 } else { from == Piece::Lower };
-        Edge { lower, sign: if lower == (from == Piece::Gap) { 1.0 } else { -1.0 } }
+        const LOWER: [Edge; 2] = [Edge { lower: true, sign: 1.0 }, Edge { lower: true, sign: -1.0 }];
+        const UPPER: [Edge; 2] = [Edge { lower: false, sign: -1.0 }, Edge { lower: false, sign: 1.0 }];
+        // From the lower flank, the gap and the upper flank.
+        [[LOWER[1]; 2], [LOWER[0], UPPER[0]], [UPPER[1]; 2]][from as usize][way]
     }
     /// See [`Exit::distance`].
     #[inline(always)]
     pub(crate) fn distance(self, c: &Contact, h: f64) -> Distance {
-        let (edge, edge_rate) = if self.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-        Distance { value: self.sign * (c.deflection - edge), rate: h * self.sign * (c.rate - edge_rate) }
+        let [distance] = self.distances([c], h);
+        distance
+    }
+    /// The distances of one contact at several instants.
+    #[inline(always)]
+    pub(crate) fn distances<const K: usize>(self, contacts: [&Contact; K], h: f64) -> [Distance; K] {
+        let scale = h * self.sign;
+        let from =
+            |deflection: f64, rate: f64| Distance { value: self.sign * deflection, rate: scale * rate };
+        // One branch for all instants instead of a selection for each.
+        if self.lower {
+            contacts.map(|c| from(c.deflection - c.lower, c.rate - c.lower_rate))
+        } else {
+            contacts.map(|c| from(c.deflection - c.upper, c.rate - c.upper_rate))
+        }
     }
 }
 
@@ -66,8 +81,15 @@ pub(crate) fn exits(piece: Piece) -> usize {
 }
 
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.
-#[inline]
+#[inline(always)]
 pub(crate) fn scale(c: &Contact) -> f64 {
     let gap = c.upper - c.lower;
-    if gap > 0.0 && gap.is_finite() { gap } else { c.deflection.abs().max(f64::MIN_POSITIVE / SLACK) }
+    if gap > 0.0 && gap < f64::INFINITY { gap } else { size(c) }
+}
+
+/// |deflection|, at least the smallest number that has a slack.
+#[cold]
+#[inline(never)]
+fn size(c: &Contact) -> f64 {
+    c.deflection.abs().max(f64::MIN_POSITIVE / SLACK)
 }

@@ -9,6 +9,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
+use crate::numeric::extremes::{larger, smaller};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{Edge, exits, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
@@ -58,8 +59,10 @@ pub(crate) struct Gaps {
     places: Vec<[[f64; 2]; GOLDEN_POINTS.len()]>,
     /// The distances in the current step, for each contact and exit.
     pub(crate) seen: Vec<[Seen; 2]>,
-    /// Deviation kept from the steps before, and the length of the last of these steps.
-    known: Vec<[(f64, f64); 2]>,
+    /// Deviation kept from the steps before.
+    known: Vec<[f64; 2]>,
+    /// Length of the last of these steps.
+    length: f64,
     /// Longest step that was found resolved at all `GOLDEN_POINTS`.
     longest: f64,
     /// The fixed step is too long to resolve the gaps: every step is sampled at all `GOLDEN_POINTS`.
@@ -81,7 +84,8 @@ impl Gaps {
         Gaps {
             places: vec![[[0.0; 2]; GOLDEN_POINTS.len()]; contacts],
             seen: vec![[Seen::default(); 2]; contacts],
-            known: vec![[(0.0, 1.0); 2]; contacts],
+            known: vec![[0.0; 2]; contacts],
+            length: 1.0,
             longest: 0.0,
             coarse: false,
             retries: 0,
@@ -101,23 +105,20 @@ impl Gaps {
         let h = e.h();
         let theta = e.contacts_at_probe::<T>();
         let mut ratio = 0.0f64;
+        let growth = (h / self.length).powi(4).min(FOURTH);
         let states = start.iter().zip(&e.contacts).zip(end).zip(&e.pieces);
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
             for way in 0..exits(piece) {
-                let edge = Edge::of(piece, way);
-                let (d0, d1) = (edge.distance(start, h), edge.distance(end, h));
-                let d = edge.distance(inside, h);
+                let [d0, d, d1] = Edge::of(piece, way).distances([start, inside, end], h);
                 (seen[way].start, seen[way].end) = (d0, d1);
                 if !d.value.is_finite() {
                     continue;
                 }
-                let (missed, length) = known[way];
-                let kept = if missed > 0.0 { missed * (h / length).powi(4).min(FOURTH) } else { 0.0 };
-                let off = (d.value - Hermite::new(d0, d1).at(theta)).abs().max(kept);
+                let off = larger((d.value - Hermite::new(d0, d1).at(theta)).abs(), growth * known[way]);
                 seen[way].off = off;
                 if piece == Piece::Gap {
-                    ratio = ratio.max(off / allowed(end, noise, [d0.value, d.value, d1.value]));
+                    ratio = larger(off / allowed(end, noise, [d0.value, d.value, d1.value]), ratio);
                 }
             }
         }
@@ -132,9 +133,10 @@ impl Gaps {
                 let least = 1e-3 * FLOOR * scale(c);
                 for way in 0..2 {
                     let off = seen[way].off;
-                    known[way] = (if off > least { FADING * off } else { 0.0 }, h);
+                    known[way] = if off > least { FADING * off } else { 0.0 };
                 }
             }
+            self.length = h;
             if closely {
                 self.longest = self.longest.max(h);
             }
@@ -204,8 +206,8 @@ impl Gaps {
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
-    let range = a.max(b).max(c_) - a.min(b).min(c_);
-    (SHARE * range + FLOOR * scale(c)).max(ROUNDINGS * noise).max(f64::MIN_POSITIVE)
+    let range = larger(larger(a, b), c_) - smaller(smaller(a, b), c_);
+    larger(larger(SHARE * range + FLOOR * scale(c), ROUNDINGS * noise), f64::MIN_POSITIVE)
 }
 
 /// Σ_i f_i Π_{j≠i} (x - x_j)/(x_i - x_j): value at x = `at` of the cubic through four points (x_i, f_i).

@@ -1,6 +1,8 @@
 //! The cubic through values and rates at both ends of an interval. It decides where the dense output, which
 //! is more expensive, is evaluated.
 
+use crate::numeric::extremes::smaller;
+
 /// Distance of a contact from one edge of its piece, positive on the piece, and its rate per unit of θ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Distance {
@@ -38,7 +40,7 @@ impl Hermite {
     /// its Bézier points, which differ from the ends by at most a third of a rate.
     #[inline]
     pub(crate) fn is_clear(d0: Distance, d1: Distance, floor: f64) -> bool {
-        let (ends, rates) = (d0.value.min(d1.value), d0.rate.abs() + d1.rate.abs());
+        let (ends, rates) = (smaller(d0.value, d1.value), d0.rate.abs() + d1.rate.abs());
         ends > FAR * rates && ends - rates / 3.0 > floor
     }
 

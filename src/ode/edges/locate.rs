@@ -179,7 +179,8 @@ impl Locator {
     ) -> Found {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
-        self.end.copy_from_slice(&e.contacts);
+        // The search evaluates contacts inside the step in `e.contacts`.
+        std::mem::swap(&mut self.end, &mut e.contacts);
         match self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise) {
             Resolved::Yes(growth) => self.growth = growth,
             Resolved::No(share) => return Found::TooLong(share),
@@ -219,8 +220,7 @@ impl Locator {
                 }
             }
         }
-        // The search evaluated the contacts inside the step.
-        e.contacts.copy_from_slice(&self.end);
+        std::mem::swap(&mut self.end, &mut e.contacts);
         first
     }
 

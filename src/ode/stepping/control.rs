@@ -161,8 +161,8 @@ pub(crate) struct Controller {
     beta: f64,
     /// Minimum and maximum of h_new/h.
     factors: [f64; 2],
-    /// err_old: error of the last accepted step, at least 1e-4.
-    old_error: f64,
+    /// ln err_old: of the error of the last accepted step, at least 1e-4.
+    old: f64,
     /// Whether the last attempt was rejected.
     rejected: bool,
 }
@@ -175,7 +175,7 @@ impl Controller {
             exponent: T::EXPONENT - 0.75 * beta,
             beta,
             factors: T::FACTORS,
-            old_error: 1e-4,
+            old: f64::ln(1e-4),
             rejected: false,
         }
     }
@@ -184,15 +184,16 @@ impl Controller {
     #[inline]
     pub(crate) fn next(&mut self, h: f64, error: f64) -> (f64, bool) {
         let [least, most] = self.factors;
-        let raw = error.powf(self.exponent) / Self::SAFETY;
+        let log = error.ln();
         if error <= 1.0 {
-            let shrink = if self.beta > 0.0 { raw / self.old_error.powf(self.beta) } else { raw };
+            let shrink = (self.exponent * log - self.beta * self.old).exp() / Self::SAFETY;
             let limit = if self.rejected { 1.0 } else { most };
-            self.old_error = error.max(1e-4);
+            self.old = log.max(f64::ln(1e-4));
             self.rejected = false;
             (h / shrink.clamp(1.0 / limit, 1.0 / least), true)
         } else {
             self.rejected = true;
+            let raw = (self.exponent * log).exp() / Self::SAFETY;
             (h / raw.min(1.0 / least), false)
         }
     }

@@ -45,11 +45,14 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         let [a, b, c] =
             [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
         let [d, e] = [rest * (1.0 - 3.0 * theta), theta * (3.0 * theta - 2.0)];
-        let (y0, y1, out) = (self.y.slice(), &self.y1.slice()[..2 * n], &mut self.look.slice_mut()[..2 * n]);
+        // Halves of one length, so that bounds are checked once.
+        let ((q0, v0), (q1, v1)) = (self.y.slice().split_at(n), self.y1.slice().split_at(n));
+        let (q, v) = self.look.slice_mut().split_at_mut(n);
+        let (v0, v1, v) = (&v0[..n], &v1[..n], &mut v[..n]);
         for j in 0..n {
-            let (rise, v0, v1) = (y1[j] - y0[j], y0[n + j], y1[n + j]);
-            out[j] = y0[j] + a * rise + b * v0 - c * v1;
-            out[n + j] = wave * rise + d * v0 + e * v1;
+            let rise = q1[j] - q0[j];
+            q[j] = q0[j] + a * rise + b * v0[j] - c * v1[j];
+            v[j] = wave * rise + d * v0[j] + e * v1[j];
         }
     }
 

@@ -81,8 +81,7 @@ impl Blocks {
         weigh(out, k, h, row);
     }
 
-    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), in the order of the components, for
-    /// each row e.
+    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), as sixteen partial sums, for each row e.
     #[inline(always)]
     pub(crate) fn squares<const L: usize, const R: usize>(
         ends: [&Self; 2],
@@ -217,24 +216,27 @@ impl<const R: usize> WithSimd for Squares<'_, R> {
     type Output = [f64; R];
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; R] {
-        let (mut totals, mut left) = ([0.0; R], self.len);
+        let mut totals = [[0.0; WIDTH]; R];
         for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
-            let mut squares = [[0.0; WIDTH]; R];
-            for (squares, row) in squares.iter_mut().zip(self.rows) {
+            let left = self.len - WIDTH * b;
+            for (totals, row) in totals.iter_mut().zip(self.rows) {
                 let sum = sum(self.k, self.k[0].first + b, 1.0, row);
                 for i in 0..WIDTH {
                     let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
-                    squares[i] = e * e;
+                    // Beyond the length the quotient is 0/0.
+                    totals[i] += if i < left { e * e } else { 0.0 };
                 }
             }
-            // Beyond the length the quotients are 0/0.
-            for (total, squares) in totals.iter_mut().zip(&squares) {
-                for square in &squares[..left.min(WIDTH)] {
-                    *total += square;
-                }
-            }
-            left = left.saturating_sub(WIDTH);
         }
-        totals
+        totals.map(|totals| {
+            let (mut sums, mut width) = (totals, WIDTH / 2);
+            while width > 0 {
+                for i in 0..width {
+                    sums[i] += sums[i + width];
+                }
+                width /= 2;
+            }
+            sums[0]
+        })
     }
 }
