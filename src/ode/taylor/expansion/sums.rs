@@ -25,16 +25,11 @@ impl pulp::WithSimd for Ranges<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Ranges { c, h, ranges } = self;
-        let (first, square) = (c.plan.distances, h * h);
+        let (width, first) = (c.plan.width, c.plan.distances);
         for (k, range) in ranges.iter_mut().enumerate() {
-            // Even and odd orders apart: sums that do not wait for one another.
-            let mut sums = [[0.0; EIGHT]; 2];
-            for n in (1..=c.degree).rev() {
-                add_order(&mut sums[n % 2], square, &c.x[n * c.plan.width + first + k].map(f64::abs));
-            }
-            let [even, odd] = sums;
+            let sum = polynomial::<true>(&c.x[width + first + k..], width, c.degree, h);
             for l in 0..EIGHT {
-                range[l] = h * (even[l] * h + odd[l]);
+                range[l] = h * sum[l];
             }
         }
     }
@@ -77,27 +72,39 @@ impl<const SHIFT: usize> pulp::WithSimd for Sampling<'_, SHIFT> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Samples {
         let Sampling { c, column, h } = self;
-        let (mut times, mut squares) = ([0.0; EIGHT], [0.0; EIGHT]);
+        let (mut times, mut fourths) = ([0.0; EIGHT], [0.0; EIGHT]);
         for l in 0..EIGHT {
             times[l] = h * ((l + 1) as f64 / EIGHT as f64);
-            squares[l] = times[l] * times[l];
+            fourths[l] = (times[l] * times[l]) * (times[l] * times[l]);
         }
         let stride = EIGHT * c.plan.width;
         let numbers = &c.x.as_flattened()[SHIFT * stride + EIGHT * c.plan.distances + column..];
-        // Even and odd orders apart: sums that do not wait for one another.
-        let (mut values, mut bends) = ([[0.0; EIGHT]; 2], [[0.0; EIGHT]; 2]);
-        for n in (0..=c.degree - SHIFT).rev() {
-            let (d, odd) = (numbers[n * stride], n % 2);
-            let [value, bend] = [&mut values[odd], &mut bends[odd]];
-            for l in 0..EIGHT {
-                value[l] = value[l] * squares[l] + d;
-                bend[l] = bend[l] * squares[l] + SECOND[n] * d.abs();
+        // Every fourth order apart: sums that do not wait for one another.
+        let (mut values, mut bends) = ([[0.0; EIGHT]; 4], [[0.0; EIGHT]; 4]);
+        let count = c.degree + 1 - SHIFT;
+        let mut n = count - count % 4;
+        for r in 0..3 {
+            if n + r < count {
+                let d = numbers[(n + r) * stride];
+                (values[r], bends[r]) = ([d; EIGHT], [SECOND[n + r] * d.abs(); EIGHT]);
+            }
+        }
+        while n > 0 {
+            n -= 4;
+            for r in 0..4 {
+                let d = numbers[(n + r) * stride];
+                let bend = SECOND[n + r] * d.abs();
+                for l in 0..EIGHT {
+                    values[r][l] = values[r][l] * fourths[l] + d;
+                    bends[r][l] = bends[r][l] * fourths[l] + bend;
+                }
             }
         }
         let (mut value, mut bend) = ([0.0; EIGHT], [0.0; EIGHT]);
         for l in 0..EIGHT {
-            value[l] = values[0][l] + times[l] * values[1][l];
-            bend[l] = bends[0][l] + times[l] * bends[1][l];
+            let (time, square) = (times[l], times[l] * times[l]);
+            value[l] = values[0][l] + (time * values[1][l] + square * (values[2][l] + time * values[3][l]));
+            bend[l] = bends[0][l] + (time * bends[1][l] + square * (bends[2][l] + time * bends[3][l]));
         }
         Samples { at_start: numbers[0], values: value, bends: bend }
     }
@@ -115,32 +122,48 @@ impl pulp::WithSimd for Values<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Values { c, s, y } = self;
-        let (width, half, square) = (c.plan.width, c.plan.half, s * s);
+        let (width, half) = (c.plan.width, c.plan.half);
         let (q, v) = y.split_at_mut(c.plan.dof);
         let outs = q.chunks_mut(EIGHT).zip(0..).chain(v.chunks_mut(EIGHT).zip(half..));
         for (out, k) in outs {
-            // Even and odd orders apart: two sums that do not wait for one another.
-            let (mut even, mut odd) = ([0.0; EIGHT], [0.0; EIGHT]);
-            let mut n = c.degree + 1;
-            if n % 2 == 1 {
-                n -= 1;
-                even = c.x[n * width + k];
+            // The value at the start is added last: one rounding error of its size.
+            let mut values = polynomial::<false>(&c.x[width + k..], width, c.degree, s);
+            for l in 0..EIGHT {
+                values[l] = c.x[k][l] + s * values[l];
             }
-            while n > 0 {
-                add_order(&mut odd, square, &c.x[(n - 1) * width + k]);
-                add_order(&mut even, square, &c.x[(n - 2) * width + k]);
-                n -= 2;
-            }
-            let values: Eight = std::array::from_fn(|l| even[l] + s * odd[l]);
             out.copy_from_slice(&values[..out.len()]);
         }
     }
 }
 
-/// sum <- sum factor + c.
+/// Σ_(n < count) c_n sⁿ, where c_n stands at n `stride`; with ABS Σ |c_n| sⁿ.
 #[inline(always)]
-fn add_order(sum: &mut Eight, factor: f64, c: &Eight) {
+fn polynomial<const ABS: bool>(c: &[Eight], stride: usize, count: usize, s: f64) -> Eight {
+    // Every fourth order apart: four sums that do not wait for one another.
+    let (square, mut sums) = (s * s, [[0.0; EIGHT]; 4]);
+    let mut n = count - count % 4;
+    for r in 0..3 {
+        if n + r < count {
+            add_order::<ABS>(&mut sums[r], 0.0, &c[(n + r) * stride]);
+        }
+    }
+    while n > 0 {
+        n -= 4;
+        for r in 0..4 {
+            add_order::<ABS>(&mut sums[r], square * square, &c[(n + r) * stride]);
+        }
+    }
+    let mut sum = [0.0; EIGHT];
     for l in 0..EIGHT {
-        sum[l] = sum[l] * factor + c[l];
+        sum[l] = (sums[0][l] + s * sums[1][l]) + square * (sums[2][l] + s * sums[3][l]);
+    }
+    sum
+}
+
+/// sum <- sum factor + c; with ABS sum factor + |c|.
+#[inline(always)]
+fn add_order<const ABS: bool>(sum: &mut Eight, factor: f64, c: &Eight) {
+    for l in 0..EIGHT {
+        sum[l] = sum[l] * factor + if ABS { c[l].abs() } else { c[l] };
     }
 }
