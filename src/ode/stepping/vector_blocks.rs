@@ -170,6 +170,44 @@ impl WithSimd for Combine<'_> {
 impl Combine<'_> {
     #[inline(always)]
     fn run(self) {
+        match self.row.len() {
+            1 => self.run_short::<1>(),
+            4 => self.run_short::<4>(),
+            _ => self.run_long(),
+        }
+    }
+
+    /// A sum of L terms, whose derivatives are found before the loop over the blocks.
+    #[inline(always)]
+    fn run_short<const L: usize>(self) {
+        let (outs, ys) = (self.out.as_chunks_mut::<WIDTH>().0, &self.y.blocks[..]);
+        let count = outs.len().min(ys.len());
+        let (outs, ys) = (&mut outs[..count], &ys[..count]);
+        let (mut k, mut a): ([&[Sixteen]; L], _) = ([&[]; L], [0.0; L]);
+        for l in 0..L {
+            let (slot, factor) = self.row[l];
+            let of = &self.k[slot];
+            (k[l], a[l]) = (&of.blocks[of.first..][..count], self.h * factor);
+        }
+        for b in 0..count {
+            let mut sum = [0.0; WIDTH];
+            for i in 0..WIDTH {
+                sum[i] = a[0] * k[0][b][i];
+            }
+            for l in 1..L {
+                for i in 0..WIDTH {
+                    sum[i] += a[l] * k[l][b][i];
+                }
+            }
+            for i in 0..WIDTH {
+                sum[i] += ys[b][i];
+            }
+            outs[b] = sum;
+        }
+    }
+
+    #[inline(always)]
+    fn run_long(self) {
         let first = self.k[0].first;
         for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
             let (mut sum, y): (Sixteen, Sixteen) = (sum(self.k, first + b, self.h, self.row), *y);
