@@ -148,7 +148,7 @@ const SHORT: usize = 4;
 
 #[inline(always)]
 fn combine(arch: Arch, sums: Combine<'_>) {
-    if sums.y.blocks.len() == 1 && sums.row.len() <= SHORT { sums.run() } else { arch.dispatch(sums) }
+    if sums.y.blocks.len() == 1 && sums.row.len() <= SHORT { sums.run_long() } else { arch.dispatch(sums) }
 }
 
 struct Combine<'a> {
@@ -163,21 +163,16 @@ impl WithSimd for Combine<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.run()
-    }
-}
-
-impl Combine<'_> {
-    #[inline(always)]
-    fn run(self) {
         match self.row.len() {
             1 => self.run_short::<1>(),
             4 => self.run_short::<4>(),
             _ => self.run_long(),
         }
     }
+}
 
-    /// A sum of L terms, whose derivatives are found before the loop over the blocks.
+impl Combine<'_> {
+    /// A sum of L terms, whose derivatives are found before the loop over the blocks. RK4 has one and four terms.
     #[inline(always)]
     fn run_short<const L: usize>(self) {
         let (outs, ys) = (self.out.as_chunks_mut::<WIDTH>().0, &self.y.blocks[..]);
