@@ -87,8 +87,7 @@ pub(crate) fn scale(c: &Contact) -> f64 {
     if gap > 0.0 && gap < f64::INFINITY { gap } else { size(c) }
 }
 
-/// |deflection|, at least the smallest number that has a slack.
-#[cold]
+/// |deflection|, at least the length whose slack is the smallest normal number.
 #[inline(never)]
 fn size(c: &Contact) -> f64 {
     c.deflection.abs().max(f64::MIN_POSITIVE / SLACK)

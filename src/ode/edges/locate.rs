@@ -172,7 +172,7 @@ impl Locator {
     }
 
     /// The first exit inside the current step. On entry and on return of [`Found::Nothing`] or [`Found::At`],
-    /// `e.contacts` are the contacts at the end of the step.
+    /// `e.contacts` are the contacts at the end of the step, otherwise at some instant inside it.
     pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,

@@ -154,14 +154,14 @@ impl Pace {
 /// h_new = 0.9 h err^(-α) err_old^β, α = 1/k - 0.75 β, 1/k = `exponent` of the tableau: PI control of the
 /// step size.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13), and II, Sect. IV.2.
 ///
-/// h_new/h is limited to `factors`. After a rejection the step does not grow.
+/// err_old: error of the last accepted step. h_new/h is limited to `factors`. After a rejection the step does not grow.
 pub(crate) struct Controller {
     /// α.
     exponent: f64,
     beta: f64,
     /// Minimum and maximum of h_new/h.
     factors: [f64; 2],
-    /// ln err_old: of the error of the last accepted step, at least 1e-4.
+    /// ln max(err_old, 1e-4).
     old: f64,
     /// Whether the last attempt was rejected.
     rejected: bool,
@@ -184,7 +184,8 @@ impl Controller {
     #[inline]
     pub(crate) fn next(&mut self, h: f64, error: f64) -> (f64, bool) {
         let [least, most] = self.factors;
-        let log = error.ln();
+        // The logarithm of an error of 0 is finite as well.
+        let log = error.max(f64::MIN_POSITIVE).ln();
         if error <= 1.0 {
             let shrink = (self.exponent * log - self.beta * self.old).exp() / Self::SAFETY;
             let limit = if self.rejected { 1.0 } else { most };
@@ -238,3 +239,19 @@ pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
 #[cold]
 #[inline]
 fn seldom() {}
+
+#[cfg(test)]
+mod tests {
+    use crate::ode::methods::dop853::DormandPrince8;
+    use crate::ode::stepping::control::Controller;
+
+    /// An error of 0 has a next step, also where the exponent of the error is exactly 0 (β = 1/6).
+    #[test]
+    fn steps_after_an_error_of_zero() {
+        for (beta, next) in [(0.0, 6.0), (1.0 / 6.0, 0.333)] {
+            let mut controller = Controller::new::<DormandPrince8>(beta);
+            let (h, accepted) = controller.next(1.0, 0.0);
+            assert!(accepted && (h - next).abs() < 1e-12, "{beta} {h}");
+        }
+    }
+}

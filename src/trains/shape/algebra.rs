@@ -84,8 +84,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         let Some(tooth) = self.teeth.get(i) else {
             return self.journal_contact(law, i, at, q, v);
         };
-        let [deflection, rate] = self.deflection::<S>(i, tooth, at, q, v);
-        let force = self.force::<S, L>(law, i, tooth, at, [deflection, rate]);
+        let [deflection, rate] = self.deflection(i, tooth, at, q, v);
+        let force = self.force(law, i, tooth, at, [deflection, rate]);
         if N::HALF_WIDTH {
             let half = at.half[i];
             return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
@@ -205,8 +205,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         for (friction, mu) in self.frictions.iter().zip(at.friction) {
             let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
-            let d = self.deflection::<S>(i, tooth, at, q, v);
-            let w = self.force::<S, L>(law, i, tooth, at, d);
+            let d = self.deflection(i, tooth, at, q, v);
+            let w = self.force(law, i, tooth, at, d);
             self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
         }
         for (i, journal) in self.journals.iter().enumerate() {

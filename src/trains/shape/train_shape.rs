@@ -87,7 +87,7 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) fastest: u32,
     /// Names of the springs, then of the row springs.
     pub(crate) spring_names: [Vec<String>; 2],
-    /// The algebra of a train with nothing but shafts and meshes of two coordinates.
+    /// The algebra of a train with nothing but shafts, constant torques and meshes of two coordinates.
     pub(crate) walk: Option<Walk<N>>,
     /// Torques that are constants: for each named one, the coordinates and how much of it acts there.
     pub(crate) torques: Vec<Vec<Entry>>,

@@ -61,7 +61,8 @@ fn kept<S>(index: usize) -> usize {
 }
 
 impl<N: Nonlinearity + Clone> Walk<N> {
-    /// The walk of a plain train; `None` if it has anything else.
+    /// The walk of a plain train; `None` if it has anything but shafts between two coordinates, constant torques and
+    /// meshes of at most two coordinates whose damping always acts.
     pub(crate) fn of(shape: &TrainShape<N>) -> Option<Self> {
         let plain = shape.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
             && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
@@ -172,10 +173,14 @@ impl<N: Nonlinearity> Walk<N> {
 
 #[cfg(test)]
 mod tests {
+    use crate::contact::piece_choice::ByDeflection;
+    use crate::contact::tooth::Contact;
     use crate::excitation::fourier::Fourier;
     use crate::excitation::side::Side;
     use crate::excitation::wave::Wave;
     use crate::model::equations::Model;
+    use crate::model::shape::Drives;
+    use crate::sweep::lanes::number::{Lanes, Number};
     use crate::trains::parts::body::Body;
     use crate::trains::parts::collection::{Coordinates, Parts};
     use crate::trains::parts::mesh_part::MeshPart;
@@ -189,16 +194,17 @@ mod tests {
         part.damping(800.0).half_backlash(2e-5)
     }
 
-    /// The walk and the general algebra agree in contact and in the gap.
+    /// The walk and the general algebra agree in contact and in the gap, and the walk gives the same bits in lanes.
     fn agree(parts: &Parts, reference: &str) {
         let train = parts.build(reference, 90.0).unwrap();
-        assert!(train.shape().walk.is_some());
+        let walk = train.shape().walk.as_ref().unwrap();
         let general: Train = train.clone().reshaped(TrainShape { walk: None, ..train.shape().clone() });
         let n = train.dof();
         let mut u = vec![0.0; train.drives()];
+        let mut seen = [0; 3];
         for k in 0..40 {
             let at = |i: usize, seed: f64| (seed * (i + n * k + 1) as f64).fract() - 0.5;
-            let q: Vec<f64> = (0..n).map(|i| 4e-3 * at(i, 0.618_034)).collect();
+            let q: Vec<f64> = (0..n).map(|i| 2e-3 * at(i, 0.618_034)).collect();
             let v: Vec<f64> = (0..n).map(|i| at(i, 0.414_214)).collect();
             train.drive(1e-3 * f64::from(k as u32), Side::After, &mut u);
             let [walked, expected] = [&train, &general].map(|train| {
@@ -206,26 +212,40 @@ mod tests {
                 train.accel(&u, &q, &v, &mut a);
                 a
             });
+            let lanes = |x: &[f64]| x.iter().map(|&x| Lanes::<2>::from(x)).collect::<Vec<_>>();
+            let (wide, mut a) = (lanes(&u), lanes(&walked));
+            let drives = Drives::new(train.size().waves, &wide);
+            walk.accelerate(train.shape(), &ByDeflection, drives, &lanes(&q), &lanes(&v), &mut a);
+            assert!(walked.iter().zip(&a).all(|(x, a)| x.to_bits() == a.lane(1).to_bits()));
+            let mut contacts = vec![Contact::default(); train.contacts()];
+            train.contact(&u, &q, &v, &mut contacts);
+            contacts.iter().for_each(|contact| seen[contact.piece() as usize] += 1);
             let size = expected.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
             for (walked, expected) in walked.iter().zip(&expected) {
                 assert!((walked - expected).abs() < 1e-13 * size, "{walked} {expected}");
             }
         }
+        assert!(seen.iter().all(|seen| *seen > 0), "{seen:?}");
     }
 
-    /// A wheel that drives two pinions, one of them over a shaft and a second mesh back to the wheel's shaft.
+    /// A wheel between two shafts drives two pinions. One of them drives a further gear, and over a shaft one more;
+    /// another shaft joins two bodies of which neither comes first in a mesh.
     #[test]
     fn meshes_that_branch() {
         let mut parts = Parts::new();
-        for (name, inertia) in [("motor", 2e-2), ("wheel", 8e-3), ("load", 5e-2), ("last", 3e-3)] {
+        let inertias = [("motor", 2e-2), ("wheel", 8e-3), ("load", 5e-2), ("last", 3e-3), ("drum", 6e-2)];
+        for (name, inertia) in inertias {
             parts.body(name, Body::new(inertia));
         }
-        parts.body("left", Body::new(1e-3)).body("right", Body::new(2e-3)).body("far", Body::new(4e-3));
+        for (name, inertia) in [("left", 1e-3), ("right", 2e-3), ("far", 4e-3), ("next", 5e-3)] {
+            parts.body(name, Body::new(inertia));
+        }
         parts.shaft("input", "motor", "wheel", 2e5, 3.0).shaft("output", "load", "wheel", 1e5, 2.0);
-        parts.shaft("side", "far", "right", 4e4, 1.0);
+        parts.shaft("side", "far", "right", 4e4, 1.0).shaft("end", "last", "drum", 3e4, 1.0);
         parts.mesh("first", "wheel", "left", mesh([60, 20], 2e-6));
         parts.mesh("second", "wheel", "right", mesh([60, 30], 3e-6));
-        parts.mesh("third", "far", "last", mesh([25, 50], 1e-6));
+        parts.mesh("third", "right", "next", mesh([30, 40], 2e-6));
+        parts.mesh("fourth", "far", "last", mesh([25, 50], 1e-6));
         parts.torque("drive", "motor", 30.0).torque("brake", "load", -30.0);
         agree(parts.accept(Warning::Unbalanced), "motor");
     }

@@ -127,10 +127,8 @@ impl pulp::WithSimd for Values<'_> {
         let outs = q.chunks_mut(EIGHT).zip(0..).chain(v.chunks_mut(EIGHT).zip(half..));
         for (out, k) in outs {
             // The value at the start is added last: one rounding error of its size.
-            let mut values = polynomial::<false>(&c.x[width + k..], width, c.degree, s);
-            for l in 0..EIGHT {
-                values[l] = c.x[k][l] + s * values[l];
-            }
+            let later = polynomial::<false>(&c.x[width + k..], width, c.degree, s);
+            let values: Eight = std::array::from_fn(|l| c.x[k][l] + s * later[l]);
             out.copy_from_slice(&values[..out.len()]);
         }
     }
