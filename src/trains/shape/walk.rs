@@ -18,7 +18,7 @@ pub(crate) struct Walk<N> {
     shafts: Vec<Spring>,
 }
 
-/// A mesh and a shaft. All that an evaluation reads stands together.
+/// A mesh, and one shaft of its first coordinate: the numbers that an evaluation reads, next to each other in memory.
 #[derive(Clone, Debug, PartialEq)]
 struct Step<N> {
     at: [u32; 2],
