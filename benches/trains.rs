@@ -19,28 +19,18 @@ fn rings(gears: usize) -> (gear_dynamics::Ring, Train) {
     (ring(gears, 2.0), train)
 }
 
-/// Evaluates the accelerations `count` times in states that change.
-fn evaluate<M: Model>(model: &M, count: usize) {
+/// Evaluates the accelerations `count` times in states that change. `DRIVEN`: with the drives at times that change, as
+/// a right-hand side needs them.
+fn evaluate<const DRIVEN: bool, M: Model>(model: &M, count: usize) {
     let n = model.dof();
     let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
     model.drive(1e-4, Side::After, &mut u);
     let mut q: Vec<f64> = (0..n).map(|i| 1e-5 * (i as f64 * 0.618).fract()).collect();
     let v = vec![1e-3; n];
-    for _ in 0..count {
-        model.accel(&u, black_box(&q), &v, &mut a);
-        q[0] += 1e-20 * a[0];
-    }
-    black_box(q);
-}
-
-/// Evaluates the right-hand side `count` times, at times and in states that change: drives and accelerations.
-fn right_hand_side<M: Model>(model: &M, count: usize) {
-    let n = model.dof();
-    let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
-    let mut q: Vec<f64> = (0..n).map(|i| 1e-5 * (i as f64 * 0.618).fract()).collect();
-    let v = vec![1e-3; n];
     for i in 0..count {
-        model.drive(1e-6 * i as f64, Side::After, &mut u);
+        if DRIVEN {
+            model.drive(1e-6 * i as f64, Side::After, &mut u);
+        }
         model.accel(&u, black_box(&q), &v, &mut a);
         q[0] += 1e-20 * a[0];
     }
@@ -122,12 +112,13 @@ fn main() {
         let (ring, train) = rings(gears);
         let count = 3_000_000 / gears;
         let [median, least, most] =
-            ratio(15, || right_hand_side(&train, count), || right_hand_side(&ring, count));
+            ratio(15, || evaluate::<true, _>(&train, count), || evaluate::<true, _>(&ring, count));
         println!("ratio train ring right-hand side n={gears} {median:.3} ({least:.3} .. {most:.3})");
-        let [median, least, most] = ratio(15, || evaluate(&train, count), || evaluate(&ring, count));
+        let [median, least, most] =
+            ratio(15, || evaluate::<false, _>(&train, count), || evaluate::<false, _>(&ring, count));
         println!("ratio train ring accel n={gears} {median:.3} ({least:.3} .. {most:.3})");
         let start = std::time::Instant::now();
-        evaluate(&train, count);
+        evaluate::<false, _>(&train, count);
         let ns = start.elapsed().as_secs_f64() * 1e9 / (count * gears) as f64;
         println!("train n={gears}: {ns:.2} ns per gear");
         each = [each[1], ns];

@@ -1,4 +1,4 @@
-//! The accelerations of a plain train: nothing but shafts, torques and meshes of two coordinates each.
+//! The accelerations of a plain train, which consists of shafts, constant torques and meshes of two coordinates each.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::ContactDamping;
@@ -54,7 +54,7 @@ impl<S: Scalar> Turning<S> {
     }
 }
 
-/// The index, kept as a loop over elements for lanes: see [`keep_rolled`].
+/// Returns the index. For lanes it keeps the compiler from unrolling the loop: see [`keep_rolled`].
 #[inline(always)]
 fn kept<S>(index: usize) -> usize {
     if const { size_of::<S>() == size_of::<f64>() } { index } else { keep_rolled(index) }
@@ -250,7 +250,7 @@ mod tests {
         agree(parts.accept(Warning::Unbalanced), "motor");
     }
 
-    /// Relative coordinates of a pair leave one coordinate in the row of the mesh.
+    /// In relative coordinates, the deflection of a pair depends on one coordinate alone.
     #[test]
     fn meshes_of_one_coordinate() {
         let mut parts = Parts::new();

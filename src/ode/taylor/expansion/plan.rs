@@ -42,8 +42,8 @@ pub(crate) struct Choice {
     out: u32,
 }
 
-/// A tape with a column for every number. The columns stand in blocks of eight: those of the coordinates, of
-/// the velocities, of all other numbers and, last, of those distances that are no operands.
+/// A tape with a column for every number, in blocks of eight columns. The order of the columns is: coordinates,
+/// velocities, all other numbers, and distances that no other number depends on.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) dof: usize,
