@@ -4,19 +4,29 @@
 
 mod common;
 
-use common::{ratio, ring};
+use common::ratio;
+use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
+use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
-use gear_dynamics::trains::{Coordinates, Planetary, Train, Warning, ring_parts};
-use gear_dynamics::{Integrator, Model, ParameterError, Periodic, Rk4, State, Statistics, Sweep, Wave};
+use gear_dynamics::trains::{Coordinates, Planetary, Train, Warning, nfg_parts, ring_parts};
+use gear_dynamics::{
+    Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,
+};
+use std::f64::consts::TAU;
 use std::hint::black_box;
 
-/// A ring of n gears by its constructor and from parts.
-fn rings(gears: usize) -> (gear_dynamics::Ring, Train) {
-    let params = common::ring_params(gears, 1.5e-3, 2.0);
+/// A ring of n gears by its constructor and from parts. `phase`: of the waves of each mesh after those of the mesh before
+/// it, in mesh cycles.
+fn rings(gears: usize, phase: f64) -> (Ring, Train) {
+    let mut params = common::ring_params(gears, 1.5e-3, 2.0);
+    for (i, mesh) in params.meshes.iter_mut().enumerate() {
+        let later = |wave: &Wave| wave.clone().with_phase(TAU * phase * i as f64).expect("it is in range");
+        *mesh = Mesh::new(later(mesh.stiffness()), later(mesh.error()), *mesh.law());
+    }
     let mut parts = ring_parts(&params, 20).expect("all gears are equal");
     let train = parts.accept(Warning::Unbalanced).build("gear 1", params.omega / 20.0).expect("it is a ring");
-    (ring(gears, 2.0), train)
+    (Ring::as_printed(&params).expect("the parameters are in range"), train)
 }
 
 /// Evaluates the accelerations `count` times in states that change. `DRIVEN`: with the drives at times that change, as
@@ -94,6 +104,30 @@ fn one_by_one(train: &Train, side: usize) {
     }
 }
 
+/// The face gear pair from parts over that of its own algebra.
+fn face_gears() {
+    let params = NfgParams::table1();
+    let train = nfg_parts(&params, 0.01).and_then(|parts| parts.build("pinion", params.speed));
+    let pair =
+        NfgPair2::new(&params, 0.01).and_then(|pair| pair.with_torque(params.load_torque / params.ratio));
+    let (train, pair) = (train.expect("it is in range"), pair.expect("it is in range"));
+    let count = 1_000_000;
+    let [median, least, most] =
+        ratio(15, || evaluate::<true, _>(&train, count), || evaluate::<true, _>(&pair, count));
+    println!("ratio train face gear pair right-hand side {median:.3} ({least:.3} .. {most:.3})");
+    let [median, least, most] =
+        ratio(15, || evaluate::<false, _>(&train, count), || evaluate::<false, _>(&pair, count));
+    println!("ratio train face gear pair accel {median:.3} ({least:.3} .. {most:.3})");
+    let end = 20.0 * pair.period();
+    let start = pair.static_start().expect("the mesh has a stiffness");
+    let [median, least, most] = ratio(
+        11,
+        || drop(black_box(Dop853::new().end(&train, &start, end))),
+        || drop(black_box(Dop853::new().end(&pair, &start, end))),
+    );
+    println!("ratio train face gear pair DOP853 {median:.3} ({least:.3} .. {most:.3})");
+}
+
 fn main() {
     let train = planetary();
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads start");
@@ -107,13 +141,19 @@ fn main() {
     let all = || map(&train, 16, &LaneRk4::<16>::new(64));
     let [median, least, most] = ratio(7, || one_by_one(&train, 16), all);
     println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), all threads");
+    face_gears();
     let mut each = [0.0; 2];
     for gears in [3, 16, 1024] {
-        let (ring, train) = rings(gears);
+        let (ring, train) = rings(gears, 0.0);
         let count = 3_000_000 / gears;
-        let [median, least, most] =
-            ratio(15, || evaluate::<true, _>(&train, count), || evaluate::<true, _>(&ring, count));
-        println!("ratio train ring right-hand side n={gears} {median:.3} ({least:.3} .. {most:.3})");
+        let (phased_ring, phased_train) = rings(gears, 0.37);
+        for (waves, ring, train) in [("equal", &ring, &train), ("own", &phased_ring, &phased_train)] {
+            let [median, least, most] =
+                ratio(15, || evaluate::<true, _>(train, count), || evaluate::<true, _>(ring, count));
+            println!(
+                "ratio train ring right-hand side, {waves} waves, n={gears} {median:.3} ({least:.3} .. {most:.3})"
+            );
+        }
         let [median, least, most] =
             ratio(15, || evaluate::<false, _>(&train, count), || evaluate::<false, _>(&ring, count));
         println!("ratio train ring accel n={gears} {median:.3} ({least:.3} .. {most:.3})");
@@ -125,7 +165,7 @@ fn main() {
     }
     println!("ratio per gear 1024 over 16 {:.3}", each[1] / each[0]);
     for gears in [3, 16] {
-        let (ring, train) = rings(gears);
+        let (ring, train) = rings(gears, 0.0);
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads start");
         let [median, least, most] = alone.install(|| {
             let general = || lanes(&train, |torque| train.with("motor torque", torque));

@@ -128,6 +128,27 @@ impl Excitation for Product {
     }
 }
 
+/// The quotient f(φ)/g(φ) of two waves, of which g is nowhere 0.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Quotient(pub(crate) [Wave; 2]);
+
+impl Excitation for Quotient {
+    fn jet(&self, angle: f64) -> Jet {
+        let [f, g] = self.0.each_ref().map(|wave| wave.jet(angle, Side::After));
+        f / g
+    }
+    fn series(&self, angle: &Series) -> Jet<Series> {
+        let [f, g] = self.0.each_ref().map(|wave| wave.jet(*angle, Side::After));
+        f / g
+    }
+    fn edges(&self) -> Vec<f64> {
+        edges(&self.0)
+    }
+    fn same_as(&self, other: &dyn Excitation) -> bool {
+        same(self, other)
+    }
+}
+
 /// A wave f(φ) multiplied by a factor a: a f(φ).
 ///
 /// ```

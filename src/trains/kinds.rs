@@ -103,7 +103,11 @@ impl<N: Nonlinearity> Train<N> {
         }
         for (i, (tooth, rest)) in shape.teeth.iter().zip(&shape.rests).enumerate() {
             let more = shape.entries[rest.more_levers.clone()].iter().copied();
-            let x = of(&mut pair(tooth.at, tooth.levers).chain(more));
+            let varying = shape.varying[rest.varying.clone()].iter().map(|lever| {
+                let g = shape.jets[lever.wave].value(angle, Side::After);
+                Entry { at: lever.at, by: lever.lever * g }
+            });
+            let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
             let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
             energies.push((shape.tooth_name(i), stiffness * x * x));
         }

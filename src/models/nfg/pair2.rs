@@ -19,13 +19,13 @@ use crate::scalar::Scalar;
 /// The noncircular face gear pair with two degrees of freedom: the elastic angles q1 of the pinion and q2 of
 /// the face gear `[rad]` over time `[s]`.
 ///
-/// I1 q1'' + r_b1 W = T1,   I2 q2'' - r_b2 W = -T2 - I2 θ2'',
+/// I1 q1'' + r_b1 W = T1 - I1 θ1'',   I2 q2'' - r_b2 W = -T2 - I2 θ2'',
 /// W = c_m x' + k_m f(x),   x = r_b1 q1 - r_b2 q2 - e,   x' = r_b1 q1' - r_b2 q2' - r_b2' q2 - e'.
 ///
 /// Source: Liu 2021, Eq. (4), corrected.
 ///
 /// - f is the contact law, by default the dead zone of half width b `[m]`; b is half of the backlash.
-/// - Default of T1: r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
+/// - Default of T1: I1 θ1'' + r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
 ///   [`NfgPair`](crate::NfgPair) then decreases as 1/I1.
 /// - Initial value of c_m: 2 ζ I2 ω_n/(L² (1 + β²/2)), with ω_n of [`NfgPair`](crate::NfgPair).
 /// - Of an [`NfgReading`] only `radius` and `centre_forcing` have an effect.
@@ -278,11 +278,12 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             (u.all_waves(), u.speed(), u.constants());
         let w = self.contact(law, 0, u, q, v).force;
         let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
-        let torque = match self.torque {
-            Some(torque) => S::from(torque),
-            None => turning * self.pinion_radius / waves[RADIUS],
+        // T1, and what of θ1'' it does not balance.
+        let (torque, rest) = match self.torque {
+            Some(torque) => (S::from(torque), u.acceleration() * self.ratio),
+            None => (turning * self.pinion_radius / waves[RADIUS], S::from(0.0)),
         };
-        a[0] = (torque - w * self.pinion_radius) * per_pinion;
+        a[0] = (torque - w * self.pinion_radius) * per_pinion - rest;
         a[1] = (waves[RADIUS] * w - turning) * per_inertia;
     }
 

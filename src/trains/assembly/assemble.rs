@@ -10,6 +10,7 @@ use crate::trains::assembly::kinematics::Kinematics;
 use crate::trains::assembly::names::Names;
 use crate::trains::assembly::orders::Orders;
 use crate::trains::assembly::places::{Planet, planets};
+use crate::trains::assembly::rotation::{Rotations, rotations};
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Coordinates, Parts};
@@ -55,8 +56,10 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
     }
     let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
     let orders = Orders::of(parts, &names, &kinematics)?;
-    let mut assembly = Assembly::new(&layout, &names, &orders, coordinates);
+    let rotations = rotations(parts, &names, &kinematics, &orders, reference)?;
+    let mut assembly = Assembly::new(&layout, &names, &orders, &rotations, coordinates);
     assembly.linear()?;
+    assembly.uneven();
     assembly.torques()?;
     assembly.meshes()?;
     assembly.bearings()?;
@@ -72,6 +75,7 @@ pub(crate) struct Assembly<'p, N> {
     pub(crate) layout: &'p Layout<'p, N>,
     pub(crate) names: &'p Names,
     pub(crate) orders: &'p Orders,
+    pub(crate) rotations: &'p Rotations,
     /// What a unit of generalised force along each coordinate does to the accelerations.
     pub(crate) per_inertia: Vec<f64>,
     /// The coordinate that relative coordinates leave out, and the rigid motion.
@@ -88,6 +92,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         layout: &'p Layout<'p, N>,
         names: &'p Names,
         orders: &'p Orders,
+        rotations: &'p Rotations,
         coordinates: Vec<Channel>,
     ) -> Self {
         let mut per_inertia = Vec::new();
@@ -114,12 +119,14 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             frame_ratio: 0.0,
             teeth: Vec::new(),
             rests: Vec::new(),
+            varying: Vec::new(),
+            uneven: Vec::new(),
             frictions: Vec::new(),
             journals: Vec::new(),
             motors: Vec::new(),
             entries: Vec::new(),
             single: Vec::new(),
-            errors: Vec::new(),
+            jets: Vec::new(),
             sets: Vec::new(),
             fastest: 1,
             spring_names: Default::default(),
@@ -134,6 +141,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             layout,
             names,
             orders,
+            rotations,
             per_inertia,
             dropped,
             shape,
@@ -227,6 +235,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             let part = [
                 (self.layout.parts.rotating.is_some(), "a rotating frame"),
                 (!shape.motors.is_empty(), "a torque over the speed"),
+                (!shape.varying.is_empty(), "a noncircular gear"),
                 (self.layout.parts.bodies.iter().any(|body| body.1.drag != 0.0), "drag"),
                 (turning_support, "the support of a body that turns"),
             ];

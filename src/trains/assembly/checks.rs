@@ -10,6 +10,7 @@ use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::shape::elements::Characteristic;
 use crate::trains::shape::train_shape::TrainShape;
+use std::f64::consts::TAU;
 
 /// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
 const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
@@ -17,6 +18,9 @@ const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
 const MODULE: [f64; 2] = [1e-5, 0.2];
 /// Half backlashes `[m]`.
 const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
+
+/// Number of angles at which the radius of a noncircular gear is checked.
+const RADII: u32 = 1024;
 
 /// Every number in its range.
 pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError> {
@@ -97,7 +101,16 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         }
         let [radii, teeth] =
             [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
-        if (radii / teeth - 1.0).abs() > SAME {
+        for (factor, gear) in mesh.radius_factors.iter().zip(["first", "second"]) {
+            let Some(factor) = factor else { continue };
+            for i in 0..RADII {
+                let angle = TAU * f64::from(i) / f64::from(RADII) / f64::from(factor.order());
+                let title =
+                    format!("factor of the base radius of the {gear} gear of \"{name}\" at {angle} rad");
+                check::positive(title, factor.value(angle, Side::After))?;
+            }
+        }
+        if mesh.is_round() && (radii / teeth - 1.0).abs() > SAME {
             return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
         }
     }

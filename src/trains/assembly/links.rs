@@ -10,10 +10,12 @@ use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::fraction::Fraction;
 use crate::trains::assembly::places::snapped;
+use crate::trains::assembly::rotation::follows_teeth;
 use crate::trains::assembly::rows::Row;
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::shape::elements::{Entry, Friction, Journal, Rotating, Tooth, ToothRest};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 impl<N: Nonlinearity + Clone> Assembly<'_, N> {
     /// Meshes, then shafts with a clearance.
@@ -21,7 +23,11 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let parts = self.layout.parts;
         for (name, ends, part) in &parts.meshes {
             let bodies = self.names.pair(name, ends)?;
-            let [row, friction] = self.layout.mesh(name, bodies, part)?;
+            let [mut row, friction] = self.layout.mesh(name, bodies, part)?;
+            let varying = self.levers_that_vary(name, bodies, part, &mut row)?;
+            if follows_teeth(part) {
+                self.follows(name, &bodies)?;
+            }
             let carrier = self.names.carrier_of(parts, name, bodies)?;
             let planet = bodies.iter().find_map(|&body| self.layout.planets[body].as_ref());
             let place = planet.map_or(0.0, |planet| planet.ahead);
@@ -65,6 +71,9 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             };
             let (mut stiffness, mut error) = (vec![along(&part.stiffness)?], vec![along(&part.error)?]);
             for gear in [0, 1] {
+                if part.faults[gear].is_some() || part.runout[gear].is_some() {
+                    self.follows(name, &bodies[gear..=gear])?;
+                }
                 if let Some(wave) = &part.faults[gear] {
                     stiffness.push(turning(gear, wave)?);
                 }
@@ -77,7 +86,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let mesh = Mesh::new(Wave::new(Constant::zero()), Wave::new(Constant::zero()), part.law.clone())
                 .with_contact_damping(part.contact_damping)
                 .per_turn(tooth_order.unwrap_or(1))?;
-            self.tooth(&row, [stiffness, error], mesh);
+            self.tooth(&row, varying, [stiffness, error], mesh);
             self.dampings.push((Channel::new(format!("{name} damping"), "N s/m"), part.damping));
             if N::HALF_WIDTH {
                 self.halves.push((Channel::new(format!("{name} half backlash"), "m"), part.half_backlash));
@@ -101,13 +110,13 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let row = self.shaft_row(&shaft.name, &shaft.ends)?;
             let mesh = Mesh::new(Wave::new(Constant::zero()), Wave::new(Constant::zero()), mesh.law.clone());
             let waves = [Wave::constant(shaft.stiffness)?, Wave::new(Constant::zero())];
-            self.tooth(&row, waves, mesh);
+            self.tooth(&row, 0..0, waves, mesh);
             self.dampings.push((Channel::new(format!("{} damping", shaft.name), "N m s/rad"), shaft.damping));
             self.halves.push((Channel::new(format!("{} half backlash", shaft.name), "rad"), half));
         }
         Ok(())
     }
-    pub(crate) fn tooth(&mut self, row: &Row, [stiffness, error]: [Wave; 2], mesh: Mesh<N>) {
+    fn tooth(&mut self, row: &Row, varying: Range<usize>, [stiffness, error]: [Wave; 2], mesh: Mesh<N>) {
         let (levers, pulls) = (self.levers(row), self.pulls(row));
         let at = match levers[..] {
             [] => [0, 0],
@@ -122,11 +131,11 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let (levers, pulls) = (two(&levers), two(&pulls));
         let (more_levers, more_pulls) = (self.kept(&more_levers), self.kept(&more_pulls));
         let stiffness = once(&mut self.shape.single, stiffness);
-        let error = once(&mut self.shape.errors, error);
+        let error = once(&mut self.shape.jets, error);
         let (at, law) = (at.map(|at| at as u32), mesh.law().clone());
         let [stiffness, error] = [stiffness, error].map(|place| place as u32);
         self.shape.teeth.push(Tooth { at, stiffness, error, levers, pulls, law });
-        self.shape.rests.push(ToothRest { more_levers, more_pulls, mesh });
+        self.shape.rests.push(ToothRest { more_levers, more_pulls, varying, mesh });
     }
 
     pub(crate) fn bearings(&mut self) -> Result<(), TrainError> {

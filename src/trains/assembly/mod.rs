@@ -8,6 +8,7 @@ pub(crate) mod links;
 pub(crate) mod names;
 pub(crate) mod orders;
 pub(crate) mod places;
+pub(crate) mod rotation;
 pub(crate) mod rows;
 pub(crate) mod torques;
 pub(crate) mod train_error;

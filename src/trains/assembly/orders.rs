@@ -5,6 +5,7 @@ use crate::excitation::wave::Wave;
 use crate::trains::assembly::fraction::Fraction;
 use crate::trains::assembly::kinematics::Kinematics;
 use crate::trains::assembly::names::Names;
+use crate::trains::assembly::rotation::follows_teeth;
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, Parts};
 
@@ -33,11 +34,12 @@ impl Orders {
             let carrier = names.carrier_of(parts, name, bodies)?;
             let tooth = kinematics.relative(bodies[0], carrier);
             let tooth = tooth.and_then(|speed| speed.times(Fraction::whole(mesh.teeth[0].into())));
-            if varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some() {
+            if follows_teeth(mesh) {
                 add(tooth);
             }
             for gear in [0, 1] {
-                if mesh.runout[gear].is_some() || mesh.faults[gear].is_some() {
+                let waves = [&mesh.runout, &mesh.faults, &mesh.radius_factors];
+                if waves.iter().any(|waves| waves[gear].is_some()) {
                     add(kinematics.relative(bodies[gear], carrier));
                 }
             }
@@ -71,6 +73,6 @@ impl Orders {
 }
 
 /// Whether a wave is no constant.
-fn varies(wave: &Wave) -> bool {
+pub(crate) fn varies(wave: &Wave) -> bool {
     Wave::divisor_of_orders([wave]) != 0
 }

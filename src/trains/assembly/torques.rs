@@ -22,6 +22,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let pulls = self.kept(&pulls);
             match &torque.course {
                 Course::OfAngle(wave) => {
+                    self.follows(&torque.name, &[body])?;
                     let wave = self.orders.wave(&torque.name, wave, self.orders.turn(body))?;
                     let wave = once(&mut self.shape.single, wave);
                     self.shape.torque_waves.push((wave, place, pulls));
@@ -30,6 +31,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                     at: self.layout.angle[body].unwrap_or(0),
                     pulls,
                     ratio: self.layout.kinematics.speeds[body].value().abs() / self.orders.ratio,
+                    rotation: self.rotations[body].clone().map(|wave| once(&mut self.shape.jets, wave)),
                     torque: place,
                     characteristic: characteristic.clone(),
                 }),

@@ -127,6 +127,25 @@ pub enum TrainError {
         /// z_1/z_2.
         teeth: f64,
     },
+    /// Noncircular gears where only round ones are possible.
+    #[error("the gears of \"{mesh}\" must be round: {why}")]
+    NotRound {
+        /// The mesh.
+        mesh: String,
+        /// The reason.
+        why: &'static str,
+    },
+    /// A wave over the turn of a body that a noncircular gear turns unevenly.
+    #[error(
+        "\"{part}\" has a wave over the turn of \"{body}\", which turns unevenly: waves follow bodies that turn \
+         evenly"
+    )]
+    Uneven {
+        /// The mesh or torque.
+        part: String,
+        /// The body.
+        body: String,
+    },
     /// Two bodies of a mesh have the same centre, and its line of action matters.
     #[error("the gears of \"{mesh}\" have the same centre: Body::at sets it")]
     SameCentre {

@@ -66,6 +66,8 @@ pub struct MeshPart<N = Backlash> {
     /// Waves over the turns of the first and the second gear: added to the error, multiplying the stiffness.
     pub(crate) runout: [Option<Wave>; 2],
     pub(crate) faults: [Option<Wave>; 2],
+    /// Waves over the turns of noncircular gears, which multiply the base radii.
+    pub(crate) radius_factors: [Option<Wave>; 2],
     pub(crate) law: N,
     pub(crate) contact_damping: ContactDamping,
     pub(crate) damping: f64,
@@ -91,6 +93,7 @@ impl MeshPart {
             error: Wave::new(Constant::zero()),
             runout: [None, None],
             faults: [None, None],
+            radius_factors: [None, None],
             law: Backlash::none(),
             contact_damping: ContactDamping::Always,
             damping: 0.0,
@@ -141,7 +144,8 @@ impl<N: Nonlinearity> MeshPart<N> {
         let upper = law.edges(0.0, Side::After).upper;
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
         let MeshPart { kind, teeth, radii, pressure_angle, stiffness, error, runout, faults, .. } = self;
-        let MeshPart { contact_damping, damping, phase, stated_phase, friction, pitch_point, .. } = self;
+        let MeshPart { radius_factors, contact_damping, damping, phase, .. } = self;
+        let MeshPart { stated_phase, friction, pitch_point, .. } = self;
         MeshPart {
             kind,
             teeth,
@@ -151,6 +155,7 @@ impl<N: Nonlinearity> MeshPart<N> {
             error,
             runout,
             faults,
+            radius_factors,
             law,
             contact_damping,
             damping,
@@ -176,6 +181,32 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
         self.faults[gear as usize] = Some(factor);
         self
+    }
+    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers, and g a wave
+    /// over the mean turn of the gear, the angle by which it has turned at its mean speed.
+    ///
+    /// The gear moves the contact by r g q, and the bodies behind it turn unevenly: θ_2' = θ_1' r_1 g_1/(r_2 g_2). The
+    /// mean of this ratio must be z_1/z_2. See the guide, [trains](crate::guide::trains).
+    ///
+    /// ```
+    /// use gear_dynamics::{excitation::InstantCentre, trains::{Body, MeshPart, OfMesh, Parts}, Wave};
+    /// let centre = InstantCentre::new(0.2)?; // θ_2' = θ_1' z_1/z_2 (1 - ε²)/(1 + 2 ε cos φ + ε²)
+    /// let [r1, z1, z2] = [0.0211, 18, 63];
+    /// let r2 = r1 * 3.5 * (1.0 + 0.2 * 0.2) / (1.0 - 0.2 * 0.2);
+    /// let mesh = MeshPart::external([z1, z2], [r1, r2], Wave::constant(2e8)?)
+    ///     .radius_of_turn(OfMesh::Driven, Wave::new(centre.radius(1.0)?));
+    /// let mut parts = Parts::new();
+    /// parts.body("pinion", Body::new(1e-3)).body("face gear", Body::new(1e-2)).mesh("mesh", "pinion", "face gear", mesh);
+    /// assert!((parts.build("pinion", 160.0)?.shape().ratio() - 18.0 / 63.0).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn radius_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
+        self.radius_factors[gear as usize] = Some(factor);
+        self
+    }
+    /// Whether both gears are round.
+    pub(crate) fn is_round(&self) -> bool {
+        self.radius_factors.iter().all(Option::is_none)
     }
     /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,
     /// for planets and for friction.

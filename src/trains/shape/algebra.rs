@@ -14,7 +14,7 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 pub(crate) struct At<'u, S> {
     single: &'u [S],
-    pub(crate) errors: &'u [[S; 2]],
+    pub(crate) jets: &'u [[S; 2]],
     /// Edges of laws without a half width of their own: lower, upper and their rates over φ.
     edges: &'u [[S; 4]],
     pub(crate) speed: S,
@@ -32,26 +32,52 @@ impl<N: Nonlinearity> TrainShape<N> {
     pub(crate) fn drives<'u, S: Scalar>(&self, u: Drives<'u, S>) -> At<'u, S> {
         let (n, contacts) = (self.per_inertia.len(), self.teeth.len() + self.journals.len());
         let (single, rest) = u.all_waves().split_at(self.single.len());
-        let (errors, edges) = rest.split_at(2 * self.errors.len());
+        let (jets, edges) = rest.split_at(2 * self.jets.len());
         let (net, rest) = u.all_constants().split_at(n);
         let (torques, rest) = rest.split_at(self.torque_waves.len() + self.motors.len());
         let (damping, rest) = rest.split_at(contacts);
         let (half, friction) = rest.split_at(contacts);
-        let (errors, edges) = (errors.as_chunks().0, edges.as_chunks().0);
-        At { single, errors, edges, speed: u.speed(), net, torques, damping, half, friction }
+        let (jets, edges) = (jets.as_chunks().0, edges.as_chunks().0);
+        At { single, jets, edges, speed: u.speed(), net, torques, damping, half, friction }
     }
 
     /// Deflection and rate of tooth i.
     #[inline(always)]
     fn deflection<S: Scalar>(&self, i: usize, tooth: &Tooth<N>, at: &At<S>, q: &[S], v: &[S]) -> [S; 2] {
         let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
-        let [e, rate] = at.errors[tooth.error as usize];
+        let [e, rate] = at.jets[tooth.error as usize];
         let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
         for entry in &self.entries[self.rests[i].more_levers.clone()] {
             d = d + q[entry.at] * entry.by;
             dv = dv + v[entry.at] * entry.by;
         }
+        if self.rests[i].varying.is_empty() { [d, dv] } else { self.varying_row([d, dv], i, at, q, v) }
+    }
+
+    /// Adds the levers of noncircular gears to deflection and rate of tooth i. Like
+    /// [`varying_pull`](TrainShape::varying_pull) it is kept out of the loops of round gears.
+    #[inline(never)]
+    fn varying_row<S: Scalar>(
+        &self,
+        [mut d, mut dv]: [S; 2],
+        i: usize,
+        at: &At<S>,
+        q: &[S],
+        v: &[S],
+    ) -> [S; 2] {
+        for lever in &self.varying[self.rests[i].varying.clone()] {
+            let [g, rate] = at.jets[lever.wave];
+            d = d + q[lever.at] * g * lever.lever;
+            dv = dv + (v[lever.at] * g + q[lever.at] * at.speed * rate) * lever.lever;
+        }
         [d, dv]
+    }
+    /// The accelerations of noncircular gears by the force of tooth i.
+    #[inline(never)]
+    fn varying_pull<S: Scalar>(&self, i: usize, w: S, at: &At<S>, a: &mut [S]) {
+        for lever in &self.varying[self.rests[i].varying.clone()] {
+            a[lever.at] = a[lever.at] - w * at.jets[lever.wave][0] * lever.pull;
+        }
     }
 
     /// Force of tooth i.
@@ -155,6 +181,9 @@ impl<N: Nonlinearity> TrainShape<N> {
             a[j] = a[j] - w * tooth.pulls[0];
             a[k] = a[k] - w * tooth.pulls[1];
             self.pull(rests[i].more_pulls.clone(), w, a);
+            if !rests[i].varying.is_empty() {
+                self.varying_pull(i, w, &bounded, a);
+            }
         }
         self.others(law, &at, q, v, a);
     }
@@ -227,8 +256,14 @@ impl<N: Nonlinearity> TrainShape<N> {
             self.pull(pulls.clone(), at.single[*wave] * at.torques[*constant], a);
         }
         for motor in &self.motors {
-            let share = motor.characteristic.at(at.speed * motor.ratio + v[motor.at]);
+            let kinematic = at.speed * motor.ratio;
+            let kinematic = motor.rotation.map_or(kinematic, |wave| kinematic * at.jets[wave][0]);
+            let share = motor.characteristic.at(kinematic + v[motor.at]);
             self.pull(motor.pulls.clone(), at.torques[motor.torque] * share, a);
+        }
+        for uneven in &self.uneven {
+            let rate = at.jets[uneven.wave][1];
+            a[uneven.at] = a[uneven.at] - at.speed * at.speed * rate * uneven.ratio;
         }
     }
 }

@@ -65,7 +65,29 @@ pub(crate) struct ToothRest<N> {
     /// Further numbers of the row.
     pub(crate) more_levers: Range<usize>,
     pub(crate) more_pulls: Range<usize>,
+    /// Levers that vary.
+    pub(crate) varying: Range<usize>,
     pub(crate) mesh: Mesh<N>,
+}
+
+/// The lever of a noncircular gear: its angle `at` moves the contact by `lever` g(φ), and a unit of force accelerates it
+/// by `pull` g(φ).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lever {
+    pub(crate) at: usize,
+    pub(crate) lever: f64,
+    pub(crate) pull: f64,
+    /// Place of g among the waves with rates.
+    pub(crate) wave: usize,
+}
+
+/// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ): it accelerates by θ'' = `ratio` φ'² R'(φ).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Uneven {
+    pub(crate) at: usize,
+    pub(crate) ratio: f64,
+    /// Place of R among the waves with rates.
+    pub(crate) wave: usize,
 }
 
 /// Tooth friction: the force μ s(φ) W along a second row.
@@ -94,8 +116,10 @@ pub(crate) struct Journal {
 pub(crate) struct Motor {
     pub(crate) at: usize,
     pub(crate) pulls: Range<usize>,
-    /// Speed of the body over φ' in the kinematic rotation.
+    /// Mean speed of the body over φ' in the kinematic rotation.
     pub(crate) ratio: f64,
+    /// Place of R among the waves with rates, if the body turns unevenly.
+    pub(crate) rotation: Option<usize>,
     /// Place of T among the constants.
     pub(crate) torque: usize,
     pub(crate) characteristic: Characteristic,

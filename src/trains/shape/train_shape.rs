@@ -14,7 +14,7 @@ use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::{
-    Entry, Friction, Journal, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest,
+    Entry, Friction, Journal, Lever, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest, Uneven,
 };
 use crate::trains::shape::walk::Walk;
 
@@ -74,13 +74,16 @@ pub struct TrainShape<N = Backlash> {
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
     pub(crate) rests: Vec<ToothRest<N>>,
+    pub(crate) varying: Vec<Lever>,
+    pub(crate) uneven: Vec<Uneven>,
     pub(crate) frictions: Vec<Friction>,
     pub(crate) journals: Vec<Journal>,
     pub(crate) motors: Vec<Motor>,
     pub(crate) entries: Vec<Entry>,
-    /// Each wave once: stiffnesses and signs take one drive, errors two.
+    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take two, of
+    /// which the second is the rate over φ.
     pub(crate) single: Vec<Wave>,
-    pub(crate) errors: Vec<Wave>,
+    pub(crate) jets: Vec<Wave>,
     /// Planetary sets, in inertial coordinates; none in relative ones.
     pub(crate) sets: Vec<PlanetSet>,
     /// Order of the fastest mesh.
@@ -139,7 +142,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
         let contacts = self.teeth.len() + self.journals.len();
-        let waves = self.single.len() + 2 * self.errors.len() + 4 * self.moving();
+        let waves = self.single.len() + 2 * self.jets.len() + 4 * self.moving();
         let dof = self.per_inertia.len();
         let torques = self.torque_waves.len() + self.motors.len();
         Size { dof, waves, contacts, constants: 1 + dof + torques + 2 * contacts + self.frictions.len() }
@@ -198,22 +201,22 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         for (u, wave) in single.iter_mut().zip(&self.single) {
             *u = wave.value(angle, side);
         }
-        let (errors, edges) = rest.split_at_mut(2 * self.errors.len());
-        for (u, wave) in errors.as_chunks_mut::<2>().0.iter_mut().zip(&self.errors) {
-            let error = wave.jet(angle, side);
-            *u = [error.value, error.rate];
+        let (jets, edges) = rest.split_at_mut(2 * self.jets.len());
+        for (u, wave) in jets.as_chunks_mut::<2>().0.iter_mut().zip(&self.jets) {
+            let jet = wave.jet(angle, side);
+            *u = [jet.value, jet.rate];
         }
         for (u, tooth) in edges.as_chunks_mut::<4>().0.iter_mut().zip(&self.rests) {
             *u = tooth.mesh.law_edges(angle, side);
         }
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        let waves = self.single.iter().chain(&self.errors).map(|wave| wave.next_edge(angle));
+        let waves = self.single.iter().chain(&self.jets).map(|wave| wave.next_edge(angle));
         let laws = self.rests.iter().map(|rest| rest.mesh.next_edge_of_law(angle));
         earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
-        let waves = Wave::divisor_of_orders(self.single.iter().chain(&self.errors));
+        let waves = Wave::divisor_of_orders(self.single.iter().chain(&self.jets));
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
         laws.fold(waves, crate::excitation::wave::divisor).max(1)
     }
@@ -230,7 +233,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);
         for ((out, tooth), contact) in out.iter_mut().zip(&self.teeth).zip(contacts) {
-            *out = contact.deflection + at.errors[tooth.error as usize][0];
+            *out = contact.deflection + at.jets[tooth.error as usize][0];
         }
     }
 }

@@ -67,6 +67,8 @@ impl<N: Nonlinearity + Clone> Walk<N> {
         let plain = shape.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
             && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
             && shape.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && shape.varying.is_empty()
+            && shape.uneven.is_empty()
             && shape.row_springs.is_empty()
             && shape.rotating.is_empty()
             && shape.frictions.is_empty()
@@ -121,8 +123,8 @@ impl<N: Nonlinearity> Walk<N> {
         let (n, steps) = (shape.per_inertia.len(), &self.steps[..]);
         let (q, v, a) = (&q[..n], &v[..n], &mut a[..n]);
         let (single, rest) = u.all_waves().split_at(shape.single.len());
-        let (errors, edges) = rest.split_at(2 * shape.errors.len());
-        let (errors, edges) = (errors.as_chunks::<2>().0, edges.as_chunks::<4>().0);
+        let (jets, edges) = rest.split_at(2 * shape.jets.len());
+        let (jets, edges) = (jets.as_chunks::<2>().0, edges.as_chunks::<4>().0);
         let (net, rest) = u.all_constants().split_at(n);
         let per_inertia = &shape.per_inertia[..n];
         let (damping, rest) = rest.split_at(steps.len());
@@ -154,7 +156,7 @@ impl<N: Nonlinearity> Walk<N> {
                 gear.a = gear.a - force * step.shaft_pulls[0];
                 a[end] = a[end] - force * step.shaft_pulls[1];
             }
-            let [e, rate] = errors[step.error as usize];
+            let [e, rate] = jets[step.error as usize];
             let d = gear.q * step.levers[0] + q[k] * step.levers[1] - e;
             let rate = gear.v * step.levers[0] + v[k] * step.levers[1] - speed * rate;
             let [lower, upper] = if N::HALF_WIDTH { [-half[i], half[i]] } else { [edges[i][0], edges[i][1]] };
