@@ -191,7 +191,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// ```
     /// use gear_dynamics::{excitation::InstantCentre, trains::{Body, MeshPart, OfMesh, Parts}, Wave};
     /// let centre = InstantCentre::new(0.2)?; // θ_2' = θ_1' z_1/z_2 (1 - ε²)/(1 + 2 ε cos φ + ε²)
-    /// let [r1, z1, z2] = [0.0211, 18, 63];
+    /// let (r1, [z1, z2]) = (0.0211, [18, 63]); // m, teeth
     /// let r2 = r1 * 3.5 * (1.0 + 0.2 * 0.2) / (1.0 - 0.2 * 0.2);
     /// let mesh = MeshPart::external([z1, z2], [r1, r2], Wave::constant(2e8)?)
     ///     .radius_of_turn(OfMesh::Driven, Wave::new(centre.radius(1.0)?));
