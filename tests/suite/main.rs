@@ -13,6 +13,7 @@
 //! | numbers of the algebra: dual numbers, lanes | `scalar_functions` |
 //! | geometry and stiffness of teeth, deviations | `teeth` |
 //! | gear trains: classics, modes, building, refusals | `trains` |
+//! | phases of meshes from teeth and places | `mesh_phases` |
 //! | noncircular gears in trains | `noncircular` |
 //! | held processes | `held_processes` |
 //! | phase laws, runs at varying speed, waterfalls | `phase_laws` |
@@ -96,6 +97,7 @@ mod located_edges;
 mod located_edges_hard_cases;
 mod located_edges_work;
 mod lyapunov;
+mod mesh_phases;
 mod noncircular;
 mod phase_laws;
 mod reference_nfg;

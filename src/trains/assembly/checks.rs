@@ -8,6 +8,7 @@ use crate::trains::assembly::places::SAME;
 use crate::trains::assembly::rows::Layout;
 use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::collection::{Course, Parts};
+use crate::trains::parts::mesh_part::Phase;
 use crate::trains::shape::elements::Characteristic;
 use crate::trains::shape::train_shape::TrainShape;
 use std::f64::consts::TAU;
@@ -94,7 +95,9 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         }
         check::not_negative(format!("{name} damping"), mesh.damping)?;
         check::not_negative(format!("{name} half backlash"), mesh.half_backlash)?;
-        check::quantity(format!("phase of \"{name}\""), mesh.phase)?;
+        if let Phase::Ahead(cycles) = mesh.phase {
+            check::quantity(format!("phase of \"{name}\""), cycles)?;
+        }
         check::quantity(format!("stated phase of \"{name}\""), mesh.stated_phase.unwrap_or(0.0))?;
         if let Some(friction) = &mesh.friction {
             check::not_negative(format!("{name} friction"), friction.coefficient)?;

@@ -9,7 +9,7 @@ use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::fraction::Fraction;
-use crate::trains::assembly::places::snapped;
+use crate::trains::assembly::phases::phases;
 use crate::trains::assembly::rotation::follows_teeth;
 use crate::trains::assembly::rows::Row;
 use crate::trains::assembly::train_error::TrainError;
@@ -21,7 +21,8 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
     /// Meshes, then shafts with a clearance.
     pub(crate) fn meshes(&mut self) -> Result<(), TrainError> {
         let parts = self.layout.parts;
-        for (name, ends, part) in &parts.meshes {
+        let phases = phases(parts, self.names, self.layout.kinematics, self.layout.planets)?;
+        for ((name, ends, part), ahead) in parts.meshes.iter().zip(phases) {
             let bodies = self.names.pair(name, ends)?;
             let [mut row, friction] = self.layout.mesh(name, bodies, part)?;
             let varying = self.levers_that_vary(name, bodies, part, &mut row)?;
@@ -29,15 +30,6 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                 self.follows(name, &bodies)?;
             }
             let carrier = self.names.carrier_of(parts, name, bodies)?;
-            let planet = bodies.iter().find_map(|&body| self.layout.planets[body].as_ref());
-            let place = planet.map_or(0.0, |planet| planet.ahead);
-            let ahead = snapped(place + part.phase);
-            if let Some(stated) = part.stated_phase {
-                let gap = snapped(stated - ahead);
-                if gap.min(1.0 - gap) > 1e-6 {
-                    return Err(TrainError::PhaseContradicts { mesh: name.clone(), stated, computed: ahead });
-                }
-            }
             let relative =
                 |gear: usize| self.layout.kinematics.relative(bodies[gear], carrier).map(Fraction::abs);
             let relative_speed = |gear: usize| {

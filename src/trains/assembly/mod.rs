@@ -7,6 +7,7 @@ pub(crate) mod kinematics;
 pub(crate) mod links;
 pub(crate) mod names;
 pub(crate) mod orders;
+pub(crate) mod phases;
 pub(crate) mod places;
 pub(crate) mod rotation;
 pub(crate) mod rows;

@@ -207,6 +207,23 @@ pub enum TrainError {
         /// The phase computed, in mesh cycles in [0, 1).
         computed: f64,
     },
+    /// The phase of a mesh does not follow from its teeth.
+    #[error(
+        "the phase of \"{mesh}\" does not follow from its teeth: one of its gears must be in another mesh with a phase, \
+         and all three bodies need places (Body::at)"
+    )]
+    PhaseUndetermined {
+        /// The mesh.
+        mesh: String,
+    },
+    /// The teeth of gears in a loop do not meet.
+    #[error("the gears of \"{mesh}\" cannot be put in at their places: their teeth miss by {gap} of a pitch")]
+    TeethMiss {
+        /// A mesh of the loop.
+        mesh: String,
+        /// The gap, in pitches.
+        gap: f64,
+    },
     /// A wave that varies belongs to a mesh that does not turn, or a torque acts on a locked body.
     #[error("\"{part}\" does not turn: a wave that varies and a torque need rotation")]
     AtRest {

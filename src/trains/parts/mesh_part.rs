@@ -35,6 +35,15 @@ pub enum OfMesh {
     Driven = 1,
 }
 
+/// The phase of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Phase {
+    /// Mesh cycles ahead of its waves, added to those of a planet's place.
+    Ahead(f64),
+    /// From the teeth of a gear that it shares with another mesh.
+    FromTeeth,
+}
+
 /// Tooth friction of a mesh: coefficient and sign over the mesh cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrictionPart {
@@ -72,12 +81,13 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) contact_damping: ContactDamping,
     pub(crate) damping: f64,
     pub(crate) half_backlash: f64,
-    /// Phase in mesh cycles.
-    pub(crate) phase: f64,
+    pub(crate) phase: Phase,
     pub(crate) stated_phase: Option<f64>,
     pub(crate) friction: Option<FrictionPart>,
     /// Mesh angle of the pitch point `[rad]`.
     pub(crate) pitch_point: f64,
+    /// Half of the angle of a tooth of each gear at its working pitch circle `[rad]`; `None`: a quarter of the pitch.
+    pub(crate) half_thickness: [Option<f64>; 2],
 }
 
 impl MeshPart {
@@ -98,10 +108,11 @@ impl MeshPart {
             contact_damping: ContactDamping::Always,
             damping: 0.0,
             half_backlash: 0.0,
-            phase: 0.0,
+            phase: Phase::Ahead(0.0),
             stated_phase: None,
             friction: None,
             pitch_point: 0.5 * PI,
+            half_thickness: [None, None],
         }
     }
     /// A mesh whose gear with more teeth is internal (the second one, if the numbers are equal).
@@ -126,7 +137,11 @@ impl MeshPart {
         let radii = pair.gears().each_ref().map(|gear| gear.base_radius());
         let new = if pair.is_internal() { MeshPart::internal } else { MeshPart::external };
         let mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
-        let mesh = MeshPart { pitch_point: pair.pitch_point(), ..mesh };
+        let half_thickness = pair.gears().each_ref().map(|gear| {
+            let radius = gear.base_radius() / libm::cos(pair.working_pressure_angle());
+            Some(gear.tooth_thickness(radius).ok()? / (2.0 * radius))
+        });
+        let mesh = MeshPart { pitch_point: pair.pitch_point(), half_thickness, ..mesh };
         // Along the line of action.
         mesh.half_backlash((0.5 * pair.backlash() * libm::cos(pair.working_pressure_angle())).max(0.0))
     }
@@ -145,7 +160,7 @@ impl<N: Nonlinearity> MeshPart<N> {
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
         let MeshPart { kind, teeth, radii, pressure_angle, stiffness, error, runout, faults, .. } = self;
         let MeshPart { radius_factors, contact_damping, damping, phase, .. } = self;
-        let MeshPart { stated_phase, friction, pitch_point, .. } = self;
+        let MeshPart { stated_phase, friction, pitch_point, half_thickness, .. } = self;
         MeshPart {
             kind,
             teeth,
@@ -164,6 +179,7 @@ impl<N: Nonlinearity> MeshPart<N> {
             stated_phase,
             friction,
             pitch_point,
+            half_thickness,
         }
     }
     /// The same mesh with a static transmission error e `[m]` over the mesh angle.
@@ -224,10 +240,36 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh ahead by a part of its mesh cycle. The mesh of a planet is shifted by the position of
     /// the planet in addition.
     pub fn phase(self, cycles: f64) -> Self {
-        MeshPart { phase: cycles, ..self }
+        MeshPart { phase: Phase::Ahead(cycles), ..self }
     }
-    /// States the phase of a planet's mesh, in mesh cycles ahead of its wave, to be compared with the one
-    /// that follows from tooth counts and positions.
+    /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh: an idler, two
+    /// wheels on one pinion, the ring mesh of a planet. The three bodies need places ([`Body::at`], or planets).
+    ///
+    /// Between two meshes of a gear with z teeth, their lines of centres at the angles β_1 and β_2 in its sense of rotation,
+    /// lie z (β_2 - β_1)/2π mesh cycles, less half a pitch (or the tooth thickness of [`of_pair`](MeshPart::of_pair)) if one
+    /// mesh drives the gear and the other one is driven by it. The mesh angles of the pitch points are aligned.   Source:
+    /// Parker and Lin 2004, J. Mech. Des. 126, 525, for planets.
+    ///
+    /// [`Body::at`]: crate::trains::Body::at
+    ///
+    /// ```
+    /// use gear_dynamics::{trains::{Body, MeshPart, Parts}, Wave};
+    /// let mut parts = Parts::new(); // an idler of 31 teeth between two gears, the second one 90° to the side
+    /// for (name, centre) in [("driver", [-0.09, 0.0]), ("idler", [0.0, 0.0]), ("driven", [0.0, 0.09])] {
+    ///     parts.body(name, Body::new(1e-3).at(centre));
+    /// }
+    /// let mesh = || Wave::constant(2e8).map(|k| MeshPart::external([31, 31], [0.042, 0.042], k));
+    /// // The idler turns clockwise from 180° to 90°: 31/4 pitches, less one half.
+    /// let second = mesh()?.phase_from_teeth().stated_phase(-31.0 / 4.0 + 0.5);
+    /// parts.mesh("first", "driver", "idler", mesh()?).mesh("second", "idler", "driven", second);
+    /// assert!(parts.build("driver", 100.0).is_ok());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn phase_from_teeth(self) -> Self {
+        MeshPart { phase: Phase::FromTeeth, ..self }
+    }
+    /// States the phase of a mesh, in mesh cycles ahead of its wave, to be compared with the one that follows from tooth
+    /// counts and positions.
     pub fn stated_phase(self, cycles: f64) -> Self {
         MeshPart { stated_phase: Some(cycles), ..self }
     }

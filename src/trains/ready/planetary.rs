@@ -125,7 +125,8 @@ impl Planetary {
     pub fn error(self, error: [Wave; 2]) -> Self {
         Planetary { error, ..self }
     }
-    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the mesh cycle.
+    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the mesh cycle: 1/2 for planets
+    /// with an even number of teeth that are as thick as their gaps, 0 for an odd number. Default: 0.
     pub fn ring_phase(self, cycles: f64) -> Self {
         Planetary { ring_phase: cycles, ..self }
     }
