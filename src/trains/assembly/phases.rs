@@ -58,9 +58,9 @@ pub(crate) fn phases<N: Nonlinearity>(
                     }
                     Some(stated) => {
                         let gap = snapped(stated - phase);
-                        let free = |mesh: usize| parts.meshes[mesh].2.phase != Phase::FromTeeth;
-                        let fits = gap.min(1.0 - gap) <= SAME * f64::from(one.gear.1).max(1.0);
-                        if !fits && !(free(one.mesh) && free(other.mesh)) {
+                        let from_teeth = |mesh: usize| parts.meshes[mesh].2.phase == Phase::FromTeeth;
+                        let misses = gap.min(1.0 - gap) > SAME * f64::from(one.gear.1);
+                        if misses && (from_teeth(one.mesh) || from_teeth(other.mesh)) {
                             let mesh = other.name.into();
                             return Err(TrainError::TeethMiss { mesh, gap: gap.min(1.0 - gap) });
                         }
