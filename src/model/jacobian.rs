@@ -31,19 +31,10 @@ pub(crate) fn slope_along<G: Shape>(
     v: &[f64],
     out: &mut [f64],
 ) {
-    let needed = u.len() + 3 * shape.size().dof;
-    let zero = Dual::from(0.0);
-    let mut write = |numbers: &mut [Dual]| match pieces {
+    with_numbers(u.len() + 3 * shape.size().dof, |numbers: &mut [Dual]| match pieces {
         None => slope_along_in(numbers, shape, &ByDeflection, along, u, q, v, out),
         Some(pieces) => slope_along_in(numbers, shape, &FixedPieces(pieces), along, u, q, v, out),
-    };
-    if needed <= SMALL {
-        write(&mut [zero; SMALL][..needed])
-    } else if needed <= LARGER {
-        write(&mut [zero; LARGER][..needed])
-    } else {
-        write(&mut vec![zero; needed])
-    }
+    });
 }
 
 #[allow(clippy::too_many_arguments, reason = "the arguments of an acceleration, a direction and scratch")]
@@ -68,11 +59,20 @@ fn slope_along_in<G: Shape, L: PieceChoice<Dual>>(
     out.iter_mut().zip(a).for_each(|(out, a)| *out = a.slope[0]);
 }
 
-/// Length of the array on the stack for small models. Models that fit on the stack need no allocation.
-const SMALL: usize = 32;
-
-/// Length of the array on the stack for larger models.
-const LARGER: usize = 512;
+/// Calls `write` with `needed` numbers. Up to 512 stand on the stack, in an array that is not much longer: it is set to
+/// zero in each call.
+#[inline(always)]
+fn with_numbers<const N: usize>(needed: usize, mut write: impl FnMut(&mut [Dual<N>])) {
+    let zero = Dual::from(0.0);
+    match needed {
+        0..=32 => write(&mut [zero; 32][..needed]),
+        33..=64 => write(&mut [zero; 64][..needed]),
+        65..=128 => write(&mut [zero; 128][..needed]),
+        129..=256 => write(&mut [zero; 256][..needed]),
+        257..=512 => write(&mut [zero; 512][..needed]),
+        _ => write(&mut vec![zero; needed]),
+    }
+}
 
 /// Number of columns of the Jacobian from one evaluation of the algebra.
 const COLUMNS: usize = 4;
@@ -85,18 +85,9 @@ fn slopes<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
     v: &[f64],
     out: &mut Jacobian,
 ) {
-    let needed = u.len() + 3 * shape.size().dof;
-    let zero = Dual::from(0.0);
-    if needed <= SMALL {
-        slopes_in(&mut [zero; SMALL][..needed], shape, law, u, q, v, out)
-    } else if needed <= LARGER {
-        slopes_in(&mut [zero; LARGER][..needed], shape, law, u, q, v, out)
-    } else {
-        slopes_in(&mut vec![zero; needed], shape, law, u, q, v, out)
-    }
+    with_numbers(u.len() + 3 * shape.size().dof, |numbers| slopes_in(numbers, shape, law, u, q, v, out));
 }
 
-#[inline(always)]
 fn slopes_in<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
     numbers: &mut [Dual<COLUMNS>],
     shape: &G,

@@ -108,6 +108,9 @@ impl Free {
                 (0..k).for_each(|c| self.basis[(j, c)] *= self.size[j]);
             }
         }
+        if k == 1 && n > 1 {
+            return self.one_resisted(jacobians, clear);
+        }
         if k < n {
             self.basis = self.basis.qr().compute_thin_Q();
         } else {
@@ -133,6 +136,35 @@ impl Free {
         let left: Vec<usize> = (0..k).filter(|&c| svd.S()[c] <= clear).collect();
         let turn = Mat::from_fn(k, left.len(), |i, c| svd.V()[(i, left[c])]);
         (self.basis, self.values) = (&self.basis * turn, left.iter().map(|&c| svd.S()[c]).collect());
+    }
+
+    /// The same for the one direction that is left, whose singular value is a norm.
+    fn one_resisted(&mut self, jacobians: &[DMatrix<f64>], clear: f64) {
+        let mut direction: Vec<f64> = self.basis.col(0).iter().copied().collect();
+        let length = norms::dot(&direction, &direction).sqrt();
+        direction.iter_mut().for_each(|x| *x /= length);
+        direction.iter().enumerate().for_each(|(j, x)| self.basis[(j, 0)] = *x);
+        let (mut squares, mut along) = (0.0, 0.0);
+        let sizes: Vec<f64> = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
+        for rows in jacobians {
+            for i in 0..rows.nrows() {
+                let mut sum = 0.0;
+                for (j, (x, size)) in direction.iter().zip(&sizes).enumerate() {
+                    let scaled = rows[(i, j)] / size;
+                    squares += scaled * scaled;
+                    sum += scaled * x;
+                }
+                along += sum * sum;
+            }
+        }
+        if squares == 0.0 {
+            return;
+        }
+        // Relative to the mean square of the coordinates.
+        self.values[0] = (along * self.size.len() as f64 / squares).sqrt().hypot(self.values[0]);
+        if self.values[0] > clear {
+            (self.basis, self.values) = (Mat::zeros(self.size.len(), 0), Vec::new());
+        }
     }
 
     /// The rigid motions in the coordinates of the model.

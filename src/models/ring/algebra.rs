@@ -97,8 +97,8 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// Accelerations by the equations of [`Ring`](crate::Ring). For `f64` and three gears the loops are
-    /// compiled with the constant length 3.
+    /// Accelerations by the equations of [`Ring`](crate::Ring). For three gears the loops are compiled with the
+    /// constant length 3.
     #[inline(always)]
     pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -109,7 +109,7 @@ impl<N: Nonlinearity> RingShape<N> {
         a: &mut [S],
     ) {
         let n = self.meshes.len();
-        if const { size_of::<S>() == size_of::<f64>() } && n == 3 {
+        if n == 3 {
             return self.accelerate_gears(3, law, u, q, v, a);
         }
         self.accelerate_gears(n, law, u, q, v, a);
