@@ -199,29 +199,12 @@ impl<N: Nonlinearity> Mesh<N> {
         x: S,
         rate: S,
     ) -> Contact<S> {
-        let force = self.pull(law, i, waves, speed, damping, x, rate);
         let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
-        let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
-        Contact { deflection, rate, lower: waves[LOWER], upper: waves[UPPER], lower_rate, upper_rate, force }
-    }
-
-    /// Computes the force of [`contact`](Mesh::contact) alone, for algebra over many meshes.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
-    pub(crate) fn pull<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        waves: &[S; 7],
-        speed: S,
-        damping: S,
-        x: S,
-        rate: S,
-    ) -> S {
-        let rate = rate - speed * waves[ERROR_RATE];
         let at =
             MeshDrives { stiffness: waves[STIFFNESS], damping, lower: waves[LOWER], upper: waves[UPPER] };
-        self.force(law, i, x - waves[ERROR], rate, rate, at)
+        let force = self.force(law, i, deflection, rate, rate, at);
+        let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
+        Contact { deflection, rate, lower: waves[LOWER], upper: waves[UPPER], lower_rate, upper_rate, force }
     }
 
     /// Computes W from the deflection d, its rate, the rate `slip` on which the damping C acts, and the

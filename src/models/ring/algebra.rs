@@ -1,11 +1,11 @@
 //! The algebra of the ring, gear by gear.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, MeshDrives, STIFFNESS, UPPER};
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
-use crate::models::ring::columns::{Columns, Parameters, STRIDE};
+use crate::models::ring::columns::{Parameters, STRIDE};
 use crate::models::ring::ring_shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};
 
@@ -24,6 +24,8 @@ struct Instant<'a, S> {
     gears: &'a [Parameters],
     lists: [&'a [f64]; 5],
     meshes: &'a [[S; STRIDE]],
+    /// Whether all meshes have the waves of the first one.
+    alike: bool,
     omega: S,
     motor_torque: &'a S,
     damping: &'a [S],
@@ -35,15 +37,16 @@ struct Instant<'a, S> {
 
 impl<'a, S: Scalar> Instant<'a, S> {
     #[inline(always)]
-    fn of(n: usize, columns: &'a Columns, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
+    fn of<N>(shape: &'a RingShape<N>, n: usize, u: Drives<'a, S>, q: &'a [S], v: &'a [S]) -> Self {
         // The lengths are checked here once; all slices below have known lengths.
         let (meshes, rest) = (&u.all_waves()[..STRIDE * n], &u.all_constants()[..2 * n + 1]);
         let (q, v) = (&q[..2 * n + 1], &v[..2 * n + 1]);
-        let (gears, lists) = columns.cut(n);
+        let (gears, lists) = shape.columns.cut(n);
         Instant {
             gears,
             lists,
             meshes: &meshes.as_chunks().0[..n],
+            alike: shape.alike,
             omega: u.speed(),
             motor_torque: &rest[0],
             damping: &rest[1..][..n],
@@ -75,8 +78,18 @@ impl<'a, S: Scalar> Instant<'a, S> {
         gear: &Turning<S>,
         next: &Turning<S>,
     ) -> S {
-        let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
-        meshes[i].pull(law, i, &self.meshes[i], self.omega, self.damping[i], x, rate)
+        let (moving, own) = (self.moving(i), &self.meshes[i]);
+        let x = gear.path - next.path - moving[ERROR];
+        let rate = gear.speed - next.speed - self.omega * moving[ERROR_RATE];
+        let (stiffness, damping) = (moving[STIFFNESS], self.damping[i]);
+        let at = MeshDrives { stiffness, damping, lower: own[LOWER], upper: own[UPPER] };
+        meshes[i].force(law, i, x, rate, rate, at)
+    }
+
+    /// The drives with stiffness and error of mesh i.
+    #[inline(always)]
+    fn moving(&self, i: usize) -> &[S; STRIDE] {
+        &self.meshes[if self.alike { 0 } else { i }]
     }
 
     /// Writes θ_i'' of gear i and θ_Li'' of its load to `turns[i]`. `torque`: the sum of all torques on the
@@ -97,7 +110,7 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// Accelerations by the equations of [`Ring`](crate::Ring). For three gears the loops are compiled with the
+    /// Accelerations by the equations of [`Ring`](crate::Ring). For `f64` and three gears the loops are compiled with the
     /// constant length 3.
     #[inline(always)]
     pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
@@ -109,7 +122,7 @@ impl<N: Nonlinearity> RingShape<N> {
         a: &mut [S],
     ) {
         let n = self.meshes.len();
-        if n == 3 {
+        if const { size_of::<S>() == size_of::<f64>() } && n == 3 {
             return self.accelerate_gears(3, law, u, q, v, a);
         }
         self.accelerate_gears(n, law, u, q, v, a);
@@ -126,7 +139,7 @@ impl<N: Nonlinearity> RingShape<N> {
         v: &[S],
         a: &mut [S],
     ) {
-        let at = Instant::of(n, &self.columns, u, q, v);
+        let at = Instant::of(self, n, u, q, v);
         let a = &mut a[..2 * n + 1];
         let meshes = &self.meshes[..n];
         let shaft = (q[0] - q[1]) * self.motor_shaft.stiffness + (v[0] - v[1]) * self.motor_shaft.damping;
@@ -174,9 +187,11 @@ impl<N: Nonlinearity> RingShape<N> {
         v: &[S],
     ) -> Contact<S> {
         let n = self.meshes.len();
-        let at = Instant::of(n, &self.columns, u, q, v);
+        let at = Instant::of(self, n, u, q, v);
         let (gear, next) = (at.gear(i), at.gear(after(i, n)));
         let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
-        self.meshes[i].contact(law, i, &at.meshes[i], at.omega, at.damping[i], x, rate)
+        let mut waves = at.meshes[i];
+        waves[..LOWER].copy_from_slice(&at.moving(i)[..LOWER]);
+        self.meshes[i].contact(law, i, &waves, at.omega, at.damping[i], x, rate)
     }
 }

@@ -93,6 +93,8 @@ pub struct RingShape<N = Backlash> {
     /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
     /// error. Equal waves are evaluated once.
     same: Vec<[usize; 2]>,
+    /// Whether all meshes have the stiffness and the error of the first one. The drives then contain them once.
+    pub(crate) alike: bool,
     /// Whether the edges of any mesh move.
     edges_move: bool,
     /// 1/Σ r_j² J_j.
@@ -209,6 +211,7 @@ impl<N: Nonlinearity> RingShape<N> {
                 [first(i, &|a, b| a.stiffness() == b.stiffness()), first(i, &|a, b| a.error() == b.error())]
             })
             .collect();
+        let alike = same.iter().all(|same| *same == [0, 0]);
         let edges_move = meshes.iter().any(|mesh| mesh.law().moves());
         // Torques are constants. With 0 in the shape, rings of different torques have equal shapes.
         let mut gears = params.gears.clone();
@@ -224,6 +227,7 @@ impl<N: Nonlinearity> RingShape<N> {
             frame,
             rigid,
             same,
+            alike,
             edges_move,
             per_inertia: 0.0,
             columns,
@@ -237,7 +241,8 @@ impl<N: Nonlinearity> RingShape<N> {
     #[inline]
     fn moving_waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let waves = u.as_chunks_mut::<STRIDE>().0;
-        for (i, (mesh, &[k, e])) in self.meshes.iter().zip(&self.same).enumerate() {
+        let count = if self.alike { 1 } else { self.meshes.len() };
+        for (i, (mesh, &[k, e])) in self.meshes.iter().zip(&self.same).enumerate().take(count) {
             waves[i][STIFFNESS] =
                 if k < i { waves[k][STIFFNESS] } else { mesh.stiffness().value(angle, side) };
             [waves[i][ERROR], waves[i][ERROR_RATE]] = if e < i {
@@ -299,6 +304,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+        u.fill(A::Number::from(0.0));
         self.moving_waves(angle, side, u);
         for (mesh, u) in self.meshes.iter().zip(u.chunks_exact_mut(STRIDE)) {
             mesh.edges(angle, side, u);
@@ -327,8 +333,8 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         (1..=self.meshes.len()).flat_map(of_mesh).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        let meshes = u.all_waves().chunks_exact(STRIDE);
-        for ((out, mesh), contact) in out.chunks_exact_mut(2).zip(meshes).zip(contacts) {
+        for (i, (out, contact)) in out.chunks_exact_mut(2).zip(contacts).enumerate() {
+            let mesh = &u.all_waves()[if self.alike { 0 } else { STRIDE * i }..][..STRIDE];
             out[0] = contact.deflection + mesh[ERROR];
             out[1] = mesh[STIFFNESS] * contact.deflection;
         }
