@@ -107,7 +107,8 @@ fn one_by_one(train: &Train, side: usize) {
 /// The face gear pair from parts over that of its own algebra.
 fn face_gears() {
     let params = NfgParams::table1();
-    let train = nfg_parts(&params, 0.01).and_then(|parts| parts.build("pinion", params.speed));
+    let train = nfg_parts(&params, 0.01)
+        .and_then(|mut parts| parts.accept(Warning::Drifts).build("pinion", params.speed));
     let pair =
         NfgPair2::new(&params, 0.01).and_then(|pair| pair.with_torque(params.load_torque / params.ratio));
     let (train, pair) = (train.expect("it is in range"), pair.expect("it is in range"));

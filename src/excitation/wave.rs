@@ -100,6 +100,11 @@ impl Wave {
         Ok(Wave { order, ..self })
     }
 
+    /// The same wave with its order divided by a common order of several waves; a constant stays as it is.
+    pub(crate) fn slower(self, common: u32) -> Self {
+        if self.order.is_multiple_of(common) { Wave { order: self.order / common, ..self } } else { self }
+    }
+
     /// The same wave with a phase `[rad]` added to ψ: f(n φ + ψ). 2π is one period of the excitation, not
     /// one turn of the shaft.
     ///

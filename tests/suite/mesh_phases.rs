@@ -1,5 +1,6 @@
 //! Phases of meshes that follow from teeth: idlers, several wheels on one gear, planets, loops.
 
+use crate::api::*;
 use gear_dynamics::Wave;
 use gear_dynamics::teeth::{GearPair, InvoluteGear};
 use gear_dynamics::trains::*;
@@ -41,7 +42,8 @@ fn apart(phase: f64, other: f64) -> f64 {
 fn star(sense: f64, [zs, zp]: [i32; 2], angles: &[f64], asked: &str) -> Parts {
     let (zr, far) = (zs + 2 * zp, 0.5 * MODULE * f64::from(zs + zp));
     let mut parts = Parts::new();
-    parts.body("input", Body::new(1e-2)).body("sun", Body::new(1e-3)).body("ring", Body::new(1e-2));
+    parts.body("input", Body::new(1e-2)).body("sun", Body::new(1e-3).at([0.0; 2]));
+    parts.body("ring", Body::new(1e-2).at([0.0; 2]));
     // An external mesh reverses the rotation, an internal one does not.
     parts.mesh("input mesh", "input", "sun", if sense > 0.0 { mesh([30, -90]) } else { mesh([30, 90]) });
     for (p, angle) in (1..).zip(angles) {
@@ -60,7 +62,7 @@ fn star(sense: f64, [zs, zp]: [i32; 2], angles: &[f64], asked: &str) -> Parts {
 }
 
 /// The sun mesh of a planet at the angle ψ is behind that of a planet at 0 by Z_s ψ/2π, in the sense of rotation.   Source:
-/// Parker and Lin 2004, J. Mech. Des. 126, 525.
+/// Parker and Lin 2004, J. Mech. Des. 126, 365.
 #[test]
 fn wheels_round_a_sun() {
     for sense in [1.0, -1.0] {
@@ -80,7 +82,7 @@ fn wheels_round_a_sun() {
 }
 
 /// The ring mesh of a planet is half a cycle from its sun mesh if the planet has an even number of teeth, otherwise in
-/// phase.   Source: Parker and Lin 2004, J. Mech. Des. 126, 525.
+/// phase.   Source: Parker and Lin 2004, J. Mech. Des. 126, 365.
 #[test]
 fn sun_and_ring_mesh_of_a_planet() {
     for sense in [1.0, -1.0] {
@@ -135,7 +137,7 @@ fn idlers_with_profile_shift() {
         let far = pairs[0].centre_distance();
         for (angle, quarter) in [(0.0, 2.0), (-0.25 * TAU, 3.0)] {
             let mut parts = Parts::new();
-            parts.body("input", Body::new(1e-3).at([-far, 0.0])).body("idler", Body::new(1e-3));
+            parts.body("input", Body::new(1e-3).at([-far, 0.0])).body("idler", Body::new(1e-3).at([0.0; 2]));
             parts.body("output", Body::new(1e-3).at([far * angle.cos(), far * angle.sin()]));
             let [first, second] = pairs.each_ref().map(|pair| MeshPart::of_pair(pair, steel()));
             parts.mesh("first", "input", "idler", first);
@@ -166,4 +168,53 @@ fn phases_that_do_not_follow_are_refused() {
     assert_eq!(build(false, [31, 40]), undetermined);
     // Two gears on one shaft: how their teeth stand to each other is not stated.
     assert_eq!(build(true, [20, 40]), undetermined);
+}
+
+/// A phase that is stated contradicts the teeth: the message names its mesh, not the places.
+#[test]
+fn stated_phases_that_contradict_teeth() {
+    let build = |phase: f64| {
+        let mut parts = star(1.0, [19, 17], &[0.0, 6.0 * TAU / 72.0], "");
+        let far = 0.5 * MODULE * 36.0;
+        parts.body("other", Body::new(1e-3).at([0.0, far]));
+        parts.mesh("stated", "sun", "other", mesh([19, 17]).phase(phase));
+        parts.accept(Warning::Unbalanced).build("input", 100.0)
+    };
+    assert!(build(-19.0 / 4.0).is_ok());
+    match build(0.0).unwrap_err() {
+        TrainError::PhaseContradicts { mesh, stated, computed } => {
+            let names = ["stated", "sun 1"].contains(&&mesh[..]);
+            assert!(names && (apart(stated - computed, 0.25)).abs() < 1e-9, "{mesh} {stated} {computed}");
+        }
+        error => panic!("{error}"),
+    }
+}
+
+/// Two gears of 31 teeth on one body, of different modules, are no gear in common.
+#[test]
+fn equal_tooth_numbers_of_different_gears() {
+    let mut parts = Parts::new();
+    for (i, name) in ["input", "compound", "output"].into_iter().enumerate() {
+        parts.body(name, Body::new(1e-3).at([0.1 * i as f64, 0.0]));
+    }
+    let larger = MeshPart::external([31, 40], [0.0465, 0.06], steel()).phase_from_teeth();
+    parts.mesh("first", "input", "compound", mesh([30, 31])).mesh("second", "compound", "output", larger);
+    let error = parts.build("input", 100.0).unwrap_err();
+    assert_eq!(error, TrainError::PhaseUndetermined { mesh: "second".into() });
+}
+
+#[test]
+fn ring_phases_of_planetary_sets() {
+    for (planet, stated) in [(25, 0.0), (26, 0.5)] {
+        let teeth = [30, planet, 30 + 2 * planet];
+        let set = || Planetary::torsional(teeth, 1, 0.03, [1e-3; 4], [steel(), wave()]).unwrap();
+        let [from_teeth, by_hand] = [set().ring_phase_from_teeth(), set().ring_phase(stated)]
+            .map(|set| set.parts().build("sun", 100.0).unwrap());
+        assert!(from_teeth.shares_lanes_with(&by_hand), "{planet}");
+        assert!(!from_teeth.shares_lanes_with(&set().ring_phase(0.25).parts().build("sun", 100.0).unwrap()));
+    }
+}
+
+fn wave() -> Wave {
+    Wave::new(Fourier::new(2e8, &[[3e7, 1e7]]).unwrap())
 }

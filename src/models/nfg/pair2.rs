@@ -27,6 +27,7 @@ use crate::scalar::Scalar;
 /// - f is the contact law, by default the dead zone of half width b `[m]`; b is half of the backlash.
 /// - Default of T1: I1 θ1'' + r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
 ///   [`NfgPair`](crate::NfgPair) then decreases as 1/I1.
+/// - Nothing holds the pinion to its even rotation. Deviations of both gears together grow, the less the larger I1 is.
 /// - Initial value of c_m: 2 ζ I2 ω_n/(L² (1 + β²/2)), with ω_n of [`NfgPair`](crate::NfgPair).
 /// - Of an [`NfgReading`] only `radius` and `centre_forcing` have an effect.
 ///

@@ -66,6 +66,7 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
     assembly.rotating()?;
     let (shape, values) = assembly.finish(speed)?;
     checks::balance(&layout, &shape)?;
+    checks::held(parts, &shape)?;
     let names = shape.names.clone();
     let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
     Ok(Machine::with_constants(shape, &constants)?)

@@ -3,10 +3,12 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::check;
 use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
 use crate::trains::assembly::names::Names;
 use crate::trains::assembly::places::SAME;
 use crate::trains::assembly::rows::Layout;
 use crate::trains::assembly::train_error::{TrainError, Warning};
+use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::parts::mesh_part::Phase;
 use crate::trains::shape::elements::Characteristic;
@@ -31,7 +33,7 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
     for (name, body) in &parts.bodies {
         check::scale(format!("inertia of \"{name}\""), body.inertia)?;
         check::not_negative(format!("drag of \"{name}\""), body.drag)?;
-        check::quantities(&format!("centre of \"{name}\""), &body.centre)?;
+        check::quantities(&format!("centre of \"{name}\""), &body.centre.unwrap_or_default())?;
         for (what, value) in [("stiffness", 0), ("damping", 1)].into_iter().zip(body.support) {
             check::not_negative(format!("{} of the support of \"{name}\"", what.0), value)?;
         }
@@ -105,17 +107,32 @@ pub(crate) fn values<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError
         let [radii, teeth] =
             [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
         for (factor, gear) in mesh.radius_factors.iter().zip(["first", "second"]) {
-            let Some(factor) = factor else { continue };
-            for i in 0..RADII {
-                let angle = TAU * f64::from(i) / f64::from(RADII) / f64::from(factor.order());
-                let title =
-                    format!("factor of the base radius of the {gear} gear of \"{name}\" at {angle} rad");
-                check::positive(title, factor.value(angle, Side::After))?;
-            }
+            factor.as_ref().map_or(Ok(()), |factor| radius(name, gear, factor))?;
         }
         if mesh.is_round() && (radii / teeth - 1.0).abs() > SAME {
             return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
         }
+    }
+    Ok(())
+}
+
+/// The radius of a noncircular gear is positive and does not jump.
+fn radius(mesh: &str, gear: &str, factor: &Wave) -> Result<(), TrainError> {
+    for i in 0..RADII {
+        let angle = TAU * f64::from(i) / f64::from(RADII) / f64::from(factor.order());
+        let value = factor.value(angle, Side::After);
+        if value.is_nan() || value <= 0.0 {
+            let title = format!("factor of the base radius of the {gear} gear of \"{mesh}\" at {angle} rad");
+            check::positive(title, value)?;
+        }
+    }
+    let mut angle = -1e-9;
+    while let Some(edge) = factor.next_edge(angle).filter(|edge| *edge < TAU) {
+        let [before, after] = [Side::Before, Side::After].map(|side| factor.value(edge, side));
+        if (after - before).abs() > SAME * after.abs() {
+            return Err(TrainError::RadiusJumps { mesh: mesh.into(), angle: edge });
+        }
+        angle = edge;
     }
     Ok(())
 }
@@ -236,4 +253,22 @@ pub(crate) fn balance<N: Nonlinearity>(
         power / inertia
     );
     Err(TrainError::Warning { warning: Warning::Unbalanced, message })
+}
+
+/// Whether something holds a train with bodies that turn unevenly to its kinematic rotation.
+pub(crate) fn held<N>(parts: &Parts<N>, shape: &TrainShape<N>) -> Result<(), TrainError> {
+    let holds = |body: &Body| !body.held && (body.support[0] > 0.0 || body.drag > 0.0);
+    let accepted = parts.accepted.contains(&Warning::Drifts);
+    if shape.uneven.is_empty()
+        || accepted
+        || !shape.motors.is_empty()
+        || parts.bodies.iter().any(|body| holds(&body.1))
+    {
+        return Ok(());
+    }
+    let message =
+        "nothing holds the train to its uneven rotation, and deviations from it grow: restrain a body \
+                   that turns evenly (Body::restrained), or give it drag or a torque over the speed"
+            .into();
+    Err(TrainError::Warning { warning: Warning::Drifts, message })
 }

@@ -10,7 +10,6 @@ use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::fraction::Fraction;
 use crate::trains::assembly::phases::phases;
-use crate::trains::assembly::rotation::follows_teeth;
 use crate::trains::assembly::rows::Row;
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::shape::elements::{Entry, Friction, Journal, Rotating, Tooth, ToothRest};
@@ -26,9 +25,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let bodies = self.names.pair(name, ends)?;
             let [mut row, friction] = self.layout.mesh(name, bodies, part)?;
             let varying = self.levers_that_vary(name, bodies, part, &mut row)?;
-            if follows_teeth(part) {
-                self.follows(name, &bodies)?;
-            }
+            self.teeth_turn_evenly(name, bodies, part)?;
             let carrier = self.names.carrier_of(parts, name, bodies)?;
             let relative =
                 |gear: usize| self.layout.kinematics.relative(bodies[gear], carrier).map(Fraction::abs);
@@ -64,7 +61,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let (mut stiffness, mut error) = (vec![along(&part.stiffness)?], vec![along(&part.error)?]);
             for gear in [0, 1] {
                 if part.faults[gear].is_some() || part.runout[gear].is_some() {
-                    self.follows(name, &bodies[gear..=gear])?;
+                    self.follows(name, bodies[gear])?;
                 }
                 if let Some(wave) = &part.faults[gear] {
                     stiffness.push(turning(gear, wave)?);
@@ -163,6 +160,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let parts = self.layout.parts;
         let Some(carrier) = &parts.rotating else { return Ok(()) };
         let carrier = self.names.place("the rotating frame", carrier)?;
+        self.follows("the rotating frame", carrier)?;
         for (name, ends, _) in &parts.meshes {
             let pair = self.names.pair(name, ends)?;
             let moves = pair.iter().any(|&body| parts.bodies[body].1.bearing.is_some());

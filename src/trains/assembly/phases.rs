@@ -7,20 +7,26 @@ use crate::trains::assembly::places::{Planets, SAME, centre, snapped};
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart, Phase};
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
+/// A gear: its body, its number of teeth, whether they are internal, and the carrier of the mesh.
+type Gear = (usize, u32, bool, Option<usize>);
+
 /// A tooth of a gear at the pitch point of a mesh.
-struct Meeting<'n> {
+struct Meeting {
     mesh: usize,
-    name: &'n str,
-    /// The gear: its body, number of teeth, and whether they are internal.
-    gear: (usize, u32, bool),
-    carrier: Option<usize>,
+    gear: Gear,
+    /// Base radius of the gear `[m]`.
+    radius: f64,
     /// Cycles of this mesh from φ = 0 to the meeting, less its phase.
     cycles: f64,
     /// Polar angle of the tooth's middle against the rotation of the gear, in pitches.
     pitches: f64,
 }
+
+/// Largest distance by which the teeth of a loop of gears may miss, in pitches: rounding of places.
+const MISS: f64 = 1e-3;
 
 /// The phases of all meshes in [0, 1), in mesh cycles ahead of their waves.
 pub(crate) fn phases<N: Nonlinearity>(
@@ -30,8 +36,9 @@ pub(crate) fn phases<N: Nonlinearity>(
     planets: &Planets,
 ) -> Result<Vec<f64>, TrainError> {
     let mut phases = vec![None; parts.meshes.len()];
-    let mut meetings = Vec::new();
-    let computed = parts.meshes.iter().any(|(_, _, mesh)| mesh.phase == Phase::FromTeeth);
+    let mut meetings: Vec<Vec<Meeting>> = Vec::new();
+    let from_teeth = |mesh: usize| parts.meshes[mesh].2.phase == Phase::FromTeeth;
+    let computed = (0..parts.meshes.len()).any(from_teeth);
     for (i, (name, ends, mesh)) in parts.meshes.iter().enumerate() {
         let bodies = names.pair(name, ends)?;
         let place = bodies.iter().find_map(|&body| planets[body].as_ref()).map_or(0.0, |planet| planet.ahead);
@@ -40,63 +47,94 @@ pub(crate) fn phases<N: Nonlinearity>(
         }
         if computed {
             let carrier = names.carrier_of(parts, name, bodies)?;
-            let meet = |gear| meeting(parts, kinematics, planets, (i, name, mesh), (bodies, carrier), gear);
-            meetings.extend([0, 1].into_iter().filter_map(meet));
+            let meet = |gear| meeting(parts, kinematics, planets, (i, mesh), (bodies, carrier), gear);
+            meetings.push([0, 1].into_iter().filter_map(meet).collect());
         }
     }
-    // From mesh to mesh over the gears that they share.
-    loop {
-        let mut found = false;
-        for one in &meetings {
-            let Some(known) = phases[one.mesh] else { continue };
-            for other in meetings.iter().filter(|other| one.shares_its_gear_with(other)) {
-                let phase = one.phase_of(known, other);
-                match phases[other.mesh] {
-                    None => {
-                        phases[other.mesh] = Some(snapped(phase));
-                        found = true;
-                    }
-                    Some(stated) => {
-                        let gap = snapped(stated - phase);
-                        let from_teeth = |mesh: usize| parts.meshes[mesh].2.phase == Phase::FromTeeth;
-                        let misses = gap.min(1.0 - gap) > SAME * f64::from(one.gear.1);
-                        if misses && (from_teeth(one.mesh) || from_teeth(other.mesh)) {
-                            let mesh = other.name.into();
-                            return Err(TrainError::TeethMiss { mesh, gap: gap.min(1.0 - gap) });
+    if computed {
+        let mut of_gear: HashMap<Gear, Vec<&Meeting>> = HashMap::new();
+        for meeting in meetings.iter().flatten() {
+            of_gear.entry(meeting.gear).or_default().push(meeting);
+        }
+        // From mesh to mesh over the gears that they share.
+        let mut known: Vec<usize> = (0..phases.len()).filter(|&mesh| phases[mesh].is_some()).collect();
+        while let Some(mesh) = known.pop() {
+            let Some(own_phase) = phases[mesh] else { continue };
+            for own in &meetings[mesh] {
+                for other in of_gear[&own.gear].iter().filter(|other| own.shares_its_gear_with(other)) {
+                    let phase = own.phase_of(own_phase, other);
+                    match phases[other.mesh] {
+                        None => {
+                            phases[other.mesh] = Some(snapped(phase));
+                            known.push(other.mesh);
                         }
+                        Some(found) if from_teeth(mesh) || from_teeth(other.mesh) => {
+                            let gap = distance(found, phase);
+                            if gap > MISS {
+                                return Err(miss(parts, [(mesh, own_phase), (other.mesh, found)], phase));
+                            }
+                        }
+                        Some(_) => {}
                     }
                 }
             }
         }
-        if !found {
-            break;
-        }
     }
     let checked = parts.meshes.iter().zip(phases).map(|((name, _, mesh), phase)| {
         let computed = phase.ok_or_else(|| TrainError::PhaseUndetermined { mesh: name.clone() })?;
-        let gap = snapped(mesh.stated_phase.unwrap_or(computed) - computed);
-        if gap.min(1.0 - gap) > SAME {
-            let stated = mesh.stated_phase.unwrap_or(computed);
-            return Err(TrainError::PhaseContradicts { mesh: name.clone(), stated, computed });
+        match mesh.stated_phase {
+            Some(stated) if distance(stated, computed) > SAME => {
+                Err(TrainError::PhaseContradicts { mesh: name.clone(), stated, computed })
+            }
+            _ => Ok(computed),
         }
-        Ok(computed)
     });
     checked.collect()
 }
 
+/// Distance of two phases, in cycles.
+fn distance(one: f64, other: f64) -> f64 {
+    let gap = snapped(one - other);
+    gap.min(1.0 - gap)
+}
+
+/// The error of two meshes of one gear whose phases contradict each other: one that is stated is wrong, otherwise the
+/// places are. `phase`: of the second mesh by the first one.
+fn miss<N>(parts: &Parts<N>, [(one, own), (other, found)]: [(usize, f64); 2], phase: f64) -> TrainError {
+    let contradicts = |mesh: usize, stated: f64, computed: f64| TrainError::PhaseContradicts {
+        mesh: parts.meshes[mesh].0.clone(),
+        stated,
+        computed: snapped(computed),
+    };
+    match [one, other].map(|mesh| &parts.meshes[mesh].2.phase) {
+        [_, Phase::Ahead(_)] => contradicts(other, found, phase),
+        [Phase::Ahead(_), _] => contradicts(one, own, own + found - phase),
+        _ => TrainError::TeethMiss { mesh: parts.meshes[other].0.clone(), gap: distance(found, phase) },
+    }
+}
+
 /// When and where a tooth of one gear of a mesh is at the pitch point; `None` without places or rotation.
-fn meeting<'n, N: Nonlinearity>(
+fn meeting<N: Nonlinearity>(
     parts: &Parts<N>,
     kinematics: &Kinematics,
     planets: &Planets,
-    (i, name, mesh): (usize, &'n str, &MeshPart<N>),
+    (i, mesh): (usize, &MeshPart<N>),
     (bodies, carrier): ([usize; 2], Option<usize>),
     gear: usize,
-) -> Option<Meeting<'n>> {
+) -> Option<Meeting> {
     let [own, mate] = [bodies[gear], bodies[1 - gear]];
-    let [[x, y], [u, v]] = [own, mate].map(|body| centre(parts, planets, body));
+    // A central gear without a place is at the centre of the carrier.
+    let placed = |body: usize| {
+        let stated =
+            parts.bodies[body].1.centre.or(carrier.and_then(|carrier| parts.bodies[carrier].1.centre));
+        (stated.is_some() || carrier.is_some()).then(|| match planets[body] {
+            Some(_) => centre(parts, planets, body),
+            None => stated.unwrap_or_default(),
+        })
+    };
+    let ([x, y], [u, v]) = (placed(own)?, placed(mate)?);
     let turning = kinematics.relative(own, carrier)?;
-    if (x, y) == (u, v) || turning.is_zero() {
+    if (x, y) == (u, v) || turning.is_zero() || !mesh.is_round() {
         return None;
     }
     let sense = if turning.value() < 0.0 { -1.0 } else { 1.0 };
@@ -110,17 +148,17 @@ fn meeting<'n, N: Nonlinearity>(
     let middle = sense * towards + if gear == 0 { -half } else { half };
     Some(Meeting {
         mesh: i,
-        name,
-        gear: (own, teeth, internal[gear]),
-        carrier,
+        gear: (own, teeth, internal[gear], carrier),
+        radius: mesh.radii[gear],
         cycles: mesh.pitch_point / TAU,
         pitches: middle / pitch,
     })
 }
 
-impl Meeting<'_> {
+impl Meeting {
+    /// Gears of one body with equal teeth and radii are one gear.
     fn shares_its_gear_with(&self, other: &Meeting) -> bool {
-        self.mesh != other.mesh && self.gear == other.gear && self.carrier == other.carrier
+        self.mesh != other.mesh && (self.radius / other.radius - 1.0).abs() < SAME
     }
     /// The phase of another mesh of the gear. Teeth reach its pitch point later by the pitches between both.
     fn phase_of(&self, own: f64, other: &Meeting) -> f64 {

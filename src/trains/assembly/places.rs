@@ -105,9 +105,9 @@ fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
 /// The centre of a body `[m]`.
 pub(crate) fn centre<N>(parts: &Parts<N>, planets: &Planets, body: usize) -> [f64; 2] {
     match &planets[body] {
-        None => parts.bodies[body].1.centre,
+        None => parts.bodies[body].1.centre.unwrap_or_default(),
         Some(planet) => {
-            let [x, y] = parts.bodies[planet.carrier].1.centre;
+            let [x, y] = parts.bodies[planet.carrier].1.centre.unwrap_or_default();
             let (sin, cos) = libm::sincos(planet.angle);
             [x + planet.radius * cos, y + planet.radius * sin]
         }

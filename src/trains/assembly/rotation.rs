@@ -25,8 +25,8 @@ pub(crate) type Rotations = Vec<Option<Wave>>;
 struct Link<'p> {
     part: &'p str,
     bodies: Vec<usize>,
-    /// R of the second body over that of the first one; 1 without it.
-    ratio: Option<Wave>,
+    /// z_1/z_2 and R of the second body over that of the first one; `None`: R is the same.
+    ratio: Option<(f64, Wave)>,
 }
 
 /// The rotations of all bodies: the reference body turns evenly, and each noncircular mesh multiplies by g_1/g_2.
@@ -41,6 +41,7 @@ pub(crate) fn rotations<N: Nonlinearity>(
     if parts.meshes.iter().all(|(_, _, mesh)| mesh.is_round()) {
         return Ok(vec![None; found.len()]);
     }
+    let name = |body: usize| parts.bodies[body].0.clone();
     let links = links(parts, names, kinematics, orders)?;
     found[reference] = Some(None);
     let mut open: Vec<&Link> = links.iter().collect();
@@ -53,21 +54,15 @@ pub(crate) fn rotations<N: Nonlinearity>(
             };
             let known = found[link.bodies[from]].clone().flatten();
             if link.bodies.len() > 2 && known.is_some() {
-                let why = "its carrier and gears must turn evenly";
-                return Err(TrainError::NotRound { mesh: link.part.into(), why });
+                return Err(TrainError::Uneven { part: link.part.into(), body: name(link.bodies[from]) });
             }
-            let own = match (known, &link.ratio) {
-                (None, None) => None,
-                (Some(known), None) => Some(known),
-                (known, Some(ratio)) => Some(turned(known, ratio, from == 1)?),
-            };
+            let own = link.from(known, from)?;
             for (_, &body) in link.bodies.iter().enumerate().filter(|(i, _)| *i != from) {
                 match &found[body] {
                     None => found[body] = Some(own.clone()),
                     Some(other) if alike(other.as_ref(), own.as_ref()) => {}
                     Some(_) => {
-                        let why = "other parts turn its gears by another ratio";
-                        return Err(TrainError::NotRound { mesh: link.part.into(), why });
+                        return Err(TrainError::UnevenLoop { part: link.part.into(), body: name(body) });
                     }
                 }
             }
@@ -76,18 +71,21 @@ pub(crate) fn rotations<N: Nonlinearity>(
             break;
         }
     }
-    let rotations: Rotations = found.into_iter().map(Option::flatten).collect();
-    for (name, ends, mesh) in parts.meshes.iter().filter(|(_, _, mesh)| !mesh.is_round()) {
-        for (gear, body) in names.pair(name, ends)?.into_iter().enumerate() {
-            let mean = rotations[body].as_ref().map_or(1.0, mean);
-            if (mean - 1.0).abs() > SAME {
-                let teeth = f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1]);
-                let radii = if gear == 0 { teeth / mean } else { teeth * mean };
-                return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
-            }
+    Ok(found.into_iter().map(Option::flatten).collect())
+}
+
+impl Link<'_> {
+    /// R of the other bodies, from that of the body at the place `from`.
+    fn from(&self, known: Option<Wave>, from: usize) -> Result<Option<Wave>, TrainError> {
+        let Some((teeth, ratio)) = &self.ratio else { return Ok(known) };
+        let own = turned(known, ratio, from == 1)?;
+        let mean = mean(&own);
+        if (mean - 1.0).abs() > SAME {
+            let ratio = if from == 0 { teeth * mean } else { teeth / mean };
+            return Err(TrainError::MeanRatio { mesh: self.part.into(), ratio, teeth: *teeth });
         }
+        Ok((!alike(Some(&own), None)).then_some(own))
     }
-    Ok(rotations)
 }
 
 fn links<'p, N: Nonlinearity>(
@@ -107,45 +105,67 @@ fn links<'p, N: Nonlinearity>(
         let why = match carrier {
             Some(_) => "a planet and its carrier have constant levers",
             None if mesh.friction.is_some() => "tooth friction has constant levers",
-            None if bodies.iter().any(|&body| kinematics.speeds[body].is_zero()) => "it does not turn",
             None => "",
         };
         if !mesh.is_round() && !why.is_empty() {
             return Err(TrainError::NotRound { mesh: name.clone(), why });
         }
-        let ratio = if mesh.is_round() { None } else { Some(ratio(name, bodies, mesh, orders)?) };
+        let ratio = if mesh.is_round() { None } else { Some(ratio(name, bodies, mesh, kinematics, orders)?) };
         links.push(Link { part: name, bodies: bodies.into_iter().chain(carrier).collect(), ratio });
     }
     Ok(links)
 }
 
-/// R of the second gear over R of the first one: r_1 g_1 z_2/(r_2 g_2 z_1).
+/// z_1/z_2, and R of the second gear over R of the first one: r_1 g_1 z_2/(r_2 g_2 z_1).
 fn ratio<N: Nonlinearity>(
     name: &str,
     bodies: [usize; 2],
     mesh: &MeshPart<N>,
+    kinematics: &Kinematics,
     orders: &Orders,
-) -> Result<Wave, TrainError> {
+) -> Result<(f64, Wave), TrainError> {
+    if bodies.iter().any(|&body| kinematics.speeds[body].is_zero()) {
+        return Err(TrainError::AtRest { part: name.into() });
+    }
     let [r1, r2] = mesh.radii;
     let [z1, z2] = mesh.teeth.map(f64::from);
-    let mut radii = [Wave::constant(r1 / r2 * z2 / z1)?, Wave::constant(1.0)?];
+    let mut radii = [vec![Wave::constant(r1 / r2 * z2 / z1)?], vec![Wave::constant(1.0)?]];
     for ((radius, factor), body) in radii.iter_mut().zip(&mesh.radius_factors).zip(bodies) {
         if let Some(factor) = factor {
-            let factor = orders.wave(name, factor, orders.turn(body))?;
-            *radius = Wave::new(Product::new(vec![radius.clone(), factor]));
+            radius.push(orders.wave(name, factor, orders.turn(body))?);
         }
     }
-    Ok(Wave::new(Quotient(radii)))
+    let [above, below] = radii.map(product);
+    Ok((z1 / z2, quotient(above?, below?)?))
+}
+
+/// A wave made of others, with their common order: it repeats as often as they do.
+fn combined(waves: Vec<Wave>, made: impl Fn(Vec<Wave>) -> Wave) -> Result<Wave, ParameterError> {
+    let order = Wave::common_order(&waves);
+    made(waves.into_iter().map(|wave| wave.slower(order)).collect()).per_turn(order)
+}
+
+fn product(mut waves: Vec<Wave>) -> Result<Wave, ParameterError> {
+    if waves.len() == 1 {
+        return Ok(waves.remove(0));
+    }
+    combined(waves, |waves| Wave::new(Product::new(waves)))
+}
+
+fn quotient(above: Wave, below: Wave) -> Result<Wave, ParameterError> {
+    combined(vec![above, below], |waves| {
+        let [above, below] = [0, 1].map(|i| waves[i].clone());
+        Wave::new(Quotient([above, below]))
+    })
 }
 
 /// R times or over a ratio.
 fn turned(known: Option<Wave>, ratio: &Wave, over: bool) -> Result<Wave, ParameterError> {
-    Ok(match (known, over) {
-        (None, false) => ratio.clone(),
-        (Some(known), false) => Wave::new(Product::new(vec![known, ratio.clone()])),
-        (None, true) => Wave::new(Quotient([Wave::constant(1.0)?, ratio.clone()])),
-        (Some(known), true) => Wave::new(Quotient([known, ratio.clone()])),
-    })
+    match (known, over) {
+        (None, false) => Ok(ratio.clone()),
+        (Some(known), false) => product(vec![known, ratio.clone()]),
+        (known, true) => quotient(known.map_or_else(|| Wave::constant(1.0), Ok)?, ratio.clone()),
+    }
 }
 
 /// Number of angles at which rotations are compared; they are spread evenly.
@@ -160,11 +180,21 @@ fn alike(one: Option<&Wave>, other: Option<&Wave>) -> bool {
     })
 }
 
-/// The mean of a rotation over a turn of φ, by the rectangle rule.
+/// The mean of a rotation over a turn of φ, by the rectangle rule with more and more points until it is 1. The counts are
+/// prime: no order divides them.
 fn mean(wave: &Wave) -> f64 {
-    const POINTS: u32 = 1 << 16;
-    let value = |i| wave.value(TAU * (f64::from(i) + 0.5) / f64::from(POINTS), Side::After);
-    (0..POINTS).map(value).sum::<f64>() / f64::from(POINTS)
+    let by = |points: u32| {
+        let value = |i| wave.value(TAU * (f64::from(i) + 0.5) / f64::from(points), Side::After);
+        (0..points).map(value).sum::<f64>() / f64::from(points)
+    };
+    let mut mean = f64::NAN;
+    for points in [4099, 65_537, 1_048_583] {
+        mean = by(points);
+        if (mean - 1.0).abs() <= SAME {
+            break;
+        }
+    }
+    mean
 }
 
 impl<N: Nonlinearity + Clone> Assembly<'_, N> {
@@ -199,17 +229,33 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         Ok(start..self.shape.varying.len())
     }
 
-    /// Refuses waves of a part that follow bodies of which none turns evenly.
-    pub(crate) fn follows(&self, part: &str, bodies: &[usize]) -> Result<(), TrainError> {
-        if bodies.iter().any(|&body| self.rotations[body].is_none()) {
+    /// Refuses a part that follows the turn of a body which turns unevenly.
+    pub(crate) fn follows(&self, part: &str, body: usize) -> Result<(), TrainError> {
+        match &self.rotations[body] {
+            None => Ok(()),
+            Some(_) => {
+                let body = self.layout.parts.bodies[body].0.clone();
+                Err(TrainError::Uneven { part: part.into(), body })
+            }
+        }
+    }
+    /// Refuses waves over the teeth of a mesh without a round gear that turns evenly.
+    pub(crate) fn teeth_turn_evenly(
+        &self,
+        name: &str,
+        bodies: [usize; 2],
+        part: &MeshPart<N>,
+    ) -> Result<(), TrainError> {
+        let even = |gear: usize| self.rotations[bodies[gear]].is_none();
+        if !follows_teeth(part) || [0, 1].into_iter().any(|i| part.radius_factors[i].is_none() && even(i)) {
             return Ok(());
         }
-        let body = self.layout.parts.bodies[bodies[0]].0.clone();
-        Err(TrainError::Uneven { part: part.into(), body })
+        let body = if even(0) { bodies[1] } else { bodies[0] };
+        Err(TrainError::Uneven { part: name.into(), body: self.layout.parts.bodies[body].0.clone() })
     }
 }
 
-/// Whether any wave of a mesh follows its teeth.
+/// Whether any wave of a mesh is one over its teeth.
 pub(crate) fn follows_teeth<N: Nonlinearity>(mesh: &MeshPart<N>) -> bool {
     varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some()
 }

@@ -22,7 +22,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let pulls = self.kept(&pulls);
             match &torque.course {
                 Course::OfAngle(wave) => {
-                    self.follows(&torque.name, &[body])?;
+                    self.follows(&torque.name, body)?;
                     let wave = self.orders.wave(&torque.name, wave, self.orders.turn(body))?;
                     let wave = once(&mut self.shape.single, wave);
                     self.shape.torque_waves.push((wave, place, pulls));

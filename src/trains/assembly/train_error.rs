@@ -22,6 +22,8 @@ use thiserror::Error;
 pub enum Warning {
     /// The torques accelerate the train.
     Unbalanced,
+    /// A noncircular gear in a train that nothing holds to its kinematic rotation.
+    Drifts,
     /// A body has a bearing without stiffness.
     Unsupported,
     /// Parts of the train are not connected.
@@ -128,22 +130,53 @@ pub enum TrainError {
         teeth: f64,
     },
     /// Noncircular gears where only round ones are possible.
-    #[error("the gears of \"{mesh}\" must be round: {why}")]
+    #[error("the gears of \"{mesh}\" are not round, but {why}")]
     NotRound {
         /// The mesh.
         mesh: String,
         /// The reason.
         why: &'static str,
     },
-    /// A wave over the turn of a body that a noncircular gear turns unevenly.
+    /// The radius of a noncircular gear jumps.
+    #[error("a base radius of \"{mesh}\" jumps at {angle} rad: the ratio of its gears would jump")]
+    RadiusJumps {
+        /// The mesh.
+        mesh: String,
+        /// Mean angle of the gear `[rad]`.
+        angle: f64,
+    },
+    /// The mean ratio of noncircular gears contradicts their tooth numbers.
     #[error(
-        "\"{part}\" has a wave over the turn of \"{body}\", which turns unevenly: waves follow bodies that turn \
-         evenly"
+        "the mean ratio of the noncircular gears of \"{mesh}\" is {ratio}, that of their teeth {teeth}: scale a base \
+         radius"
+    )]
+    MeanRatio {
+        /// The mesh.
+        mesh: String,
+        /// Mean of θ_2'/θ_1', over that of the teeth before it.
+        ratio: f64,
+        /// z_1/z_2.
+        teeth: f64,
+    },
+    /// A part that needs an even rotation on a body that a noncircular gear turns unevenly.
+    #[error(
+        "\"{part}\" follows the turn of \"{body}\", which turns unevenly: waves, carriers and rotating frames need \
+         round gears that turn evenly"
     )]
     Uneven {
-        /// The mesh or torque.
+        /// The mesh, torque or frame.
         part: String,
         /// The body.
+        body: String,
+    },
+    /// Two ways round a loop with noncircular gears turn a body differently.
+    #[error(
+        "the train cannot turn: \"{part}\" turns \"{body}\" by another law than the other parts of its loop"
+    )]
+    UnevenLoop {
+        /// The part that closes the loop.
+        part: String,
+        /// A body of it.
         body: String,
     },
     /// Two bodies of a mesh have the same centre, and its line of action matters.
@@ -217,7 +250,10 @@ pub enum TrainError {
         mesh: String,
     },
     /// The teeth of gears in a loop do not meet.
-    #[error("the gears of \"{mesh}\" cannot be put in at their places: their teeth miss by {gap} of a pitch")]
+    #[error(
+        "the gears of \"{mesh}\" cannot be put in at their places: the teeth of its loop miss by {gap} of a pitch, \
+         0.001 is allowed"
+    )]
     TeethMiss {
         /// A mesh of the loop.
         mesh: String,

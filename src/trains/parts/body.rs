@@ -67,7 +67,8 @@ pub(crate) struct Place {
 pub struct Body {
     pub(crate) inertia: f64,
     pub(crate) bearing: Option<Bearing>,
-    pub(crate) centre: [f64; 2],
+    /// Centre `[m]`; `None`: at the origin, or at the centre of the carrier.
+    pub(crate) centre: Option<[f64; 2]>,
     pub(crate) place: Option<Place>,
     /// Whether it takes no part in the mean rotation.
     pub(crate) held: bool,
@@ -84,7 +85,7 @@ impl Body {
         Body {
             inertia,
             bearing: None,
-            centre: [0.0; 2],
+            centre: None,
             place: None,
             held: false,
             locked: false,
@@ -98,7 +99,7 @@ impl Body {
     }
     /// The same body with its centre at x and y `[m]`. Only directions between centres matter.
     pub fn at(self, centre: [f64; 2]) -> Self {
-        Body { centre, ..self }
+        Body { centre: Some(centre), ..self }
     }
     /// A planet on a carrier at the given angle `[rad]`. The radius of its centre follows from its meshes.
     ///
@@ -122,11 +123,11 @@ impl Body {
     pub fn locked(self) -> Self {
         Body { held: true, locked: true, ..self }
     }
-    /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its mean rotation.
+    /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its kinematic rotation.
     pub fn restrained(self, stiffness: f64, damping: f64) -> Self {
         Body { support: [stiffness, damping], ..self }
     }
-    /// The same body with a drag torque -c q' [N m] on the deviation from its mean speed: the slope of a motor
+    /// The same body with a drag torque -c q' [N m] on the deviation from its kinematic speed: the slope of a motor
     /// or load characteristic. c in [N m s/rad].
     pub fn drag(self, drag: f64) -> Self {
         Body { drag, ..self }

@@ -198,11 +198,12 @@ impl<N: Nonlinearity> MeshPart<N> {
         self.faults[gear as usize] = Some(factor);
         self
     }
-    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers, and g a wave
-    /// over the mean turn of the gear, the angle by which it has turned at its mean speed.
+    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers, and g a
+    /// positive wave without jumps over the mean turn of the gear, the angle by which it has turned at its mean speed.
     ///
     /// The gear moves the contact by r g q, and the bodies behind it turn unevenly: θ_2' = θ_1' r_1 g_1/(r_2 g_2). The
-    /// mean of this ratio must be z_1/z_2. See the guide, [trains](crate::guide::trains).
+    /// mean of this ratio must be z_1/z_2. The reference body turns evenly: with another reference body, the same gear has
+    /// another g. See the guide, [trains](crate::guide::trains).
     ///
     /// ```
     /// use gear_dynamics::{excitation::InstantCentre, trains::{Body, MeshPart, OfMesh, Parts}, Wave};
@@ -212,7 +213,8 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// let mesh = MeshPart::external([z1, z2], [r1, r2], Wave::constant(2e8)?)
     ///     .radius_of_turn(OfMesh::Driven, Wave::new(centre.radius(1.0)?));
     /// let mut parts = Parts::new();
-    /// parts.body("pinion", Body::new(1e-3)).body("face gear", Body::new(1e-2)).mesh("mesh", "pinion", "face gear", mesh);
+    /// parts.body("pinion", Body::new(1e-3).restrained(1e4, 5.0)).body("face gear", Body::new(1e-2));
+    /// parts.mesh("mesh", "pinion", "face gear", mesh);
     /// assert!((parts.build("pinion", 160.0)?.shape().ratio() - 18.0 / 63.0).abs() < 1e-15);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -245,10 +247,10 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh: an idler, two
     /// wheels on one pinion, the ring mesh of a planet. The three bodies need places ([`Body::at`], or planets).
     ///
-    /// Between two meshes of a gear with z teeth, their lines of centres at the angles β_1 and β_2 in its sense of rotation,
+    /// Gears of one body with equal tooth numbers and radii count as one gear. Between two meshes of a gear with z teeth, their lines of centres at the angles β_1 and β_2 in its sense of rotation,
     /// lie z (β_2 - β_1)/2π mesh cycles, less half a pitch (or the tooth thickness of [`of_pair`](MeshPart::of_pair)) if one
     /// mesh drives the gear and the other one is driven by it. The mesh angles of the pitch points are aligned.   Source:
-    /// Parker and Lin 2004, J. Mech. Des. 126, 525, for planets.
+    /// Parker and Lin 2004, J. Mech. Des. 126, 365, for planets.
     ///
     /// [`Body::at`]: crate::trains::Body::at
     ///

@@ -11,7 +11,10 @@ use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
 
 /// The parts of [`NfgPair2`](crate::models::nfg::NfgPair2) in its exact reading with the constant torque T2/i_j on the
-/// pinion: the same coordinates, contact and accelerations.   Source: Liu 2021, Eq. (4), corrected.
+/// pinion: at a constant speed the same coordinates, contact and accelerations.   Source: Liu 2021, Eq. (4), corrected.
+///
+/// Nothing holds the pinion to its even rotation. Deviations of both gears together grow, the less the larger I1 is:
+/// accept [`Warning::Drifts`](crate::trains::Warning::Drifts).
 ///
 /// `pinion_inertia`: I1 [kg m²]. Build it with the speed of the `pinion`. Bodies: `pinion`, `face gear`; mesh: `mesh`;
 /// torques: `drive torque` T2/i_j, `load torque` -T2.
@@ -20,9 +23,9 @@ use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
 /// Parameters that [`NfgPair2::new`](crate::models::nfg::NfgPair2::new) refuses.
 ///
 /// ```
-/// use gear_dynamics::{Model, NfgParams, trains::nfg_parts};
+/// use gear_dynamics::{Model, NfgParams, trains::{Warning, nfg_parts}};
 /// let params = NfgParams::table1();
-/// let train = nfg_parts(&params, 0.01)?.build("pinion", params.speed)?;
+/// let train = nfg_parts(&params, 10.0)?.accept(Warning::Drifts).build("pinion", params.speed)?;
 /// assert_eq!((train.dof(), train.constant("drive torque")?), (2, 30.0 / 3.5));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -6,7 +6,7 @@ use crate::excitation::wave::Wave;
 use crate::trains::kinds::equally_spaced;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::Parts;
-use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::parts::mesh_part::{MeshPart, Phase};
 
 /// A central member of a planetary set.
 ///
@@ -54,7 +54,7 @@ pub struct Planetary {
     supports: [f64; 3],
     at_rest: Option<Central>,
     pressure_angle: f64,
-    ring_phase: f64,
+    ring_phase: Phase,
     damping: f64,
     half_backlash: f64,
 }
@@ -90,7 +90,7 @@ impl Planetary {
             supports: [0.0; 3],
             at_rest: Some(Central::Ring),
             pressure_angle: 20f64.to_radians(),
-            ring_phase: 0.0,
+            ring_phase: Phase::Ahead(0.0),
             damping: 0.0,
             half_backlash: 0.0,
         })
@@ -125,10 +125,14 @@ impl Planetary {
     pub fn error(self, error: [Wave; 2]) -> Self {
         Planetary { error, ..self }
     }
-    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the mesh cycle: 1/2 for planets
-    /// with an even number of teeth that are as thick as their gaps, 0 for an odd number. Default: 0.
+    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the mesh cycle. Default: 0.
     pub fn ring_phase(self, cycles: f64) -> Self {
-        Planetary { ring_phase: cycles, ..self }
+        Planetary { ring_phase: Phase::Ahead(cycles), ..self }
+    }
+    /// The same set with the phase between ring and sun mesh that follows from teeth as thick as their gaps: 1/2 for
+    /// planets with an even number of teeth, 0 for an odd number ([`MeshPart::phase_from_teeth`]).
+    pub fn ring_phase_from_teeth(self) -> Self {
+        Planetary { ring_phase: Phase::FromTeeth, ..self }
     }
     /// The same set with a damping c [N s/m] in each mesh.
     pub fn damping(self, damping: f64) -> Self {
@@ -176,7 +180,8 @@ impl Planetary {
             let inner = MeshPart::external([sun, planet_teeth], [rs, rp], self.stiffness[0].clone());
             parts.mesh(&format!("sun {p}"), "sun", &planet, finish(inner, 0));
             let outer = MeshPart::internal([planet_teeth, ring], [rp, rr], self.stiffness[1].clone());
-            parts.mesh(&format!("ring {p}"), &planet, "ring", finish(outer, 1).phase(self.ring_phase));
+            let outer = MeshPart { phase: self.ring_phase, ..finish(outer, 1) };
+            parts.mesh(&format!("ring {p}"), &planet, "ring", outer);
         }
         parts
     }
