@@ -231,7 +231,10 @@ pub enum TrainError {
         nearest: f64,
     },
     /// A phase stated for a mesh contradicts tooth numbers.
-    #[error("the phase of \"{mesh}\" is stated as {stated} mesh cycles: its teeth and place give {computed}")]
+    #[error(
+        "the phase of \"{mesh}\" is stated as {stated} mesh cycles: it is {computed} by its teeth and place, or by \
+         MeshPart::phase"
+    )]
     PhaseContradicts {
         /// The mesh.
         mesh: String,
@@ -242,8 +245,8 @@ pub enum TrainError {
     },
     /// The phase of a mesh does not follow from its teeth.
     #[error(
-        "the phase of \"{mesh}\" does not follow from its teeth: one of its gears must be in another mesh with a phase, \
-         and all three bodies need places (Body::at)"
+        "the phase of \"{mesh}\" does not follow from its teeth: one of its gears, with the same teeth, must be in \
+         another mesh with a phase, and all three bodies need centres of their own (Body::at)"
     )]
     PhaseUndetermined {
         /// The mesh.

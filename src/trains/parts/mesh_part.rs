@@ -121,7 +121,7 @@ impl MeshPart {
         MeshPart { kind, ..MeshPart::external(teeth, base_radii, stiffness) }
     }
     /// The mesh of a pair of involute gears with the given mesh stiffness over the mesh angle: tooth numbers, base
-    /// radii, working pressure angle, and half of its backlash ([`GearPair::backlash`]).
+    /// radii, working pressure angle, and b = 1/2 backlash cos α_w along the line of action ([`GearPair::backlash`] is the circumferential one).
     ///
     /// ```
     /// use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy};
@@ -247,10 +247,11 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh: an idler, two
     /// wheels on one pinion, the ring mesh of a planet. The three bodies need places ([`Body::at`], or planets).
     ///
-    /// Gears of one body with equal tooth numbers and radii count as one gear. Between two meshes of a gear with z teeth, their lines of centres at the angles β_1 and β_2 in its sense of rotation,
-    /// lie z (β_2 - β_1)/2π mesh cycles, less half a pitch (or the tooth thickness of [`of_pair`](MeshPart::of_pair)) if one
-    /// mesh drives the gear and the other one is driven by it. The mesh angles of the pitch points are aligned.   Source:
-    /// Parker and Lin 2004, J. Mech. Des. 126, 365, for planets.
+    /// Gears of one body with equal tooth numbers and radii count as one gear. A mesh is behind another mesh of its gear
+    /// of z teeth by z (β_2 - β_1)/2π mesh cycles, with the directions β of the pitch points from the gear, in its sense
+    /// of rotation; less half a pitch (or the tooth thickness of [`of_pair`](MeshPart::of_pair)) if the other mesh drives
+    /// the gear and this one is driven by it. The mesh angles of the pitch points are aligned. It replaces
+    /// [`phase`](MeshPart::phase).   Source: Parker and Lin 2004, J. Mech. Des. 126, 365, for planets.
     ///
     /// [`Body::at`]: crate::trains::Body::at
     ///
