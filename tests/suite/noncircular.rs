@@ -211,6 +211,13 @@ fn a_train_with_a_noncircular_gear_is_consistent() {
     assert!((total - 1.0).abs() < 1e-12 && (first - 2e8 * d * d / all).abs() < 1e-9, "{shares:?}");
 }
 
+/// A motor and an oval gear.
+fn single(mesh: MeshPart) -> Parts {
+    let mut parts = Parts::new();
+    parts.body("motor", Body::new(1e-3)).body("oval", Body::new(5e-3)).mesh("mesh", "motor", "oval", mesh);
+    parts
+}
+
 fn refused(mut parts: Parts) -> TrainError {
     parts.accept(Warning::Unbalanced).accept(Warning::Drifts).build("motor", 100.0).unwrap_err()
 }
@@ -243,14 +250,6 @@ fn noncircular_gears_are_refused_where_they_are_not_modelled() {
         refused(parts.coordinates(Coordinates::Relative).clone()),
         TrainError::NotRelative { part } if part == "a noncircular gear"
     ));
-    let single = |mesh: MeshPart| {
-        let mut parts = Parts::new();
-        parts
-            .body("motor", Body::new(1e-3))
-            .body("oval", Body::new(5e-3))
-            .mesh("mesh", "motor", "oval", mesh);
-        parts
-    };
     let not_round = |parts: Parts, expected: &str| match refused(parts) {
         TrainError::NotRound { why, .. } => assert!(why.contains(expected), "{why}"),
         error => panic!("{error}"),
@@ -378,14 +377,6 @@ fn waves_over_the_teeth_follow_the_round_gear() {
 
 #[test]
 fn further_noncircular_gears_that_are_refused() {
-    let single = |mesh: MeshPart| {
-        let mut parts = Parts::new();
-        parts
-            .body("motor", Body::new(1e-3))
-            .body("oval", Body::new(5e-3))
-            .mesh("mesh", "motor", "oval", mesh);
-        parts
-    };
     // A radius that jumps.
     let jumping = Wave::new(RectangularWave::new(0.9, 1.1, 0.5).unwrap());
     let error = refused(single(centre_mesh(0.2).radius_of_turn(OfMesh::Driver, jumping)));
