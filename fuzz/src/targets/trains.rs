@@ -2,9 +2,10 @@
 
 use super::build::speaks_numbers;
 use crate::case::{Case, Run, all_finite, holds};
+use gear_dynamics::excitation::{Fourier, InstantCentre};
 use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, OfMesh, Parts, Planetary, Warning};
-use gear_dynamics::{Model, ParameterError, State, Wave, excitation::Fourier};
+use gear_dynamics::{Model, ParameterError, State, Wave};
 
 /// A number, in most cases a sensible one.
 fn number(case: &mut Case, sensible: f64) -> f64 {
@@ -38,16 +39,28 @@ fn mesh(case: &mut Case) -> Result<MeshPart, ParameterError> {
         if case.chance(0.97) { case.pick(&[20, 30, 60]) } else { case.pick(&[0, 1, 1_000_003, u32::MAX]) }
     });
     let module = number(case, 1e-3);
-    let radii = if case.chance(0.9) {
+    let mut radii = if case.chance(0.9) {
         teeth.map(|z| module * f64::from(z))
     } else {
         [number(case, 0.03), number(case, 0.06)]
     };
+    let eccentric = if case.chance(0.2) { number(case, 0.2) } else { 0.0 };
+    if eccentric != 0.0 {
+        radii[1] *= (1.0 + eccentric * eccentric) / (1.0 - eccentric * eccentric);
+    }
     let new = if case.chance(0.3) { MeshPart::internal } else { MeshPart::external };
     let mut part =
         new(teeth, radii, wave(case, 2e8)?).half_backlash(number(case, 1e-5)).damping(number(case, 1e3));
     if case.chance(0.3) {
         part = part.error(wave(case, 1e-6)?);
+    }
+    if eccentric != 0.0 {
+        let radius = InstantCentre::new(eccentric)?.radius(1.0)?;
+        let gear = if case.chance(0.8) { OfMesh::Driven } else { OfMesh::Driver };
+        part = part.radius_of_turn(gear, Wave::new(radius));
+    }
+    if case.chance(0.2) {
+        part = part.phase_from_teeth();
     }
     if case.chance(0.2) {
         part = part.friction(number(case, 0.1)).phase(number(case, 0.3));
@@ -117,7 +130,13 @@ pub fn train(case: &mut Case) -> Run {
     if case.chance(0.1) {
         parts.rotating_with("b0 carrier");
     }
-    for warning in [Warning::Unbalanced, Warning::UnusualValue, Warning::Unsupported, Warning::Disconnected] {
+    for warning in [
+        Warning::Unbalanced,
+        Warning::UnusualValue,
+        Warning::Unsupported,
+        Warning::Disconnected,
+        Warning::Drifts,
+    ] {
         parts.accept(warning);
     }
     let reference = if case.chance(0.5) { "b0 sun".to_owned() } else { name(case) };

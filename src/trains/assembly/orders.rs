@@ -5,9 +5,9 @@ use crate::excitation::wave::Wave;
 use crate::trains::assembly::fraction::Fraction;
 use crate::trains::assembly::kinematics::Kinematics;
 use crate::trains::assembly::names::Names;
-use crate::trains::assembly::rotation::follows_teeth;
 use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, Parts};
+use crate::trains::parts::mesh_part::MeshPart;
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.
 pub(crate) struct Orders {
@@ -73,6 +73,11 @@ impl Orders {
 }
 
 /// Whether a wave is no constant.
-pub(crate) fn varies(wave: &Wave) -> bool {
+fn varies(wave: &Wave) -> bool {
     Wave::divisor_of_orders([wave]) != 0
+}
+
+/// Whether any wave of a mesh is one over its teeth.
+pub(crate) fn follows_teeth<N: Nonlinearity>(mesh: &MeshPart<N>) -> bool {
+    varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some()
 }

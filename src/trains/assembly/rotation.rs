@@ -8,7 +8,7 @@ use crate::excitation::wave::Wave;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::kinematics::Kinematics;
 use crate::trains::assembly::names::Names;
-use crate::trains::assembly::orders::{Orders, varies};
+use crate::trains::assembly::orders::{Orders, follows_teeth};
 use crate::trains::assembly::places::SAME;
 use crate::trains::assembly::rows::Row;
 use crate::trains::assembly::train_error::TrainError;
@@ -253,9 +253,4 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
         let body = if even(0) { bodies[1] } else { bodies[0] };
         Err(TrainError::Uneven { part: name.into(), body: self.layout.parts.bodies[body].0.clone() })
     }
-}
-
-/// Whether any wave of a mesh is one over its teeth.
-pub(crate) fn follows_teeth<N: Nonlinearity>(mesh: &MeshPart<N>) -> bool {
-    varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some()
 }
