@@ -27,7 +27,8 @@ use crate::scalar::Scalar;
 /// - f is the contact law, by default the dead zone of half width b `[m]`; b is half of the backlash.
 /// - Default of T1: I1 θ1'' + r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
 ///   [`NfgPair`](crate::NfgPair) then decreases as 1/I1.
-/// - Nothing holds the pinion to its even rotation. Deviations of both gears together grow, the less the larger I1 is.
+/// - Nothing holds the pinion to its even rotation. A common deviation of both gears grows: with Table 1 by
+///   the factor 1.76 in a turn of the face gear for I1 = 0.01 kg m², and by 1.02 for 10 kg m².
 /// - Initial value of c_m: 2 ζ I2 ω_n/(L² (1 + β²/2)), with ω_n of [`NfgPair`](crate::NfgPair).
 /// - Of an [`NfgReading`] only `radius` and `centre_forcing` have an effect.
 ///
@@ -279,7 +280,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             (u.all_waves(), u.speed(), u.constants());
         let w = self.contact(law, 0, u, q, v).force;
         let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
-        // T1, and what of θ1'' it does not balance.
+        // T1, and the part of θ1'' that T1 does not balance.
         let (torque, rest) = match self.torque {
             Some(torque) => (S::from(torque), u.acceleration() * self.ratio),
             None => (turning * self.pinion_radius / waves[RADIUS], S::from(0.0)),

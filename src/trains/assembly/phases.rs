@@ -21,11 +21,11 @@ struct Meeting {
     radius: f64,
     /// Cycles of this mesh from φ = 0 to the meeting, less its phase.
     cycles: f64,
-    /// Polar angle of the tooth's middle against the rotation of the gear, in pitches.
+    /// Direction of the middle of the tooth, counted in the sense of rotation of the gear, in pitches.
     pitches: f64,
 }
 
-/// Largest distance by which the teeth of a loop of gears may miss, in pitches: rounding of places.
+/// Largest allowed gap between the teeth of a loop of gears, in pitches. It allows for rounded places.
 const MISS: f64 = 1e-3;
 
 /// The phases of all meshes in [0, 1), in mesh cycles ahead of their waves.

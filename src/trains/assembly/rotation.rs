@@ -25,7 +25,7 @@ pub(crate) type Rotations = Vec<Option<Wave>>;
 struct Link<'p> {
     part: &'p str,
     bodies: Vec<usize>,
-    /// z_1/z_2 and R of the second body over that of the first one; `None`: R is the same.
+    /// z_1/z_2, and R of the second body divided by R of the first one. `None`: all bodies have the same R.
     ratio: Option<(f64, Wave)>,
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn rotations<N: Nonlinearity>(
 }
 
 impl Link<'_> {
-    /// R of the other bodies, from that of the body at the place `from`.
+    /// R of the other bodies of the link. `from`: the place of the body whose R is `known`.
     fn from(&self, known: Option<Wave>, from: usize) -> Result<Option<Wave>, TrainError> {
         let Some((teeth, ratio)) = &self.ratio else { return Ok(known) };
         let own = turned(known, ratio, from == 1)?;
@@ -159,7 +159,7 @@ fn quotient(above: Wave, below: Wave) -> Result<Wave, ParameterError> {
     })
 }
 
-/// R times or over a ratio.
+/// R multiplied by a ratio, or divided by it if `over`.
 fn turned(known: Option<Wave>, ratio: &Wave, over: bool) -> Result<Wave, ParameterError> {
     match (known, over) {
         (None, false) => Ok(ratio.clone()),

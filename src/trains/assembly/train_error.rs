@@ -153,7 +153,7 @@ pub enum TrainError {
     MeanRatio {
         /// The mesh.
         mesh: String,
-        /// Mean of θ_2'/θ_1', over that of the teeth before it.
+        /// Mean of θ_2'/θ_1'.
         ratio: f64,
         /// z_1/z_2.
         teeth: f64,

@@ -38,9 +38,9 @@ pub enum OfMesh {
 /// The phase of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Phase {
-    /// Mesh cycles ahead of its waves, added to those of a planet's place.
+    /// The mesh is ahead of its waves by this number of mesh cycles. The phase of a planet's place is added.
     Ahead(f64),
-    /// From the teeth of a gear that it shares with another mesh.
+    /// The phase follows from the teeth of a gear that two meshes share.
     FromTeeth,
 }
 
@@ -86,7 +86,8 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) friction: Option<FrictionPart>,
     /// Mesh angle of the pitch point `[rad]`.
     pub(crate) pitch_point: f64,
-    /// Half of the angle of a tooth of each gear at its working pitch circle `[rad]`; `None`: a quarter of the pitch.
+    /// For each gear, half of the angle that a tooth takes up on the working pitch circle `[rad]`. `None`: a quarter of
+    /// the pitch.
     pub(crate) half_thickness: [Option<f64>; 2],
 }
 

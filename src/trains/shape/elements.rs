@@ -116,7 +116,7 @@ pub(crate) struct Journal {
 pub(crate) struct Motor {
     pub(crate) at: usize,
     pub(crate) pulls: Range<usize>,
-    /// Mean speed of the body over φ' in the kinematic rotation.
+    /// Mean speed of the body in the kinematic rotation, divided by φ'.
     pub(crate) ratio: f64,
     /// Place of R among the waves with rates, if the body turns unevenly.
     pub(crate) rotation: Option<usize>,
