@@ -1,0 +1,6 @@
+//! The checks.
+
+use crate::Check;
+
+/// All checks.
+pub const CHECKS: &[Check] = &[];

@@ -1,0 +1,54 @@
+//! Random search: random models of the crate, each with an independent check of an answer of the crate.
+//!
+//! `cargo run --release -p search -- SEED SECONDS` draws models for the given time. It prints every case in
+//! which an answer and its check disagree, with the command that repeats it, and a table of counts. The exit
+//! code is 1 if there is such a case. Options:
+//!
+//! - `--only CHECK` restricts the run to one check;
+//! - `--cases N` makes N cases of each check, whatever time that takes;
+//! - `--case CHECK:INDEX` makes one case again and prints its values.
+//!
+//! A case is a function of seed, check and index alone.
+
+pub mod checks;
+pub mod draw;
+pub mod models;
+
+use draw::Draw;
+
+/// How a case ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// The answer and its check agree.
+    Agrees,
+    /// There was nothing to compare, with the reason: for example, the motion does not settle.
+    Skipped(&'static str),
+    /// The answer and its check disagree, or an answer was refused.
+    Fails(String),
+}
+
+/// Fails with a text that is only made when it is needed.
+pub fn agree(holds: bool, what: impl FnOnce() -> String) -> Outcome {
+    if holds { Outcome::Agrees } else { Outcome::Fails(what()) }
+}
+
+/// One kind of check.
+pub struct Check {
+    /// Its name.
+    pub name: &'static str,
+    /// Draws a model and compares an answer of the crate with its check.
+    pub run: fn(&mut Draw) -> Outcome,
+}
+
+impl Check {
+    /// Makes case `index`. A panic is a failure.
+    pub fn case(&self, seed: u64, index: u64, verbose: bool) -> Outcome {
+        let mut draw = Draw::new(seed, self.name, index, verbose);
+        let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| (self.run)(&mut draw)));
+        made.unwrap_or_else(|panic| {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no text");
+            Outcome::Fails(format!("panic: {text}"))
+        })
+    }
+}

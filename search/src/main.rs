@@ -1,0 +1,98 @@
+//! The command line of the random search; see the documentation of the library.
+
+use search::checks::CHECKS;
+use search::{Check, Outcome};
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+const USAGE: &str = "search SEED SECONDS [--only CHECK] [--cases N] [--case CHECK:INDEX]";
+
+/// Counts of one check.
+#[derive(Default)]
+struct Count {
+    agree: u64,
+    fail: u64,
+    skipped: BTreeMap<&'static str, u64>,
+    time: Duration,
+}
+
+fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
+    let at = arguments.iter().position(|argument| argument == name)?;
+    arguments.get(at + 1).map(String::as_str)
+}
+
+fn find(name: &str) -> Result<usize, String> {
+    CHECKS.iter().position(|check| check.name == name).ok_or_else(|| format!("no check {name}"))
+}
+
+fn run(arguments: &[String]) -> Result<bool, String> {
+    let seed: u64 = arguments.first().and_then(|s| s.parse().ok()).ok_or(USAGE)?;
+    let seconds: f64 = arguments.get(1).and_then(|s| s.parse().ok()).ok_or(USAGE)?;
+    if let Some(case) = option(arguments, "--case") {
+        let (name, index) = case.split_once(':').ok_or(USAGE)?;
+        let outcome = CHECKS[find(name)?].case(seed, index.parse().map_err(|_| USAGE)?, true);
+        println!("{outcome:?}");
+        return Ok(!matches!(outcome, Outcome::Fails(_)));
+    }
+    let only = option(arguments, "--only").map(find).transpose()?;
+    let cases: Option<u64> = option(arguments, "--cases").and_then(|n| n.parse().ok());
+    let checks: Vec<&Check> = match only {
+        Some(only) => vec![&CHECKS[only]],
+        None => CHECKS.iter().collect(),
+    };
+    if checks.is_empty() {
+        return Err("there is no check".into());
+    }
+    let deadline = Instant::now() + Duration::from_secs_f64(seconds);
+    let next = AtomicU64::new(0);
+    let counts: Mutex<BTreeMap<&str, Count>> = Mutex::default();
+    let work = || loop {
+        // The checks take turns, so that a slow one does not take the time of the others.
+        let turn = next.fetch_add(1, Ordering::Relaxed);
+        let (check, index) = (checks[(turn % checks.len() as u64) as usize], turn / checks.len() as u64);
+        if cases.map_or(Instant::now() >= deadline, |cases| index >= cases) {
+            break;
+        }
+        let begin = Instant::now();
+        let outcome = check.case(seed, index, false);
+        let Ok(mut counts) = counts.lock() else { break };
+        let count = counts.entry(check.name).or_default();
+        count.time += begin.elapsed();
+        match outcome {
+            Outcome::Agrees => count.agree += 1,
+            Outcome::Skipped(why) => *count.skipped.entry(why).or_default() += 1,
+            Outcome::Fails(what) => {
+                count.fail += 1;
+                println!("-- {seed} {seconds} --case {}:{index}   {what}", check.name);
+            }
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    let counts = counts.into_inner().map_err(|error| error.to_string())?;
+    println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
+    for (name, count) in &counts {
+        let skipped: u64 = count.skipped.values().sum();
+        let each = count.time.as_secs_f64() * 1e3 / (count.agree + count.fail + skipped) as f64;
+        println!("{name:24}{:9}{:9}{skipped:9}{each:12.1}", count.agree, count.fail);
+        count.skipped.iter().for_each(|(why, n)| println!("{:>33} skipped: {why}", n));
+    }
+    Ok(counts.values().all(|count| count.fail == 0))
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    // A panic is reported as a failing case.
+    std::panic::set_hook(Box::new(|_| {}));
+    match run(&arguments) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Random models.
+
+use crate::draw::Draw;
+use gear_dynamics::trains::{SpurPair, Train, TrainError};
+
+/// A dimensionless spur pair: damping ratio, load, stiffness and error waves of two orders.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// Damping ratio ζ `[1]`, 0.01 to 0.1.
+    pub zeta: f64,
+    /// Load `[1]`, 0.02 to 0.6.
+    pub load: f64,
+    /// Stiffness waves: amplitudes of orders 1 and 2 `[1]`, within ±0.3.
+    pub stiffness: [f64; 2],
+    /// Error waves: amplitudes of orders 1 and 2 `[1]`, within ±0.3.
+    pub error: [f64; 2],
+}
+
+impl Pair {
+    /// Draws a pair.
+    pub fn draw(draw: &mut Draw) -> Self {
+        let (zeta, load) = (draw.within(0.01, 0.1), draw.within(0.02, 0.6));
+        let mut wave = || [draw.within(-0.3, 0.3), draw.within(-0.3, 0.3)];
+        let (stiffness, error) = (wave(), wave());
+        Pair { zeta, load, stiffness, error }
+    }
+    /// The train at a speed `[1]`.
+    pub fn at(&self, speed: f64) -> Result<Train, TrainError> {
+        let pair = SpurPair::of_numbers(self.zeta, self.load, &self.stiffness, &self.error)?;
+        pair.parts()?.build("driver", speed)
+    }
+}
