@@ -21,6 +21,7 @@ mod numeric;
 pub mod ode;
 pub mod periodic;
 pub mod roots;
+mod rounded;
 mod scalar;
 mod series;
 #[cfg(feature = "serde")]

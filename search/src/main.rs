@@ -1,6 +1,6 @@
 //! The command line of the random search; see the documentation of the library.
 
-use search::checks::CHECKS;
+use search::checks::all;
 use search::{Check, Outcome};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -24,8 +24,8 @@ fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
     arguments.get(at + 1).map(String::as_str)
 }
 
-fn find(name: &str) -> Result<usize, String> {
-    CHECKS.iter().position(|check| check.name == name).ok_or_else(|| format!("no check {name}"))
+fn find(name: &str) -> Result<&'static Check, String> {
+    all().find(|check| check.name == name).ok_or_else(|| format!("no check {name}"))
 }
 
 fn run(arguments: &[String]) -> Result<bool, String> {
@@ -33,15 +33,15 @@ fn run(arguments: &[String]) -> Result<bool, String> {
     let seconds: f64 = arguments.get(1).and_then(|s| s.parse().ok()).ok_or(USAGE)?;
     if let Some(case) = option(arguments, "--case") {
         let (name, index) = case.split_once(':').ok_or(USAGE)?;
-        let outcome = CHECKS[find(name)?].case(seed, index.parse().map_err(|_| USAGE)?, true);
+        let outcome = find(name)?.case(seed, index.parse().map_err(|_| USAGE)?, true);
         println!("{outcome:?}");
         return Ok(!matches!(outcome, Outcome::Fails(_)));
     }
     let only = option(arguments, "--only").map(find).transpose()?;
     let cases: Option<u64> = option(arguments, "--cases").and_then(|n| n.parse().ok());
     let checks: Vec<&Check> = match only {
-        Some(only) => vec![&CHECKS[only]],
-        None => CHECKS.iter().collect(),
+        Some(only) => vec![only],
+        None => all().collect(),
     };
     if checks.is_empty() {
         return Err("there is no check".into());

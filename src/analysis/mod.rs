@@ -1,6 +1,7 @@
 //! Evaluation of runs: statistics, rattle, impacts, Poincaré sections, spectra, settling to the steady state.
 
 pub(crate) mod contacts;
+pub(crate) mod motion_size;
 pub(crate) mod returns;
 pub(crate) mod section;
 pub(crate) mod settle;

@@ -1,6 +1,7 @@
 //! Settling: integration until the state repeats.
 
-use crate::analysis::returns::{Ranges, is_own_multiple};
+use crate::analysis::motion_size::MotionSize;
+use crate::analysis::returns::is_own_multiple;
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Budget;
@@ -15,7 +16,8 @@ use thiserror::Error;
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
-/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
+/// each period the ranges so far are halved. Where the tolerance asks for less than 64 rounding errors of the
+/// terms of which y_i is made, they replace it. Rigid motion is removed from the states and the ranges.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
@@ -92,8 +94,8 @@ impl Settle {
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
         let mut last = start.clone();
         // With one coordinate a rigid motion would leave no relative motion.
-        let mut ranges =
-            Ranges::new(model.dof(), if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() });
+        let rigid = if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() };
+        let mut motion = MotionSize::new(model.dof(), &rigid);
         // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
         let mut repeated = vec![0; self.max_multiple];
         let mut changes = vec![f64::INFINITY; self.max_multiple];
@@ -101,24 +103,25 @@ impl Settle {
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
-            ranges.fade();
+            motion.fade();
             let mut watch = |step: &mut Step<'_>| {
-                ranges.see(step.y1());
+                motion.see(step.t1(), step.q1(), step.v1());
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
             let failed = |error, state| Unsettled::Failed { error, state, periods: k - 1 };
-            let state = match finish {
-                Ok(finish) => finish.state,
+            let (state, steps) = match finish {
+                Ok(finish) => (finish.state, finish.stats.steps.max(1)),
                 Err(error) => return Err(failed(error, last)),
             };
             if let Some(exhausted) = meter.exhausted() {
                 return Err(failed(IntegrateError::Budget { t: state.t, exhausted }, last));
             }
             last = state;
+            motion.weigh_on_flanks(model, &last, period / steps as f64);
             section.push(joined(&last));
             for p in 1..=self.max_multiple.min(k) {
-                let change = ranges.distance(&section[k], &section[k - p], self.tolerance);
+                let change = motion.distance(&section[k], &section[k - p], self.tolerance);
                 changes[p - 1] = change;
                 if p == 1 || change < closest {
                     closest = change;
@@ -170,8 +173,7 @@ pub struct Steady {
     pub period_multiple: usize,
     /// Number of periods of the drives that were integrated.
     pub periods: usize,
-    /// Difference of the last repetition, as a share of the ranges. It is 0 if the difference exceeds the
-    /// tolerance by rounding only.
+    /// Difference of the last repetition, as a share of the ranges.
     pub change: f64,
 }
 

@@ -109,7 +109,7 @@ impl Continuation {
         let rigid = Offers::of(&*model).rigid_edges();
         drop(model);
         let measured = engine.curve.measure(&point, &channels)?;
-        engine.curve.set_ranges(measured.ranges.clone());
+        engine.curve.set_units(&measured);
         engine.rescale(&mut point);
         let branch = Branch::new(engine.curve.family().parameter(), channels);
         let multipliers = engine.curve.multipliers(&point);
@@ -262,7 +262,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             self.branch.notes.push(note("the branch turned by more than 0.5 rad over a shortest step"));
         }
         self.arclength += step;
-        self.engine.curve.set_ranges(measured.ranges.clone());
+        self.engine.curve.set_units(&measured);
         self.engine.rescale(&mut next);
         self.waiting.extend(located);
         self.waiting.push_back(columns);

@@ -5,6 +5,7 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Jacobian, Model};
 use crate::model::expansion::expand::{Expand, Recorded};
+use crate::model::terms::Terms;
 use crate::series::Series;
 use crate::tape::recording::Recording;
 
@@ -117,6 +118,9 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     }
     fn expand(&self) -> Option<&dyn Expand> {
         self.model.expand().and(Some(self))
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
+        self.model.terms()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, q, v)

@@ -6,6 +6,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::expansion::expand::Expand;
+use crate::model::terms::Terms;
 use nalgebra::DMatrix;
 
 /// The Jacobian of the accelerations: ∂a/∂q and ∂a/∂v, each `dof` x `dof`. Each row belongs to an
@@ -135,6 +136,13 @@ pub trait Model {
         None
     }
 
+    /// Returns the model as one that knows the terms of its accelerations, and with them its rounding errors.
+    /// Without it they are estimated from slopes, in which terms may have cancelled. Default: `None`. A
+    /// [`Machine`](crate::Machine) returns itself.
+    fn terms(&self) -> Option<&dyn Terms> {
+        None
+    }
+
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`.
     ///
     /// For a stop the method replaces the velocities `v` before the impact by those after it and returns
@@ -224,6 +232,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn named_constants(&self) -> Option<&dyn Constants> {
         (**self).named_constants()
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
+        (**self).terms()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         (**self).impact(contact, on, u, q, v)

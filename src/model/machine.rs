@@ -14,6 +14,7 @@ use crate::model::expansion::turning_waves::TurningWaves;
 use crate::model::expansion::wave_table::WaveTable;
 use crate::model::jacobian::dual_jacobian;
 use crate::model::shape::{Drives, Shape, Size};
+use crate::model::terms::Terms;
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -378,6 +379,9 @@ impl<G: Shape> Model for Machine<G> {
         Some(self)
     }
     fn named_constants(&self) -> Option<&dyn Constants> {
+        Some(self)
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
         Some(self)
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {

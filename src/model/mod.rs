@@ -12,6 +12,7 @@ pub(crate) mod rigid;
 pub(crate) mod shape;
 pub(crate) mod shape_checks;
 pub(crate) mod slopes;
+pub(crate) mod terms;
 
 pub use crate::dual::Dual;
 pub use crate::model::constants::{Constants, DriveSlope};
@@ -20,6 +21,7 @@ pub use crate::model::expansion::every_piece::EveryPiece;
 pub use crate::model::expansion::expand::{Expand, Recorded};
 pub use crate::model::machine::Machine;
 pub use crate::model::shape::{Drives, Shape, Size};
+pub use crate::model::terms::Terms;
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
 pub use crate::tape::node::Node;

@@ -1,6 +1,10 @@
 //! The checks.
 
+mod symmetric;
+
 use crate::Check;
 
 /// All checks.
-pub const CHECKS: &[Check] = &[];
+pub fn all() -> impl Iterator<Item = &'static Check> {
+    [&symmetric::CHECKS[..]].into_iter().flatten()
+}

@@ -279,7 +279,7 @@ impl<'f> FollowingBoundary<'f> {
         let curve = &mut self.engine.curve;
         (curve.boundary, curve.softest) = (boundary, softest.map_or(1.0, |(share, _)| share));
         curve.unit = at.p.abs().max(curve.least_unit);
-        curve.orbits.set_ranges(measured.ranges);
+        curve.orbits.set_units(&measured);
         self.engine.rescale(&mut next);
         self.line.heading = next.slope();
         self.last = next;

@@ -1,6 +1,7 @@
 //! What is measured along an orbit: statistics of channels, rattle states, extremes, ranges of motion.
 
 use crate::analysis::contacts::rattle::{Rattle, RattleState};
+use crate::analysis::motion_size::MotionSize;
 use crate::analysis::statistics::{Statistics, Summary};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
@@ -16,7 +17,6 @@ use crate::ode::taylor::integrate::Prepared;
 use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::motion_size::Sizes;
 use crate::periodic::flow::tangent::{NONE, finest};
 use std::ops::ControlFlow;
 
@@ -30,6 +30,8 @@ pub(crate) struct Measured {
     pub(crate) trace: ContactTrace,
     /// Ranges of motion of coordinates and velocities.
     pub(crate) ranges: Vec<f64>,
+    /// Their units in the integration: the ranges, or larger units where rounding requires them.
+    pub(crate) units: Vec<f64>,
 }
 
 /// Integrates once along an orbit, from node to node, and measures it.
@@ -47,15 +49,17 @@ pub(crate) fn measure(
         Statistics::new(plain, &names).map_err(|error| CurveError::Model { parameter: p, error })?;
     let mut rattle = Rattle::new(plain);
     let mut tracer = Tracer::new(plain, start, period);
-    let mut sizes = Sizes::new(plain.dof(), curve.modes());
+    let mut motion = MotionSize::new(plain.dof(), curve.modes());
     {
         let mut first = (&mut statistics, &mut rattle);
-        let mut second = (&mut tracer, &mut sizes);
+        let mut along = motion.along(plain);
+        let mut second = (&mut tracer, &mut along);
         pass(curve, plain, passage, &mut (&mut first, &mut second))?;
     }
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
-    Ok(Measured { summaries, rattle, trace: tracer.trace, ranges: sizes.ranges() })
+    let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
+    Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units })
 }
 
 /// Integrates over all segments of an orbit.

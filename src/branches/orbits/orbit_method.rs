@@ -53,6 +53,6 @@ pub(crate) trait OrbitMethod: Curve {
     fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
         let _ = (shift, x);
     }
-    /// Takes the ranges of motion of an accepted point as units.
-    fn set_ranges(&mut self, ranges: Vec<f64>);
+    /// Takes the units of motion of an accepted point.
+    fn set_units(&mut self, measured: &Measured);
 }

@@ -6,6 +6,7 @@ use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use crate::model::terms::Terms;
 use std::rc::Rc;
 
 /// A model without the impacts on some of its rigid stops.
@@ -51,6 +52,9 @@ impl Model for WithoutStops<'_> {
     }
     fn named_constants(&self) -> Option<&dyn Constants> {
         self.model.named_constants()
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
+        self.model.terms()
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         !self.stops.contains(&(contact, on)) && self.model.impact(contact, on, u, q, v)

@@ -7,6 +7,7 @@ use crate::model::constants::Constants;
 use crate::model::equations::{Jacobian, Model};
 use crate::model::expansion::expand::Expand;
 use crate::model::offers::Offers;
+use crate::model::terms::Terms;
 use std::cell::RefCell;
 
 /// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y: a model whose contacts can be fixed on pieces.
@@ -198,6 +199,9 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     }
     fn named_constants(&self) -> Option<&dyn Constants> {
         if self.own { self.model.named_constants() } else { None }
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
+        if self.own { self.model.terms() } else { None }
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
         self.model.impact(contact, on, u, q, v)

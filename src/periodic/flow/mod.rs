@@ -4,7 +4,6 @@ pub(crate) mod continued;
 pub(crate) mod flow_method;
 pub(crate) mod impact;
 pub(crate) mod interrupter;
-pub(crate) mod motion_size;
 pub(crate) mod rebound;
 pub(crate) mod saltation;
 pub(crate) mod tangent;

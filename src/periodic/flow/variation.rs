@@ -1,5 +1,6 @@
 //! The flow and its derivative with respect to the start.
 
+use crate::analysis::motion_size::MotionSize;
 use crate::model::equations::{Model, State};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
@@ -11,7 +12,6 @@ use crate::ode::taylor::integrate::Prepared;
 use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
-use crate::periodic::flow::motion_size::{Rounding, Sizes};
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
@@ -91,11 +91,10 @@ impl Variation {
             });
         }
         let meter = self.budget.begin();
-        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &[]), Rounding::new(model));
-        let mut observers = (&mut sizes, &mut rounding);
-        metered(start, self.method, model, start, t_end, &mut observers, &meter)?;
-        sizes.see(start.t, &start.q, &start.v);
-        let scale = rounding.units(&sizes.ranges(), self.tolerance);
+        let mut motion = MotionSize::new(model.dof(), &[]);
+        motion.see(start.t, &start.q, &start.v);
+        metered(start, self.method, model, start, t_end, &mut motion.along(model), &meter)?;
+        let scale = motion.units(self.tolerance);
         let expansion = Expansion::new(model, scale.len(), &[], self.method)?;
         let flow = Tangent::new(model, scale.len(), &[], &scale, self.tolerance, &expansion);
         let (state, scaled, crossings) = transition(&flow, self.tolerance, start, t_end, &meter)?;

@@ -1,12 +1,12 @@
 //! Lyapunov exponents: the mean growth rates of small perturbations along a motion.
 
+use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
-use crate::periodic::flow::motion_size::Sizes;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
 use crate::periodic::lyapunov::directions::{Directions, Failure, Flow};
@@ -167,11 +167,11 @@ impl Lyapunov {
             state: start.clone(),
             method: FlowMethod::Dop853,
         };
-        let mut sizes = Sizes::new(model.dof(), &rigid_modes(model, span));
-        if let Err(failure) = self.settle_down(model, span, &mut sizes, &mut exponents.state, &meter) {
+        let mut motion = MotionSize::new(model.dof(), &rigid_modes(model, span));
+        if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, &meter) {
             return Err(failure.with(exponents));
         }
-        let scale = sizes.ranges();
+        let scale = motion.units(self.tolerance);
         let expansion = match Expansion::new(model, count, &[], self.method) {
             Ok(expansion) => expansion,
             Err(error) => return Err(Failure::from(error).with(exponents)),
@@ -215,14 +215,14 @@ impl Lyapunov {
         Ok(exponents.in_order())
     }
 
-    /// Integrates the settling periods; `state` is always the last state reached. `sizes` are taken over the
-    /// last settling period. Without settling periods they are taken over the first period, and `state` stays
+    /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over the
+    /// last settling period. Without settling periods it is measured over the first period, and `state` stays
     /// at the start.
     fn settle_down(
         &self,
         model: &dyn Model,
         span: f64,
-        sizes: &mut Sizes,
+        motion: &mut MotionSize,
         state: &mut State,
         meter: &Meter<'_>,
     ) -> Result<(), Failure> {
@@ -234,11 +234,12 @@ impl Lyapunov {
             *state = finish.state;
             meter.left()?;
         }
-        sizes.see(state.t, &state.q, &state.v);
+        motion.see(state.t, &state.q, &state.v);
         let start = state.clone();
         let mut ahead = start.clone();
         let mut last = Last { state: &mut ahead, meter };
-        let mut observers = (sizes, &mut last);
+        let mut along = motion.along(model);
+        let mut observers = (&mut along, &mut last);
         let finish = coarse_run(&start, self.method, model, &start, start.t + span, &mut observers);
         if self.settle > 0 {
             *state = ahead;

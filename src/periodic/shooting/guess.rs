@@ -1,5 +1,6 @@
 //! The initial guess of shooting: checked states at the nodes, the ranges of motion, the rigid modes.
 
+use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
@@ -7,7 +8,6 @@ use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Step;
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::motion_size::{Rounding, Sizes};
 use crate::periodic::flow::variation::metered;
 use crate::periodic::shooting::failure::ShootingError;
 use std::ops::ControlFlow;
@@ -67,7 +67,7 @@ impl Guess {
         }
         let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
-        let (mut sizes, mut rounding) = (Sizes::new(model.dof(), &rigid), Rounding::new(model));
+        let mut motion = MotionSize::new(model.dof(), &rigid);
         let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Flow {
             segment,
             error,
@@ -77,14 +77,13 @@ impl Guess {
             },
         };
         for (i, state) in states.iter().enumerate() {
-            sizes.see(state.t, &state.q, &state.v);
+            motion.see(state.t, &state.q, &state.v);
             let until = states.get(i + 1).map_or(end, |next| next.t);
-            let mut observers = (&mut sizes, &mut rounding);
-            metered(first, plan.method, model, state, until, &mut observers, meter)
+            metered(first, plan.method, model, state, until, &mut motion.along(model), meter)
                 .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
-            let count = plan.segments.unwrap_or((sizes.steps / STEPS).clamp(1, MAX));
+            let count = plan.segments.unwrap_or((motion.steps / STEPS).clamp(1, MAX));
             let times: Vec<f64> = (0..count).map(|i| first.t + period * (i as f64 / count as f64)).collect();
             let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
             let mut left = &times[1..];
@@ -105,8 +104,7 @@ impl Guess {
             }
             states = nodes;
         }
-        let ranges = sizes.ranges();
-        let units = rounding.units(&ranges, plan.flow_tolerance);
-        Ok(Guess { states, scales: [units, rounding.seen(ranges)], rigid, end })
+        let scales = [motion.units(plan.flow_tolerance), motion.ranges()];
+        Ok(Guess { states, scales, rigid, end })
     }
 }

@@ -168,7 +168,10 @@ impl<M: Periodic> Batch<'_, M> {
         }
         let state = bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane));
         let index = run.index;
-        match run.track.period(weight, state, &|| self.source.rigid(index)) {
+        match run
+            .track
+            .period(self.table.steps() as u64, weight, state, &|read| self.source.with_model(index, read))
+        {
             Next::Settle | Next::Measure => None,
             Next::StartMeasuring => {
                 bundle.meters.clear(lane);
@@ -176,7 +179,7 @@ impl<M: Periodic> Batch<'_, M> {
             }
             Next::Done => {
                 let Slot { index, track } = slot.take()?;
-                let (row, state) = track.finish(&|| self.source.rigid(index));
+                let (row, state) = track.finish(&|read| self.source.with_model(index, read));
                 self.source.put(index, Ok((row, &state)));
                 Some((index, state))
             }

@@ -8,7 +8,7 @@ use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::Step;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
-use crate::sweep::engines::track::{Next, Plan, Track};
+use crate::sweep::engines::track::{Next, Plan, Track, WithModel};
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::sweep_error::{PointError, SweepError};
@@ -82,7 +82,7 @@ impl<I: Integrator> Located<I> {
         let mut counted = rattle.contacts().to_vec();
         let mut state = start.clone();
         let period = model.period();
-        let rigid = || source.rigid(index);
+        let with_model: &WithModel<'_> = &|read| source.with_model(index, read);
         loop {
             let end = start.t + (track.periods + 1) as f64 * period;
             let (measuring, ranging) = (track.measuring(), track.ranging());
@@ -123,9 +123,10 @@ impl<I: Integrator> Located<I> {
             if finish.stopped {
                 return Ok(None);
             }
+            let steps = finish.stats.steps;
             state = finish.state;
-            match track.period(period, state.q.iter().chain(&state.v).copied(), &rigid) {
-                Next::Done => return Ok(Some(track.finish(&rigid))),
+            match track.period(steps, period, state.q.iter().chain(&state.v).copied(), with_model) {
+                Next::Done => return Ok(Some(track.finish(with_model))),
                 Next::Diverged => return Err(IntegrateError::NotFinite { t: state.t, component: 0 }.into()),
                 _ => {}
             }

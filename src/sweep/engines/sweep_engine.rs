@@ -1,6 +1,6 @@
 //! The interface between a sweep and the engine that makes its runs.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::{Model, Periodic, State};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::meter::Kind;
@@ -66,8 +66,8 @@ pub trait Source<M> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>>;
     /// Stores the result of a run: its row and its last state (coordinates, then velocities), or its error.
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>);
-    /// The rigid-body modes of the model of point `index`.
-    fn rigid(&self, index: usize) -> Vec<Vec<f64>>;
+    /// Calls `read` with the model of point `index`.
+    fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic));
     /// Whether the sweep is cancelled: `work` then returns without further rows.
     fn is_cancelled(&self) -> bool;
     /// Adds to the number of points that ran alone, without other lanes.

@@ -1,6 +1,9 @@
 //! One run of a sweep, period by period: settling, measuring and its row.
 
-use crate::analysis::returns::{Ranges, is_own_multiple};
+use crate::analysis::motion_size::MotionSize;
+use crate::analysis::returns::is_own_multiple;
+use crate::model::equations::{Periodic, State};
+use crate::model::rigid::rigid_modes;
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
@@ -25,6 +28,8 @@ pub(crate) struct Track {
     plan: Plan,
     /// Number of completed periods.
     pub(crate) periods: usize,
+    /// Number of steps of the last period.
+    steps: u64,
     /// Number of measured periods among them.
     measured: usize,
     measuring: bool,
@@ -50,6 +55,9 @@ pub(crate) struct Track {
     /// The extremes of the channels and the strobed state of each of the last measured periods.
     strobes: Vec<f64>,
 }
+
+/// Calls a function with the model of the run.
+pub(crate) type WithModel<'f> = dyn Fn(&mut dyn FnMut(&dyn Periodic)) + 'f;
 
 /// The next task of a run after a period.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +86,7 @@ impl Track {
         Track {
             plan: plan.clone(),
             periods: 0,
+            steps: 1,
             measured: 0,
             measuring: plan.settle == 0,
             section: [q, v].concat(),
@@ -159,17 +168,18 @@ impl Track {
             [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
-    /// Ends a period. `weight`: its duration or number of samples; `q`: coordinates and velocities at its
-    /// end; `rigid`:
-    /// computes the rigid modes of the model.
+    /// Ends a period of `steps` steps. `weight`: its duration or number of samples; `q`: coordinates and velocities at its
+    /// end.
     pub(crate) fn period(
         &mut self,
+        steps: u64,
         weight: f64,
         q: impl Iterator<Item = f64>,
-        rigid: &dyn Fn() -> Vec<Vec<f64>>,
+        with_model: &WithModel<'_>,
     ) -> Next {
         let m = 2 * self.plan.layout.dof;
         self.periods += 1;
+        self.steps = steps.max(1);
         self.under_way = false;
         self.section.extend(q);
         let kept = (2 * LONGEST + 1) * m;
@@ -191,7 +201,7 @@ impl Track {
             }
             return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
         }
-        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance, rigid).0 > 0);
+        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance, with_model).0 > 0);
         if self.periods >= self.plan.settle || settled {
             self.measuring = true;
             return Next::StartMeasuring;
@@ -199,18 +209,36 @@ impl Track {
         Next::Settle
     }
 
-    /// As [`repeats`](Track::repeats), without rigid motion if the motion as a whole does not repeat.
-    fn multiple(&mut self, tolerance: f64, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (usize, f64) {
+    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid motion
+    /// and above the rounding errors of its equations.
+    fn multiple(&mut self, tolerance: f64, with_model: &WithModel<'_>) -> (usize, f64) {
         let n = self.plan.layout.dof;
-        let whole = self.repeats(tolerance, &[]);
-        if whole.0 > 0 || n < 2 {
-            return whole;
+        let mut whole = MotionSize::new(n, &[]);
+        self.measure(&mut whole);
+        let found = self.repeats(tolerance, &mut whole);
+        if found.0 > 0 || n < 2 {
+            return found;
         }
-        let modes = self.rigid.take().unwrap_or_else(rigid);
-        let found =
-            if modes.is_empty() || modes.len() >= n { whole } else { self.repeats(tolerance, &modes) };
-        self.rigid = Some(modes);
-        found
+        let mut relative = None;
+        with_model(&mut |model| {
+            let rigid = self.rigid.get_or_insert_with(|| rigid_modes(model, model.period()));
+            let (q, v) = self.section[self.section.len() - 2 * n..].split_at(n);
+            let mut motion = MotionSize::new(n, rigid);
+            motion.weigh_on_flanks(model, &State::new(0.0, q, v), model.period() / self.steps as f64);
+            relative = Some(motion);
+        });
+        let Some(mut relative) = relative else { return found };
+        self.measure(&mut relative);
+        self.repeats(tolerance, &mut relative)
+    }
+
+    /// Adds the states of the last period.
+    fn measure(&self, motion: &mut MotionSize) {
+        let n = self.plan.layout.dof;
+        let strobed = self.section.rchunks_exact(2 * n).take(2);
+        for state in strobed.chain(self.samples.chunks_exact(2 * n)) {
+            motion.see(0.0, &state[..n], &state[n..]);
+        }
     }
 
     /// The period multiple p of the strobed states y_0 (newest), y_1, y_2, ..., or 0 if they do not repeat,
@@ -222,13 +250,10 @@ impl Track {
     /// maximum over the coordinates and velocities, each as a share of its range over the last period. The
     /// distance is |y_p - y_0|; without a period it is the minimum of |y_d - y_0| over all d for which the
     /// run is long enough.
-    fn repeats(&self, tolerance: f64, rigid: &[Vec<f64>]) -> (usize, f64) {
+    fn repeats(&self, tolerance: f64, motion: &mut MotionSize) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
-        let mut ranges = Ranges::new(n, rigid.to_vec());
-        states.iter().take(2).for_each(|state| ranges.see(state));
-        self.samples.chunks_exact(2 * n).for_each(|state| ranges.see(state));
-        let mut apart = |a: &[f64], b: &[f64]| ranges.distance(a, b, tolerance);
+        let mut apart = |a: &[f64], b: &[f64]| motion.distance(a, b, tolerance);
         let mut closest = f64::INFINITY;
         let mut returns = Vec::with_capacity(LONGEST);
         for p in 1..=LONGEST {
@@ -258,8 +283,8 @@ impl Track {
     }
 
     /// Returns the row and the last state (coordinates, then velocities).
-    pub(crate) fn finish(mut self, rigid: &dyn Fn() -> Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
-        let (multiple, change) = self.multiple(self.plan.tolerance, rigid);
+    pub(crate) fn finish(mut self, with_model: &WithModel<'_>) -> (Vec<f64>, Vec<f64>) {
+        let (multiple, change) = self.multiple(self.plan.tolerance, with_model);
         let layout = &self.plan.layout;
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
         let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];

@@ -2,7 +2,6 @@
 
 use crate::error::ParameterError;
 use crate::model::equations::{Periodic, State};
-use crate::model::rigid::rigid_modes;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::monitor::Monitor;
@@ -195,9 +194,10 @@ impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
         work.monitor.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
-    fn rigid(&self, index: usize) -> Vec<Vec<f64>> {
-        let model = (self.work.family)(&self.work.sweep.points.point(index));
-        model.map_or_else(|_| Vec::new(), |model| rigid_modes(&model, model.period()))
+    fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic)) {
+        if let Ok(model) = (self.work.family)(&self.work.sweep.points.point(index)) {
+            read(&model);
+        }
     }
 
     fn is_cancelled(&self) -> bool {

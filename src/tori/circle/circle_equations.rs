@@ -1,10 +1,10 @@
 //! The equations of an invariant circle and their Jacobian.
 
+use crate::analysis::motion_size::MotionSize;
 use crate::model::equations::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
-use crate::periodic::flow::motion_size::{Rounding, Sizes};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
 use crate::roots::matrix::Matrix;
@@ -56,24 +56,19 @@ impl<'m> CircleEquations<'m> {
         meter: &'m Meter<'m>,
     ) -> Result<Self, (usize, IntegrateError)> {
         let (nodes, width, t) = (guess.nodes(), guess.width(), guess.time());
-        let (mut sizes, mut noise) = (Sizes::new(width / 2, &[]), vec![0.0f64; width]);
+        let mut motion = MotionSize::new(width / 2, &[]);
         let states = guess.states();
         for j in (0..nodes).step_by(nodes.div_ceil(MEASURED)) {
             let (state, theta) = (&states[j], TAU * j as f64 / nodes as f64);
-            sizes.see(t, &state.q, &state.v);
+            motion.see(t, &state.q, &state.v);
             strobed
                 .with(theta, t, |model| {
-                    let mut rounding = Rounding::new(model);
-                    let mut observers = (&mut sizes, &mut rounding);
-                    metered(state, method, model, state, t + strobed.period(), &mut observers, meter)?;
-                    let of_node = rounding.units(&vec![0.0; width], flow_tolerance);
-                    noise.iter_mut().zip(of_node).for_each(|(noise, unit)| *noise = noise.max(unit));
-                    Ok(())
+                    let until = t + strobed.period();
+                    metered(state, method, model, state, until, &mut motion.along(model), meter).map(drop)
                 })
                 .map_err(|error| (j, error))?;
         }
-        let ranges = sizes.ranges();
-        let units: Vec<f64> = ranges.iter().zip(&noise).map(|(range, noise)| range.max(*noise)).collect();
+        let (ranges, units) = (motion.ranges(), motion.units(flow_tolerance));
         let expansion =
             strobed.with(0.0, t, |model| Expansion::new(model, width, &[], method)).map_err(|e| (0, e))?;
         let rotation = strobed.rotation();

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model, Periodic};
+use crate::model::terms::Terms;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
 
@@ -108,5 +109,8 @@ impl Model for FromAngle<'_> {
         out: &mut Jacobian,
     ) -> bool {
         self.model.jacobian(pieces, u, q, v, out)
+    }
+    fn terms(&self) -> Option<&dyn Terms> {
+        self.model.terms()
     }
 }

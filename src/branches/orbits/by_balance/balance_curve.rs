@@ -342,8 +342,8 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
         vanish.unwrap_or(false)
     }
 
-    fn set_ranges(&mut self, ranges: Vec<f64>) {
-        self.ranges = ranges;
+    fn set_units(&mut self, measured: &Measured) {
+        self.ranges.clone_from(&measured.ranges);
     }
 }
 

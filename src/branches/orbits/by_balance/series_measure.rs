@@ -48,7 +48,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
             ends[1] - ends[0]
         })
     };
-    let ranges = range(|z| z.re).chain(range(|z| z.im)).collect();
+    let ranges: Vec<f64> = range(|z| z.re).chain(range(|z| z.im)).collect();
     let mut reader = Reader {
         model: grid.model,
         orbit,
@@ -75,6 +75,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
         summaries: channels.iter().map(summarise).collect(),
         rattle: (0..contacts).map(rattle).collect(),
         trace: trace(switching, contacts),
+        units: ranges.clone(),
         ranges,
     }
 }

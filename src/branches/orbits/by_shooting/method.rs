@@ -52,9 +52,9 @@ impl OrbitMethod for OrbitCurve<'_> {
         self.unknowns_of(orbit)
     }
 
-    fn set_ranges(&mut self, ranges: Vec<f64>) {
-        self.scale = ranges.iter().zip(&self.floor).map(|(range, floor)| range.max(*floor)).collect();
-        self.range = ranges;
+    fn set_units(&mut self, measured: &Measured) {
+        self.scale.clone_from(&measured.units);
+        self.range.clone_from(&measured.ranges);
     }
 
     fn clear_of(&self, impacts: &[f64]) -> Option<f64> {

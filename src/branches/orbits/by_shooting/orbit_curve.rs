@@ -37,8 +37,6 @@ pub(crate) struct OrbitCurve<'f> {
     pub(super) range: Vec<f64>,
     /// Period of the first orbit.
     pub(super) period: f64,
-    /// Units below which the rounding of the integration does not allow to go.
-    pub(super) floor: Vec<f64>,
     pub(super) modes: Vec<Vec<f64>>,
     /// Orthonormal rigid motions Φ in units of the model: along the coordinates, then along the velocities.
     pub(super) motions: DMatrix<f64>,
@@ -96,9 +94,6 @@ impl Passage {
     }
 }
 
-/// A unit above the range by more than this factor is a bound by rounding.
-const RAISED: f64 = 1.0 + 1e-9;
-
 /// Step of the differences, as a share of the unit of the parameter.
 const STEP: f64 = 1e-6;
 
@@ -120,7 +115,6 @@ impl<'f> OrbitCurve<'f> {
         let motions = orthonormal(&modes, &vec![1.0; orbit.scale.len()]);
         let mut position = orthonormal(&modes, &orbit.scale).transpose();
         position.column_iter_mut().zip(&orbit.scale).for_each(|(mut column, s)| column /= *s);
-        let floor = orbit.scale.iter().zip(&orbit.range);
         Ok(OrbitCurve {
             family,
             multiple: orbit.period_multiple(),
@@ -130,7 +124,6 @@ impl<'f> OrbitCurve<'f> {
             scale: orbit.scale.clone(),
             range: orbit.range.clone(),
             period,
-            floor: floor.map(|(s, r)| if *s > RAISED * r { *s } else { 0.0 }).collect(),
             modes,
             motions,
             position,

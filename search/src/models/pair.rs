@@ -1,4 +1,4 @@
-//! Random models.
+//! Dimensionless spur pairs.
 
 use crate::draw::Draw;
 use gear_dynamics::trains::{SpurPair, Train, TrainError};

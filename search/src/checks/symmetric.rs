@@ -1,0 +1,182 @@
+//! Trains with symmetries, in relative and in inertial coordinates.
+//!
+//! In relative coordinates the differences of equal members rest at 0, and only rounding is left in them.
+
+use crate::draw::Draw;
+use crate::models::symmetric::Symmetric;
+use crate::{Check, Outcome, agree};
+use gear_dynamics::analysis::Unsettled;
+use gear_dynamics::periodic::{FlowMethod, Lyapunov, ShootingOrbit, Variation};
+use gear_dynamics::trains::{Coordinates, Train};
+use gear_dynamics::{Dop853, Integrator, Model, Periodic, Settle, Shooting, State, Statistics, Taylor};
+
+/// The checks of this file.
+pub const CHECKS: [Check; 2] = [
+    Check { name: "symmetric-coordinates", run: coordinates },
+    Check { name: "symmetric-solvers", run: solvers },
+];
+
+/// Largest difference of multipliers `[1]`, over max(1, |μ|).
+const SAME: f64 = 1e-9;
+
+/// A settled state and its period multiple.
+fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), Unsettled> {
+    let settle = Settle::new().tolerance(1e-8).max_periods(400);
+    settle.run(by, train, &State::at_rest(train.dof())).map(|steady| (steady.state, steady.period_multiple))
+}
+
+fn by_taylor() -> Taylor {
+    Taylor::new().rtol(1e-11).atol(1e-16)
+}
+
+fn orbit(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
+    let shooting = Shooting::new().multiple(multiple).flow_method(FlowMethod::Taylor);
+    shooting.run(train, std::slice::from_ref(guess)).map_err(|error| error.to_string())
+}
+
+/// The largest distance of a multiplier of either list to the other list, over max(1, |μ|).
+fn apart(a: &ShootingOrbit, b: &ShootingOrbit) -> f64 {
+    let [a, b] = [a, b].map(|orbit| orbit.multipliers().values().to_vec());
+    let mut worst: f64 = if a.len() == b.len() { 0.0 } else { f64::INFINITY };
+    let mut left = b;
+    for x in a {
+        let nearest = (0..left.len()).min_by(|&i, &j| (left[i] - x).norm().total_cmp(&(left[j] - x).norm()));
+        let Some(i) = nearest else { return f64::INFINITY };
+        worst = worst.max((left.swap_remove(i) - x).norm() / x.norm().max(1.0));
+    }
+    worst
+}
+
+/// Peak-to-peak deflection of each mesh.
+fn swings(train: &Train, orbit: &ShootingOrbit) -> Result<Vec<f64>, String> {
+    let said = |error: &dyn std::fmt::Display| error.to_string();
+    let names: Vec<String> = (1..=train.contacts()).map(|i| format!("deflection {i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut statistics = Statistics::new(train, &names).map_err(|e| said(&e))?;
+    orbit.observe(train, &mut statistics).map_err(|e| said(&e))?;
+    names.iter().map(|name| Ok(statistics.summary(name).map_err(|e| said(&e))?.peak_to_peak())).collect()
+}
+
+/// Settles in both coordinates and compares the orbits and their multipliers.
+fn coordinates(draw: &mut Draw) -> Outcome {
+    let model = Symmetric::draw(draw);
+    draw.note(|| format!("{model:?}"));
+    let fails = |what: &str, why: String| Outcome::Fails(format!("{what}: {why}; {model:?}"));
+    let trains = [Coordinates::Inertial, Coordinates::Relative].map(|frame| model.train(frame));
+    let [inertial, relative] = match trains {
+        [Ok(inertial), Ok(relative)] => [inertial, relative],
+        [Err(error), _] | [_, Err(error)] => return fails("build", error),
+    };
+    let (start, multiple) = match settled(&by_taylor(), &inertial) {
+        Ok(found) => found,
+        Err(Unsettled::Aperiodic { .. }) => match settled(&by_taylor(), &relative) {
+            Ok(_) => return fails("settle", "only in relative coordinates".into()),
+            Err(_) => return Outcome::Skipped("the motion does not repeat"),
+        },
+        Err(error) => return fails("settle, inertial", error.to_string()),
+    };
+    let (own, found) = match settled(&by_taylor(), &relative) {
+        Ok(found) => found,
+        Err(error) => return fails("settle, relative", error.to_string()),
+    };
+    if found != multiple {
+        return Outcome::Skipped("the coordinates settle on different orbits");
+    }
+    let orbits = [(&inertial, &start), (&relative, &own)].map(|(train, at)| orbit(train, at, multiple));
+    let [a, b] = match orbits {
+        [Ok(a), Ok(b)] => [a, b],
+        [Err(error), _] => return fails("shooting, inertial", error),
+        [_, Err(error)] => return fails("shooting, relative", error),
+    };
+    let swings = [(&inertial, &a), (&relative, &b)].map(|(train, orbit)| swings(train, orbit));
+    let [of_a, of_b] = match swings {
+        [Ok(a), Ok(b)] => [a, b],
+        [Err(error), _] | [_, Err(error)] => return fails("statistics", error),
+    };
+    let largest = of_a.iter().fold(0.0, |m: f64, x| m.max(*x));
+    let off = of_a.iter().zip(&of_b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
+    if off > 1e-4 {
+        return Outcome::Skipped("the coordinates settle on different orbits");
+    }
+    let apart = apart(&a, &b);
+    draw.note(|| format!("multipliers apart {apart:.1e}, swings {off:.1e}"));
+    let told =
+        |orbit: &ShootingOrbit| (orbit.crossings(), orbit.states().len(), orbit.corrections().to_vec());
+    draw.note(|| format!("crossings, nodes, corrections {:?} {:?}", told(&a), told(&b)));
+    draw.note(|| format!("swings {of_a:?} {of_b:?}"));
+    draw.note(|| format!("ranges {:?} {:?}", a.range(), b.range()));
+    draw.note(|| format!("inertial {:?}", a.multipliers()));
+    draw.note(|| format!("relative {:?}", b.multipliers()));
+    agree(apart <= SAME && off <= 1e-8, || {
+        format!("multipliers differ by {apart:.1e}, swings by {off:.1e}; {model:?}")
+    })
+}
+
+/// Runs every solver in relative coordinates: none refuses, all agree.
+fn solvers(draw: &mut Draw) -> Outcome {
+    let model = Symmetric::draw(draw);
+    draw.note(|| format!("{model:?}"));
+    let fails = |what: &str, why: String| Outcome::Fails(format!("{what}: {why}; {model:?}"));
+    let train = match model.train(Coordinates::Relative) {
+        Ok(train) => train,
+        Err(error) => return fails("build", error),
+    };
+    let (start, multiple) = match settled(&by_taylor(), &train) {
+        Ok(found) => found,
+        Err(Unsettled::Aperiodic { .. }) => return Outcome::Skipped("the motion does not repeat"),
+        Err(error) => return fails("settle by Taylor", error.to_string()),
+    };
+    let solver = Dop853::new().rtol(1e-11).atol(1e-16);
+    match settled(&solver, &train) {
+        Ok((_, found)) if found == multiple => {}
+        Ok(_) => return Outcome::Skipped("the integrators settle on different orbits"),
+        Err(error) => return fails("settle by DOP853", error.to_string()),
+    }
+    let reference = match orbit(&train, &start, multiple) {
+        Ok(orbit) => orbit,
+        Err(error) => return fails("shooting", error),
+    };
+    let again = Shooting::new().multiple(multiple).flow_method(FlowMethod::Dop853);
+    match again.run(&train, std::slice::from_ref(&start)) {
+        Err(error) => return fails("shooting by DOP853", error.to_string()),
+        Ok(orbit) => {
+            let apart = apart(&orbit, &reference);
+            draw.note(|| format!("by DOP853 {:?}", orbit.multipliers()));
+            draw.note(|| format!("by Taylor {:?}", reference.multipliers()));
+            if apart > SAME {
+                return fails("shooting by DOP853", format!("multipliers differ by {apart:.1e}"));
+            }
+        }
+    }
+    let (first, period) = (&reference.states()[0], train.period());
+    match Variation::new().run(&train, first, first.t + multiple as f64 * period) {
+        Err(error) => return fails("variation", error.to_string()),
+        Ok(through) => {
+            // In units of the ranges of motion, beside the identity at the start.
+            let (range, exact) = (reference.range(), reference.monodromy());
+            let scaled = |i: usize, j: usize| exact[(i, j)] * range[j] / range[i];
+            let error = |i: usize, j: usize| (through.matrix[(i, j)] - exact[(i, j)]) * range[j] / range[i];
+            let places = (0..range.len()).flat_map(|i| (0..range.len()).map(move |j| (i, j)));
+            let size = places.clone().fold(1.0, |m: f64, (i, j)| m.max(scaled(i, j).abs()));
+            let off = places.fold(0.0, |m: f64, (i, j)| m.max(error(i, j).abs())) / size;
+            if off > 1e-8 {
+                return fails("variation", format!("the matrix differs by {off:.1e}"));
+            }
+        }
+    }
+    // The exponents of a periodic orbit are ln|μ|/period.
+    let lyapunov = Lyapunov::new().settle(0).align(20).periods(20).count(1);
+    match lyapunov.run(&train, first) {
+        Err(error) => return fails("Lyapunov exponents", error.to_string()),
+        Ok(found) => {
+            let exact = reference.multipliers().largest().ln() / (multiple as f64 * period);
+            let (value, error) = (found.values()[0], found.standard_error()[0]);
+            draw.note(|| format!("exponent {value} ± {error}, exact {exact}"));
+            if reference.multipliers().largest() < 0.98 && value > 0.0 {
+                return fails("Lyapunov exponents", format!("{value} for a stable orbit, {exact}"));
+            }
+        }
+    }
+    let findings = gear_dynamics::check::check_periodic(&train, &start);
+    agree(findings.is_empty(), || format!("check_periodic: {findings:?}; {model:?}"))
+}

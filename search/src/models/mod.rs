@@ -1,0 +1,4 @@
+//! Random models.
+
+pub mod pair;
+pub mod symmetric;

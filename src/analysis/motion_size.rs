@@ -1,0 +1,209 @@
+//! Ranges of motion and rounding errors of coordinates and velocities: the units of distances, corrections,
+//! differences and errors.
+
+use crate::contact::piece::Piece;
+use crate::model::equations::{Model, State};
+use crate::model::offers::Offers;
+use crate::model::terms::Sizing;
+use crate::numeric::norms::remove;
+use crate::ode::step::{Observer, Step};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+/// Minimum, maximum and size of every coordinate and velocity over a motion, without rigid motion.
+///
+/// The unit of component i at a tolerance τ is max(range_i, k ε/τ size_i), with range_i = max - min, ε = 2.2e-16
+/// and the number k of rounding errors: a difference of τ units is then above rounding. The size is the sum of
+/// the terms of which the component is made ([`Sizing`]). A component that rests because its terms cancel, such
+/// as the difference of two equal planets, has no range, and its size is that of the terms.
+pub(crate) struct MotionSize {
+    rigid: Vec<Vec<f64>>,
+    y: Vec<f64>,
+    /// A state inside a step.
+    inside: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+    sizes: Vec<f64>,
+    pub(crate) steps: usize,
+    /// First and last time.
+    first: f64,
+    last: f64,
+}
+
+/// Number of rounding errors in an error estimate of a step, a sum over a dozen evaluations.
+const OF_A_STEP: f64 = 16.0;
+
+/// Number of rounding errors in the distance of two states a period apart.
+const OF_A_PERIOD: f64 = 64.0;
+
+/// Number of steps over which errors of accelerations add up in a motion: some tenths of the period of the fastest
+/// mode.
+const ADDED: f64 = 8.0;
+
+/// A range below this share of the size is rounding and counts as 0 `[1]`.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// A coarse run, with tolerance 1e-9, does not resolve a motion below this share of the size `[1]`.
+const SEEN: f64 = 1e-9;
+
+impl MotionSize {
+    /// `rigid`: orthonormal directions of rigid motion in the coordinates. If they leave no relative motion,
+    /// they are ignored.
+    pub(crate) fn new(dof: usize, rigid: &[Vec<f64>]) -> Self {
+        let m = 2 * dof;
+        MotionSize {
+            rigid: if rigid.len() < dof { rigid.to_vec() } else { Vec::new() },
+            y: vec![0.0; m],
+            inside: vec![0.0; m],
+            low: vec![f64::INFINITY; m],
+            high: vec![f64::NEG_INFINITY; m],
+            sizes: vec![0.0; m],
+            steps: 0,
+            first: f64::INFINITY,
+            last: f64::NEG_INFINITY,
+        }
+    }
+
+    /// An observer that adds the steps of a run.
+    pub(crate) fn along<'s, 'm, M: Model + ?Sized>(&'s mut self, model: &'m M) -> Along<'s, 'm, M> {
+        Along { motion: self, sizing: Sizing::new(model) }
+    }
+
+    /// Adds a state.
+    pub(crate) fn see(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        (self.first, self.last) = (self.first.min(t), self.last.max(t));
+        let n = q.len();
+        self.y[..n].copy_from_slice(q);
+        self.y[n..].copy_from_slice(v);
+        self.sizes.iter_mut().zip(&self.y).for_each(|(size, y)| *size = size.max(y.abs()));
+        for r in &self.rigid {
+            // y - r (rᵀ y) has the terms of the sum rᵀ y as well.
+            for (half, part) in self.sizes.chunks_exact_mut(n).zip([q, v]) {
+                let sum: f64 = r.iter().zip(part).map(|(r, y)| (r * y).abs()).sum();
+                half.iter_mut().zip(r).for_each(|(size, r)| *size = size.max(r.abs() * sum));
+            }
+        }
+        self.relative();
+        for ((y, low), high) in self.y.iter().zip(&mut self.low).zip(&mut self.high) {
+            *low = low.min(*y);
+            *high = high.max(*y);
+        }
+    }
+
+    /// Raises the sizes to those at a state.
+    fn weigh(&mut self, sizes: &[f64]) {
+        self.sizes.iter_mut().zip(sizes).for_each(|(size, now)| *size = size.max(*now));
+    }
+
+    /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on their
+    /// lower and on their upper flanks.
+    pub(crate) fn weigh_on_flanks<M: Model + ?Sized>(&mut self, model: &M, state: &State, step: f64) {
+        let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
+        self.weigh(sizing.at(None, *t, q, v, h));
+        if model.contacts() > 0 && Offers::of(model).fixed_pieces() {
+            for flank in [Piece::Lower, Piece::Upper] {
+                self.weigh(sizing.at(Some(&vec![flank; model.contacts()]), *t, q, v, h));
+            }
+        }
+    }
+
+    /// y ← y - Σ_r r (rᵀ y), for coordinates and velocities: removes rigid motion.
+    fn relative(&mut self) {
+        let (q, v) = self.y.split_at_mut(self.low.len() / 2);
+        for r in &self.rigid {
+            remove(r, q);
+            remove(r, v);
+        }
+    }
+
+    /// Halves every range about its middle, and every size, so that transients lose their weight.
+    pub(crate) fn fade(&mut self) {
+        for ((low, high), size) in self.low.iter_mut().zip(&mut self.high).zip(&mut self.sizes) {
+            let middle = 0.5 * (*low + *high);
+            if middle.is_finite() {
+                (*low, *high) = (middle - 0.25 * (*high - *low), middle + 0.25 * (*high - *low));
+            }
+            *size *= 0.5;
+        }
+    }
+
+    /// Range (max - min) of each coordinate, then of each velocity, at least 1e-9 of its size: the coarse run
+    /// that measures the ranges cannot distinguish a smaller motion from rest.
+    ///
+    /// A component at rest gets its size, but not more than the largest range of all coordinates, or of all
+    /// velocities. If both are 0, a coordinate gets the value 1, a velocity 2π (range of its
+    /// coordinate)/(observed time).
+    pub(crate) fn ranges(&self) -> Vec<f64> {
+        let n = self.low.len() / 2;
+        let range = |i: usize| {
+            let range = self.high[i] - self.low[i];
+            if range > ROUNDING * self.sizes[i] { range } else { 0.0 }
+        };
+        let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
+        let largest = |part: std::ops::Range<usize>| positive(part.map(range).fold(0.0, f64::max));
+        let of = |i: usize, largest: Option<f64>, other: f64| {
+            let at_rest = || match (positive(self.sizes[i]), largest) {
+                (Some(size), Some(largest)) => size.min(largest),
+                (size, largest) => size.or(largest).unwrap_or(other),
+            };
+            positive(range(i)).unwrap_or_else(at_rest).max(SEEN * self.sizes[i])
+        };
+        let (of_q, of_v) = (largest(0..n), largest(n..2 * n));
+        let q: Vec<f64> = (0..n).map(|i| of(i, of_q, 1.0)).collect();
+        let span = self.last - self.first;
+        let rate = |i: usize| if span > 0.0 { TAU * q[i] / span } else { q[i] };
+        let v: Vec<f64> = (0..n).map(|i| of(n + i, of_v, rate(i))).collect();
+        [q, v].concat()
+    }
+
+    /// Units of coordinates and velocities for a flow with `tolerance`.
+    pub(crate) fn units(&self, tolerance: f64) -> Vec<f64> {
+        let share = OF_A_STEP * f64::EPSILON / tolerance.max(f64::EPSILON);
+        self.ranges().iter().zip(&self.sizes).map(|(range, size)| range.max(share * size)).collect()
+    }
+
+    /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates, then
+    /// velocities.
+    pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
+        self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
+        self.relative();
+        let share = OF_A_PERIOD * f64::EPSILON / tolerance;
+        self.y.iter().enumerate().fold(0.0, |worst: f64, (i, apart)| {
+            let unit = (self.high[i] - self.low[i]).max(share * self.sizes[i]);
+            // A NaN gives an infinite distance.
+            let apart = if *apart == 0.0 { 0.0 } else { apart.abs() / unit };
+            if apart.is_nan() { f64::INFINITY } else { worst.max(apart) }
+        })
+    }
+}
+
+/// Observer that adds the states and sizes of every step of a run to a [`MotionSize`].
+pub(crate) struct Along<'s, 'm, M: ?Sized> {
+    motion: &'s mut MotionSize,
+    sizing: Sizing<'m, M>,
+}
+
+impl<M: Model + ?Sized> Observer for Along<'_, '_, M> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let motion = &mut *self.motion;
+        // Inside a step of high order the parts show the range.
+        let parts = step.parts();
+        motion.steps += parts;
+        for part in 1..parts {
+            let t = step.part(part).0;
+            let mut y = std::mem::take(&mut motion.inside);
+            step.at(t, &mut y);
+            let (q, v) = y.split_at(y.len() / 2);
+            motion.see(t, q, v);
+            motion.inside = y;
+        }
+        motion.see(step.t1(), step.q1(), step.v1());
+        // At an edge the differences of a model without slopes would mix two pieces.
+        if step.crossings().is_empty() {
+            // A step of high order is as accurate as shorter steps, one for each of its parts.
+            let (from, to) = step.part(0);
+            motion.weigh(self.sizing.at(step.pieces(), step.t1(), step.q1(), step.v1(), to - from));
+        }
+        ControlFlow::Continue(())
+    }
+}
