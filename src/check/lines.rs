@@ -53,6 +53,12 @@ impl Bend {
     }
 }
 
+/// Upper bound of the rounding of second differences of an acceleration with the given terms.
+fn noise(terms: f64, f: &[f64]) -> f64 {
+    let largest = f.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+    256.0 * f64::EPSILON * (terms + largest)
+}
+
 impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Reports the first kink along the line through zero and the typical coordinates. If there is none, it
     /// searches along each coordinate, over several reaches.
@@ -86,12 +92,13 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         let node = |i: usize| reach * (2.0 * i as f64 / PARTS as f64 - 1.0);
         let values: Vec<Vec<f64>> = (0..=PARTS).map(|i| self.accel(&line(node(i)), &self.state.v)).collect();
         for first in (0..=PARTS - WINDOW).step_by(WINDOW / 2) {
+            let terms = self.largest_terms(line, node(first), node(first + WINDOW));
             for component in 0..n {
                 let f: Vec<f64> = values[first..=first + WINDOW].iter().map(|a| a[component]).collect();
                 let bend = Bend::of(&f);
                 if !f.iter().all(|f| f.is_finite())
                     || bend.share < SUSPECT
-                    || bend.strength <= self.noise(component, &f)
+                    || bend.strength <= noise(terms[component], &f)
                 {
                     continue;
                 }
@@ -107,10 +114,10 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         None
     }
 
-    /// Upper bound of the rounding of second differences.
-    fn noise(&self, component: usize, f: &[f64]) -> f64 {
-        let largest = f.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
-        256.0 * f64::EPSILON * (self.terms[component] + largest)
+    /// The larger terms of each acceleration at two points of a line.
+    fn largest_terms(&self, line: &dyn Fn(f64) -> Vec<f64>, lo: f64, hi: f64) -> Vec<f64> {
+        let [a, b] = [lo, hi].map(|s| self.terms_at(&line(s), &self.state.v));
+        a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect()
     }
 
     /// Narrows the window of a kink until rounding exceeds its second difference. Returns the place of the
@@ -128,7 +135,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
             let f: Vec<f64> =
                 (0..=WINDOW).map(|i| self.accel(&line(node(i)), &self.state.v)[component]).collect();
             let bend = Bend::of(&f);
-            let seen = bend.strength > self.noise(component, &f);
+            let seen = bend.strength > noise(self.largest_terms(line, lo, hi)[component], &f);
             if !seen {
                 break;
             }

@@ -65,6 +65,15 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
         self.contacts(q, v).iter().map(Contact::piece).collect()
     }
 
+    /// The terms of the accelerations at given coordinates: `terms`, or those that the model knows, if they are larger.
+    pub(crate) fn terms_at(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut terms = vec![0.0; self.model.dof()];
+        if let Some(known) = self.model.terms() {
+            known.terms(None, &self.u, q, v, &[q, v].concat(), &mut terms);
+        }
+        terms.iter().zip(&self.terms).map(|(own, terms)| own.max(*terms)).collect()
+    }
+
     /// Computes `terms` and `reach`.
     pub(crate) fn measure(&mut self) {
         let State { q, v, .. } = self.state.clone();
@@ -101,6 +110,7 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
             }
         }
         (self.terms, self.reach) = (terms, reach);
+        self.terms = self.terms_at(&q, &v);
     }
 
     /// Reports drives, accelerations and contacts that are NaN or infinite, and gaps of negative width.
