@@ -36,14 +36,11 @@ const OF_A_STEP: f64 = 16.0;
 /// Number of rounding errors in the distance of two states a period apart.
 const OF_A_PERIOD: f64 = 64.0;
 
-/// Number of steps over which errors of accelerations add up in a motion: some tenths of the period of the fastest
-/// mode.
-const ADDED: f64 = 8.0;
+/// Number of steps over which errors of accelerations add up in a motion: 1/ω of its slow elastic modes, which are
+/// some thirty times slower than the step follows.
+const ADDED: f64 = 32.0;
 
-/// A range below this share of the size is rounding and counts as 0 `[1]`.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
-
-/// A coarse run, with tolerance 1e-9, does not resolve a motion below this share of the size `[1]`.
+/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not resolve it.
 const SEEN: f64 = 1e-9;
 
 impl MotionSize {
@@ -127,17 +124,16 @@ impl MotionSize {
         }
     }
 
-    /// Range (max - min) of each coordinate, then of each velocity, at least 1e-9 of its size: the coarse run
-    /// that measures the ranges cannot distinguish a smaller motion from rest.
+    /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component at rest gets its size, but not more than the largest range of all coordinates, or of all
-    /// velocities. If both are 0, a coordinate gets the value 1, a velocity 2π (range of its
-    /// coordinate)/(observed time).
+    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the largest
+    /// range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1, a velocity
+    /// 2π (range of its coordinate)/(observed time).
     pub(crate) fn ranges(&self) -> Vec<f64> {
         let n = self.low.len() / 2;
         let range = |i: usize| {
             let range = self.high[i] - self.low[i];
-            if range > ROUNDING * self.sizes[i] { range } else { 0.0 }
+            if range > SEEN * self.sizes[i] { range } else { 0.0 }
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let largest = |part: std::ops::Range<usize>| positive(part.map(range).fold(0.0, f64::max));
@@ -146,7 +142,7 @@ impl MotionSize {
                 (Some(size), Some(largest)) => size.min(largest),
                 (size, largest) => size.or(largest).unwrap_or(other),
             };
-            positive(range(i)).unwrap_or_else(at_rest).max(SEEN * self.sizes[i])
+            positive(range(i)).unwrap_or_else(at_rest)
         };
         let (of_q, of_v) = (largest(0..n), largest(n..2 * n));
         let q: Vec<f64> = (0..n).map(|i| of(i, of_q, 1.0)).collect();

@@ -5,15 +5,21 @@
 use crate::draw::Draw;
 use crate::models::symmetric::Symmetric;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::analysis::Unsettled;
+use gear_dynamics::analysis::{Summary, Unsettled};
+use gear_dynamics::branches::{BranchEnd, ByConstant, Continuation, Sensitivity};
 use gear_dynamics::periodic::{FlowMethod, Lyapunov, ShootingOrbit, Variation};
+use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
-use gear_dynamics::{Dop853, Integrator, Model, Periodic, Settle, Shooting, State, Statistics, Taylor};
+use gear_dynamics::{
+    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shooting, State,
+    Statistics, Sweep, Taylor,
+};
 
 /// The checks of this file.
-pub const CHECKS: [Check; 2] = [
+pub const CHECKS: [Check; 3] = [
     Check { name: "symmetric-coordinates", run: coordinates },
     Check { name: "symmetric-solvers", run: solvers },
+    Check { name: "symmetric-methods", run: methods },
 ];
 
 /// Largest difference of multipliers `[1]`, over max(1, |μ|).
@@ -49,12 +55,17 @@ fn apart(a: &ShootingOrbit, b: &ShootingOrbit) -> f64 {
 
 /// Peak-to-peak deflection of each mesh.
 fn swings(train: &Train, orbit: &ShootingOrbit) -> Result<Vec<f64>, String> {
+    Ok(deflections(train, orbit)?.iter().map(Summary::peak_to_peak).collect())
+}
+
+/// Statistics of the deflection of each mesh.
+fn deflections(train: &Train, orbit: &ShootingOrbit) -> Result<Vec<Summary>, String> {
     let said = |error: &dyn std::fmt::Display| error.to_string();
     let names: Vec<String> = (1..=train.contacts()).map(|i| format!("deflection {i}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(train, &names).map_err(|e| said(&e))?;
     orbit.observe(train, &mut statistics).map_err(|e| said(&e))?;
-    names.iter().map(|name| Ok(statistics.summary(name).map_err(|e| said(&e))?.peak_to_peak())).collect()
+    names.iter().map(|name| statistics.summary(name).map_err(|e| said(&e))).collect()
 }
 
 /// Settles in both coordinates and compares the orbits and their multipliers.
@@ -179,4 +190,148 @@ fn solvers(draw: &mut Draw) -> Outcome {
     }
     let findings = gear_dynamics::check::check_periodic(&train, &start);
     agree(findings.is_empty(), || format!("check_periodic: {findings:?}; {model:?}"))
+}
+
+/// Balance, sweeps, branches and sensitivities in both coordinates.
+fn methods(draw: &mut Draw) -> Outcome {
+    let model = Symmetric::draw(draw);
+    draw.note(|| format!("{model:?}"));
+    let made = [Coordinates::Inertial, Coordinates::Relative].map(|frame| {
+        let train = model.train(frame)?;
+        let (start, multiple) = match settled(&by_taylor(), &train) {
+            Ok(found) => found,
+            Err(_) => return Ok(None),
+        };
+        let orbit = orbit(&train, &start, multiple)?;
+        Figures::of(&train, &start, &orbit).map(|figures| {
+            draw.note(|| format!("{figures:?}"));
+            Some(figures)
+        })
+    });
+    match made {
+        [Ok(Some(a)), Ok(Some(b))] => {
+            let apart = a.differences(&b);
+            agree(apart.is_empty(), || format!("{}; {model:?}", apart.join(", ")))
+        }
+        [Ok(_), Ok(_)] => Outcome::Skipped("the motion does not repeat"),
+        [Err(error), _] => Outcome::Fails(format!("inertial: {error}; {model:?}")),
+        [_, Err(error)] => Outcome::Fails(format!("relative: {error}; {model:?}")),
+    }
+}
+
+/// What does not depend on the coordinates.
+#[derive(Debug)]
+struct Figures {
+    multiple: usize,
+    /// Peak-to-peak deflection of the first mesh.
+    swing: f64,
+    /// Its derivatives with respect to all constants, times the constants.
+    slopes: Vec<f64>,
+    /// Peak-to-peak deflection by balance, without those of few orders.
+    balance: f64,
+    /// Period multiples of rows by located edges and by lanes.
+    rows: [Option<usize>; 2],
+    /// Their changes over a period of the motion.
+    changes: [f64; 2],
+    /// Kinds and speeds of the located points over speeds 3 % higher, then the last swing.
+    points: Vec<(String, f64)>,
+    last: f64,
+}
+
+impl Figures {
+    fn of(train: &Train, start: &State, orbit: &ShootingOrbit) -> Result<Self, String> {
+        let multiple = orbit.period_multiple();
+        let deflected = deflections(train, orbit)?;
+        let swing = deflected[0].peak_to_peak();
+        let mean: Vec<f64> = deflected.iter().map(|summary| summary.mean).collect();
+        let said = |what: &str, error: &dyn std::fmt::Display| format!("{what}: {error}");
+        let sensitivity =
+            Sensitivity::of(train, orbit, &["deflection 1"]).map_err(|e| said("sensitivity", &e))?;
+        let slopes = sensitivity.mean("deflection 1").map_err(|e| said("sensitivity", &e))?;
+        let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
+        // The linearised start has all contacts on one flank.
+        let one_flank = mean.iter().all(|mean| *mean > 0.0);
+        let balance = if multiple == 1 && one_flank { by_balance(train)? } else { swing };
+        let speed = train.constant("speed").map_err(|e| said("speed", &e))?;
+        let [(located, change), (lanes, by_lanes)] =
+            [by_rows(train, start, &Located(Dop853::new().rtol(1e-10).atol(1e-16)))?, {
+                // Mesh cycles are long at low speeds, the fastest mode is not.
+                let steps = (128.0 * (400.0 / speed).max(1.0)) as usize;
+                let steps = steps * train.shape().cycles_in_a_period() as usize;
+                by_rows(train, start, &LaneRk4::<4>::new(steps))?
+            }];
+        let family = ByConstant::new(train, "speed").map_err(|e| said("family", &e))?;
+        let continuation = Continuation::new(speed, 1.03 * speed).max_points(200);
+        let continuation = continuation.shooting(Shooting::new().multiple(multiple));
+        let branch = continuation.run(&family, orbit.states()).map_err(|e| said("branch", &e))?;
+        let points =
+            branch.located().map(|(kind, point)| (kind.name().to_owned(), point.parameter)).collect();
+        let ended = matches!(branch.end(), BranchEnd::Bound | BranchEnd::Points { .. });
+        if !ended {
+            return Err(format!("branch: {}", branch.end()));
+        }
+        let last = branch.points().last().map_or(f64::NAN, |point| point.summaries[0].peak_to_peak());
+        let (rows, changes) = ([located, lanes], [change, by_lanes]);
+        Ok(Figures { multiple, swing, slopes, balance, rows, changes, points, last })
+    }
+
+    /// The names and values of what differs.
+    fn differences(&self, other: &Figures) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut compare = |name: &str, a: f64, b: f64, size: f64, tolerance: f64| {
+            if !((a - b).abs() <= tolerance * size) {
+                found.push(format!("{name} {a:e} and {b:e}"));
+            }
+        };
+        if self.multiple != other.multiple || (self.swing - other.swing).abs() > 1e-4 * self.swing {
+            return found; // different orbits
+        }
+        compare("swing", self.swing, other.swing, self.swing, 1e-8);
+        let largest = self.slopes.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (i, (a, b)) in self.slopes.iter().zip(&other.slopes).enumerate() {
+            compare(&format!("derivative {i}"), *a, *b, largest, 1e-6);
+        }
+        compare("swing by balance", self.balance, other.balance, self.swing, 1e-4);
+        compare("last swing", self.last, other.last, self.last, 1e-6);
+        if self.points.len() == other.points.len() {
+            for ((kind, a), (other, b)) in self.points.iter().zip(&other.points) {
+                compare(&format!("{kind} and {other} at"), *a, *b, *a, 1e-8);
+            }
+        } else {
+            found.push(format!("points {:?} and {:?}", self.points, other.points));
+        }
+        if self.rows != other.rows {
+            let told = |figures: &Figures| format!("{:?} {:?}", figures.rows, figures.changes);
+            found.push(format!("period multiples {} and {}", told(self), told(other)));
+        }
+        found
+    }
+}
+
+/// Peak-to-peak deflection of the first mesh by harmonic balance and, from its orbit, by shooting.
+fn by_balance(train: &Train) -> Result<f64, String> {
+    let harmonics = Harmonics::up_to(8 * train.shape().cycles_in_a_period() as usize);
+    let balance = Balance::new(harmonics);
+    let start = balance.linearised(train, gear_dynamics::contact::Piece::Upper);
+    let start = start.map_err(|error| format!("linearised: {error}"))?;
+    let found = balance.solve(train, &start).map_err(|error| format!("balance: {error}"))?;
+    let polished = found.polish(train).map_err(|error| format!("polish: {error}"))?;
+    Ok(swings(train, &polished)?[0])
+}
+
+/// Period multiple of one row that starts on the orbit.
+fn by_rows<E>(train: &Train, start: &State, engine: &E) -> Result<(Option<usize>, f64), String>
+where
+    E: SweepEngine<Train>,
+{
+    let speed = train.constant("speed").map_err(|error| error.to_string())?;
+    let points = Points::on_axis(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
+    let start = State { t: 0.0, ..start.clone() };
+    let rows = Sweep::new(points)
+        .settle(100)
+        .measure(8)
+        .run(engine, |p| train.with("speed", p["speed"]), |_, _| Ok::<_, ParameterError>(start.clone()))
+        .map_err(|error| format!("sweep: {error}"))?;
+    let row = rows.iter().next().ok_or("no row")?;
+    Ok((row.period_multiple(), row.change()))
 }
