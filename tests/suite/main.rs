@@ -15,6 +15,7 @@
 //! | gear trains: classics, modes, building, refusals | `trains` |
 //! | phases of meshes from teeth and places | `mesh_phases` |
 //! | noncircular gears in trains | `noncircular` |
+//! | equal members in relative coordinates, symmetries that break | `symmetric_trains` |
 //! | held processes | `held_processes` |
 //! | phase laws, runs at varying speed, waterfalls | `phase_laws` |
 //! | the face gear pair of Liu 2021 against reference orbits | `reference_nfg` |
@@ -113,6 +114,7 @@ mod shooting;
 mod solvers;
 mod stored_results;
 mod sweeps;
+mod symmetric_trains;
 mod taylor;
 mod teeth;
 mod tori;

@@ -1,0 +1,182 @@
+//! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
+
+use gear_dynamics::branches::{ByConstant, Continuation};
+use gear_dynamics::excitation::Fourier;
+use gear_dynamics::linear::static_state;
+use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
+use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
+use gear_dynamics::trains::{Coordinates, Planetary, Train};
+use gear_dynamics::{
+    Balance, Dop853, Harmonics, Model, ParameterError, Periodic, Settle, Shooting, State, Sweep, Taylor, Wave,
+};
+
+fn wave(mean: f64, share: f64) -> Wave {
+    Wave::new(Fourier::new(mean, &[[share * mean, 0.0]]).unwrap())
+}
+
+/// A set of equal planets in phase, loaded by 40 N m on the sun.
+fn set(planets: u32, half_backlash: f64, coordinates: Coordinates) -> Train {
+    let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
+    let set = Planetary::torsional([30, 30, 90], planets, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], waves).unwrap();
+    let mut parts = set.damping(1000.0).half_backlash(half_backlash).parts();
+    parts.torque("drive", "sun", 40.0).torque("load", "carrier", -160.0).coordinates(coordinates);
+    parts.build("sun", 100.0).unwrap()
+}
+
+/// |μ| of all multipliers, in decreasing order.
+fn sizes(train: &Train, guess: &State, method: FlowMethod) -> Vec<f64> {
+    let orbit = Shooting::new().flow_method(method).run(train, std::slice::from_ref(guess)).unwrap();
+    orbit.multipliers().values().iter().map(|m| m.norm()).collect()
+}
+
+#[test]
+fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
+    for (planets, half_backlash) in [(2, 2e-5), (3, 2e-5), (4, 2e-5), (3, 0.0)] {
+        let [inertial, relative] =
+            [Coordinates::Inertial, Coordinates::Relative].map(|frame| set(planets, half_backlash, frame));
+        let settle = Settle::new().tolerance(1e-9);
+        let steady =
+            settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &inertial, &State::at_rest(inertial.dof()));
+        let expected = sizes(&inertial, &steady.unwrap().state, FlowMethod::Taylor);
+        let rest = State::at_rest(relative.dof());
+        let by_taylor = settle.run(&Taylor::new().rtol(1e-11).atol(1e-16), &relative, &rest).unwrap();
+        let by_dop853 = settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &relative, &rest).unwrap();
+        assert_eq!((by_taylor.period_multiple, by_dop853.period_multiple), (1, 1));
+        for guess in [&by_taylor.state, &by_dop853.state] {
+            for method in [FlowMethod::Taylor, FlowMethod::Dop853] {
+                let found = sizes(&relative, guess, method);
+                assert_eq!(found.len(), expected.len());
+                for (a, b) in found.iter().zip(&expected) {
+                    assert!((a - b).abs() < 1e-9, "{planets} planets: {found:?} {expected:?}");
+                }
+            }
+        }
+    }
+}
+
+/// The other methods on the set with three planets in relative coordinates.
+#[test]
+fn equal_planets_pass_every_method_in_relative_coordinates() {
+    let train = set(3, 2e-5, Coordinates::Relative);
+    let steady =
+        Settle::new().run(&Taylor::new().rtol(1e-11).atol(1e-16), &train, &State::at_rest(train.dof()));
+    let start = State { t: 0.0, ..steady.unwrap().state };
+    let orbit = Shooting::new().run(&train, std::slice::from_ref(&start)).unwrap();
+    let first = &orbit.states()[0];
+    let through = Variation::new().run(&train, first, first.t + train.period()).unwrap();
+    let range = orbit.range();
+    for i in 0..range.len() {
+        for j in 0..range.len() {
+            let off = (through.matrix[(i, j)] - orbit.monodromy()[(i, j)]) * range[j] / range[i];
+            assert!(off.abs() < 1e-9, "{i} {j} {off:e}");
+        }
+    }
+    let exact = orbit.multipliers().largest().ln() / train.period();
+    let exponents = Lyapunov::new().settle(0).align(30).periods(30).count(1).run(&train, first).unwrap();
+    assert!((exponents.values()[0] / exact - 1.0).abs() < 0.05, "{} {exact}", exponents.values()[0]);
+
+    let balance = Balance::new(Harmonics::up_to(8));
+    let series = balance.linearised(&train, gear_dynamics::contact::Piece::Upper).unwrap();
+    let polished = balance.solve(&train, &series).unwrap().polish(&train).unwrap();
+    assert!((polished.multipliers().largest() - orbit.multipliers().largest()).abs() < 1e-9);
+
+    let row = |rows: &Rows| rows.iter().next().unwrap().period_multiple();
+    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0]).unwrap())).settle(40).measure(8);
+    let located = sweep
+        .run(
+            &Located(Dop853::new().rtol(1e-10).atol(1e-16)),
+            |p| train.with("speed", p["speed"]),
+            |_, _| Ok::<_, ParameterError>(start.clone()),
+        )
+        .unwrap();
+    let steps = 512 * train.shape().cycles_in_a_period() as usize;
+    let lanes = sweep
+        .run(
+            &LaneRk4::<4>::new(steps),
+            |p| train.with("speed", p["speed"]),
+            |_, _| Ok::<_, ParameterError>(start.clone()),
+        )
+        .unwrap();
+    assert_eq!((row(&located), row(&lanes)), (Some(1), Some(1)));
+    assert_eq!(gear_dynamics::check::check_periodic(&train, &start), []);
+}
+
+/// Two equal planets move against each other: δ'' + (2 c r² δ' + (k_s + k_r) r² δ)/J = 0, a Hill equation. Its largest
+/// multiplier is -1 where the symmetric orbit doubles into the antisymmetric coordinate.
+struct Against {
+    speed: f64,
+}
+
+/// Damping of each mesh [N s/m], radius `[m]` and inertia [kg m²] of a planet.
+const DAMPING: f64 = 100.0;
+const RADIUS: f64 = 0.03;
+const INERTIA: f64 = 1e-3;
+
+impl Model for Against {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let stiffness = 4.5e8 * (1.0 + 0.2 * (std::f64::consts::TAU * u[0] / self.period()).cos());
+        a[0] = -(2.0 * DAMPING * v[0] + stiffness * q[0]) * RADIUS * RADIUS / INERTIA;
+    }
+}
+
+impl Periodic for Against {
+    /// The sun turns by 3/4 of its speed against the carrier and has 30 teeth.
+    fn period(&self) -> f64 {
+        std::f64::consts::TAU / (30.0 * 0.75 * self.speed)
+    }
+}
+
+/// Trace of the monodromy matrix of the antisymmetric motion plus 1 + det: 0 where a multiplier is -1.
+fn doubling(speed: f64) -> f64 {
+    let model = Against { speed };
+    let matrix =
+        Variation::new().run(&model, &State::new(0.0, &[1e-6], &[0.0]), model.period()).unwrap().matrix;
+    1.0 + matrix[(0, 0)] + matrix[(1, 1)] + matrix[(0, 0)] * matrix[(1, 1)] - matrix[(0, 1)] * matrix[(1, 0)]
+}
+
+/// The root of `doubling` between two speeds, by bisection.
+fn border(mut low: f64, mut high: f64) -> f64 {
+    let sign = doubling(low) > 0.0;
+    assert_ne!(sign, doubling(high) > 0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if (doubling(middle) > 0.0) == sign { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+#[test]
+fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
+    let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
+    let set = Planetary::torsional([30, 30, 90], 2, RADIUS, [1e-3, INERTIA, 5e-2, 3e-2], waves).unwrap();
+    let mut parts = set.damping(DAMPING).half_backlash(2e-5).parts();
+    parts.torque("drive", "sun", 400.0).torque("load", "carrier", -1600.0);
+    let train = parts.coordinates(Coordinates::Relative).build("sun", 1400.0).unwrap();
+    // The antisymmetric mode has ω² = 4.5e8 r²/J: twice ω is the mesh frequency near 1790 rad/s.
+    let borders = [border(1600.0, 1780.0), border(1800.0, 1980.0)];
+    let rest = static_state(&train, 0.0).unwrap();
+    let start = State::new(0.0, &rest.q, &vec![0.0; rest.q.len()]);
+    let family = ByConstant::new(&train, "speed").unwrap();
+    let continuation = Continuation::new(1400.0, 2000.0);
+    let branch = continuation.run(&family, &[start]).unwrap();
+    let doublings = branch.of_kind("period-doubling");
+    let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
+    for border in borders {
+        let off = near.iter().map(|p| (p / border - 1.0).abs()).fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-9, "{border} {near:?}");
+    }
+    // The orbits of twice the period that branch off differ between the planets. Up to the loss of contact the system
+    // is linear and any multiple of the difference solves it: it grows with the steps.
+    let doubled = Continuation::new(borders[0], 1700.0).bounds(1400.0, 2000.0).max_points(50);
+    let at = doublings.iter().find(|point| (point.parameter / borders[0] - 1.0).abs() < 1e-9).unwrap();
+    let branch = doubled.switch(&family, at, 1.0).unwrap();
+    let last = branch.points().last().unwrap();
+    assert_eq!(last.orbit.least_multiple(), 2);
+    let planet = train.shape().coordinates().iter().position(|c| c.name == "planet 1 angle").unwrap();
+    let apart = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[planet].abs()));
+    let along = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[0].abs()));
+    assert!(apart > 1e-3 * along, "{apart:e} {along:e}");
+}
