@@ -1,10 +1,11 @@
 //! The checks.
 
+mod branches;
 mod symmetric;
 
 use crate::Check;
 
 /// All checks.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [&symmetric::CHECKS[..]].into_iter().flatten()
+    [&branches::CHECKS[..], &symmetric::CHECKS].into_iter().flatten()
 }

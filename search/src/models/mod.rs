@@ -2,3 +2,4 @@
 
 pub mod pair;
 pub mod symmetric;
+pub mod two_stage;

@@ -34,14 +34,22 @@ enum Kind {
 impl Symmetric {
     /// Draws a train.
     pub fn draw(draw: &mut Draw) -> Self {
-        let kind = match draw.below(5) {
-            0..=2 => {
-                let teeth = draw.one_of(&[[30, 30, 90], [24, 36, 96], [36, 24, 84]]);
-                Kind::Planetary(teeth, draw.one_of(&[2, 3, 4]))
+        match draw.below(5) {
+            0..=2 => Symmetric::planetary(draw),
+            3 => {
+                let kind = Kind::Split(2 + draw.below(2));
+                Symmetric::of(kind, draw)
             }
-            3 => Kind::Split(2 + draw.below(2)),
-            _ => Kind::Idler,
-        };
+            _ => Symmetric::of(Kind::Idler, draw),
+        }
+    }
+    /// Draws a planetary set.
+    pub fn planetary(draw: &mut Draw) -> Self {
+        let teeth = draw.one_of(&[[30, 30, 90], [24, 36, 96], [36, 24, 84]]);
+        let kind = Kind::Planetary(teeth, draw.one_of(&[2, 3, 4]));
+        Symmetric::of(kind, draw)
+    }
+    fn of(kind: Kind, draw: &mut Draw) -> Self {
         let mut mesh = || [draw.scale(1e8, 4e8), draw.within(0.05, 0.3)];
         let stiffness = [mesh(), mesh()];
         let damping = draw.scale(500.0, 5000.0);

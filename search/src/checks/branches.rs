@@ -1,0 +1,223 @@
+//! Branches over the speed: every change of stability is a located point or a note, and short steps find no more.
+
+use crate::draw::Draw;
+use crate::models::pair::Pair;
+use crate::models::symmetric::Symmetric;
+use crate::models::two_stage::TwoStage;
+use crate::{Check, Outcome};
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, Continuation, PointKind};
+use gear_dynamics::num_complex::Complex64;
+use gear_dynamics::trains::{Coordinates, Train};
+use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
+
+/// The checks of this file.
+pub const CHECKS: [Check; 6] = [
+    Check { name: "stability-of-pairs", run: |draw| stability(draw, pair) },
+    Check { name: "stability-of-sets", run: |draw| stability(draw, set) },
+    Check { name: "stability-of-stages", run: |draw| stability(draw, stages) },
+    Check { name: "short-steps-of-pairs", run: |draw| short_steps(draw, pair) },
+    Check { name: "short-steps-of-sets", run: |draw| short_steps(draw, set) },
+    Check { name: "short-steps-of-stages", run: |draw| short_steps(draw, stages) },
+];
+
+/// A train, its description and the range of its speed.
+struct Case {
+    text: String,
+    train: Train,
+    speeds: [f64; 2],
+}
+
+type Drawn = fn(&mut Draw) -> Result<Case, String>;
+
+fn pair(draw: &mut Draw) -> Result<Case, String> {
+    let pair = Pair::draw(draw);
+    let train = pair.at(0.5).map_err(|error| error.to_string())?;
+    Ok(Case { text: format!("{pair:?}"), train, speeds: [0.5, 2.4] })
+}
+
+fn set(draw: &mut Draw) -> Result<Case, String> {
+    let set = Symmetric::planetary(draw);
+    let train = set.train(Coordinates::Relative)?;
+    let speed = train.constant("speed").map_err(|error| error.to_string())?;
+    Ok(Case { text: format!("{set:?}"), train, speeds: [speed, 2.0 * speed] })
+}
+
+fn stages(draw: &mut Draw) -> Result<Case, String> {
+    let (model, speed) = (TwoStage::draw(draw), draw.scale(100.0, 600.0));
+    let train = model.at(speed)?;
+    Ok(Case { text: format!("{model:?} {speed}"), train, speeds: [speed, 2.0 * speed] })
+}
+
+/// Largest peak-to-peak value over that of the start: beyond it the branch runs to infinity.
+const UNBOUNDED: f64 = 1e3;
+
+/// A branch up to its end or up to motions without bound.
+fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
+    let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
+    let continuation = continuation.shooting(Shooting::new().multiple(start.1));
+    let begun = continuation.begin(&family, std::slice::from_ref(&start.0));
+    let mut following = begun.map_err(|error| error.to_string())?;
+    let first = following.next().map_or(f64::NAN, |point| point.peak_to_peak());
+    following.by_ref().take_while(|point| point.peak_to_peak() < UNBOUNDED * first).for_each(drop);
+    Ok(following.into_branch())
+}
+
+/// A settled orbit at the first speed, and its period multiple.
+fn settled(case: &Case) -> Option<(State, usize)> {
+    let settle = Settle::new().tolerance(1e-8).max_periods(600);
+    let rest = State::at_rest(case.train.dof());
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train, &rest).ok()?;
+    Some((steady.state, steady.period_multiple))
+}
+
+/// Numbers of multipliers: outside the unit circle, real above 1, real below -1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Outside {
+    all: usize,
+    above: usize,
+    below: usize,
+}
+
+/// What a point passes on to its neighbours: without the critical multipliers, which count as inside, then with them.
+fn outside(point: &BranchPoint) -> [Outside; 2] {
+    let values = point.multipliers.values();
+    let near = |to: &dyn Fn(&Complex64) -> f64, count: usize| {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&i, &j| to(&values[i]).total_cmp(&to(&values[j])));
+        order.truncate(count);
+        order
+    };
+    let critical = match point.kind {
+        Some(PointKind::PeriodDoubling) => near(&|m| (m + 1.0).norm(), 1),
+        Some(PointKind::NeimarkSacker) => {
+            near(&|m| if m.im == 0.0 { f64::INFINITY } else { (m.norm() - 1.0).abs() }, 2)
+        }
+        Some(PointKind::Grazing { .. }) | None => Vec::new(),
+        Some(_) => near(&|m| (m - 1.0).norm(), 1),
+    };
+    [false, true].map(|with| {
+        let mut found = Outside { all: 0, above: 0, below: 0 };
+        for (i, m) in values.iter().enumerate() {
+            let counts = if critical.contains(&i) { with } else { m.norm() > 1.0 };
+            if counts {
+                found.all += 1;
+                found.above += usize::from(m.im == 0.0 && m.re > 0.0);
+                found.below += usize::from(m.im == 0.0 && m.re < 0.0);
+            }
+        }
+        found
+    })
+}
+
+/// Whether the orbits of two neighbouring points may have the same stability: two real multipliers outside may have
+/// become a complex pair.
+fn same(a: Outside, b: Outside) -> bool {
+    a.all == b.all && a.above % 2 == b.above % 2 && a.below % 2 == b.below % 2
+}
+
+/// The changes of stability between neighbouring points that nothing explains.
+fn unexplained(branch: &Branch) -> Vec<String> {
+    let points = branch.points();
+    let mut found = Vec::new();
+    for two in points.windows(2) {
+        let [a, b] = [outside(&two[0]), outside(&two[1])];
+        let explained = a.iter().any(|a| b.iter().any(|b| same(*a, *b)));
+        let [from, to] = [two[0].parameter, two[1].parameter];
+        let noted = branch.notes().iter().any(|note| {
+            let [low, high] =
+                [note.parameters[0].min(note.parameters[1]), note.parameters[0].max(note.parameters[1])];
+            from.min(to) >= low && from.max(to) <= high
+        });
+        // Next to the circle the number is not decided.
+        let near = two.iter().any(|point| {
+            point.kind.is_none() && point.multipliers.values().iter().any(|m| (m.norm() - 1.0).abs() < 1e-7)
+        });
+        if !explained && !noted && !near {
+            found.push(format!("{from:?} {} .. {to:?} {}", told(&two[0]), told(&two[1])));
+        }
+    }
+    found
+}
+
+fn told(point: &BranchPoint) -> String {
+    let kind = point.kind.as_ref().map_or("", |kind| kind.name());
+    let values: Vec<String> =
+        point.multipliers.values().iter().filter(|m| m.norm() > 0.9).map(|m| format!("{m:.5}")).collect();
+    format!("{kind}[{}]", values.join(", "))
+}
+
+fn stability(draw: &mut Draw, drawn: Drawn) -> Outcome {
+    let case = match drawn(draw) {
+        Ok(case) => case,
+        Err(error) => return Outcome::Fails(error),
+    };
+    draw.note(|| case.text.clone());
+    let Some(start) = settled(&case) else { return Outcome::Skipped("does not settle") };
+    let [from, to] = case.speeds;
+    let branch = match follow(&case, &start, Continuation::new(from, to)) {
+        Ok(branch) => branch,
+        Err(error) => return Outcome::Fails(format!("{error}; {}", case.text)),
+    };
+    draw.note(|| format!("{branch}"));
+    let found = unexplained(&branch);
+    if found.is_empty() {
+        ended(&branch, &case)
+    } else {
+        Outcome::Fails(format!("{}; {}", found.join("; "), case.text))
+    }
+}
+
+/// The end of a branch.
+fn ended(branch: &Branch, case: &Case) -> Outcome {
+    match branch.end() {
+        BranchEnd::StepUnderflow { .. } => Outcome::Fails(format!("{}; {}", branch.end(), case.text)),
+        _ => Outcome::Agrees,
+    }
+}
+
+/// Largest distance of a point found by either branch, over the parameter.
+const NEAR: f64 = 1e-7;
+
+fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
+    let case = match drawn(draw) {
+        Ok(case) => case,
+        Err(error) => return Outcome::Fails(error),
+    };
+    draw.note(|| case.text.clone());
+    let Some(start) = settled(&case) else { return Outcome::Skipped("does not settle") };
+    let [from, to] = case.speeds;
+    let short = Continuation::new(from, to).first_step(0.001).max_step(0.005).max_points(20_000);
+    let branches = [follow(&case, &start, Continuation::new(from, to)), follow(&case, &start, short)];
+    let [coarse, fine] = match branches {
+        [Ok(coarse), Ok(fine)] => [coarse, fine],
+        [Err(error), _] | [_, Err(error)] => return Outcome::Fails(format!("{error}; {}", case.text)),
+    };
+    draw.note(|| format!("{coarse}\n{fine}"));
+    let mut missing = Vec::new();
+    for [a, b] in [[&coarse, &fine], [&fine, &coarse]] {
+        for (kind, point) in a.located() {
+            let found = b.located().any(|(other, at)| {
+                other.code() == kind.code() && (at.parameter / point.parameter - 1.0).abs() < NEAR
+            });
+            let noted = b.notes().iter().any(|note| {
+                let [low, high] =
+                    [note.parameters[0].min(note.parameters[1]), note.parameters[0].max(note.parameters[1])];
+                (low..=high).contains(&point.parameter)
+            });
+            if !found && !noted {
+                let by = if std::ptr::eq(a, &coarse) { "long" } else { "short" };
+                missing.push(format!(
+                    "{} at {:?} by {by} steps only {}",
+                    kind.name(),
+                    point.parameter,
+                    told(point)
+                ));
+            }
+        }
+    }
+    if missing.is_empty() {
+        ended(&fine, &case)
+    } else {
+        Outcome::Fails(format!("{}; {}", missing.join("; "), case.text))
+    }
+}
