@@ -16,6 +16,7 @@ pub(crate) mod stability_method;
 pub(crate) mod stops;
 pub(crate) mod switching;
 pub(crate) mod tracker;
+pub(crate) mod within;
 
 pub use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 pub use crate::branches::boundary::following_boundary::FollowingBoundary;

@@ -22,12 +22,15 @@ const BESIDE_STEP: f64 = 0.02;
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
 
+/// Largest value of a test at a located point, as a share of the values at the ends `[1]`. A larger one is a jump.
+const JUMP: f64 = 1e-3;
+
 /// Maximum number of golden sections in the search of an extremum.
 const SECTIONS: usize = 14;
 
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
 /// the first.
-struct Between<'p, S> {
+pub(crate) struct Between<'p, S> {
     a: &'p CurvePoint<S>,
     /// Place of the second point from the first, and dx/dσ there, in the units of the first.
     end: DVector<f64>,
@@ -36,7 +39,8 @@ struct Between<'p, S> {
 }
 
 impl<'p, S> Between<'p, S> {
-    fn new(a: &'p CurvePoint<S>, b: &CurvePoint<S>, ds: f64) -> Self {
+    /// `ds`: distance of `b` from `a` along the tangent of `a`.
+    pub(crate) fn new(a: &'p CurvePoint<S>, b: &CurvePoint<S>, ds: f64) -> Self {
         let n = a.x.len();
         let end = DVector::from_fn(n + 1, |i, _| {
             let change = if i < n { b.x[i] - a.x[i] } else { b.p - a.p };
@@ -46,6 +50,11 @@ impl<'p, S> Between<'p, S> {
         slope.component_div_assign(&a.units);
         slope /= a.tangent.dot(&slope);
         Between { a, end, slope, ds }
+    }
+
+    /// The first of the two points.
+    pub(crate) fn start(&self) -> &CurvePoint<S> {
+        self.a
     }
 
     /// (x, p) at the distance σ.
@@ -74,8 +83,9 @@ impl<C: Curve> Engine<C> {
         self.locate_within(&Between::new(a, b, ds), ends, test)
     }
 
-    /// [`locate`](Engine::locate) between two distances from the first point with given values of the test.
-    fn locate_within(
+    /// The point between two distances σ with values of the test, at which the test changes its sign. `None` if the test
+    /// has no value at some point, or the same sign at both ends, or jumps over 0.
+    pub(crate) fn locate_within(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
@@ -96,12 +106,14 @@ impl<C: Curve> Engine<C> {
             }
         }
         match nearest {
+            Some((least, _)) if least > JUMP * from[1].abs().max(to[1].abs()) => Ok(None),
             Some((_, point)) => Ok(Some(point)),
             None => self.point_at(between, brent.best()).map(Some),
         }
     }
 
-    fn point_at(
+    /// The point at the distance σ.
+    pub(crate) fn point_at(
         &mut self,
         between: &Between<'_, C::Solution>,
         sigma: f64,
@@ -110,26 +122,25 @@ impl<C: Curve> Engine<C> {
         self.correct(between.a, &between.a.tangent, sigma, x, p)
     }
 
-    /// The crossing of branches between `a` and `b`, at which `test` changes its sign.
+    /// The crossing of branches between two distances σ, at which `test` changes its sign.
     ///
     /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
     /// four values of the test beside the crossing, and the solution is interpolated in the same way.
     pub(crate) fn locate_crossing(
         &mut self,
-        a: &CurvePoint<C::Solution>,
-        b: &CurvePoint<C::Solution>,
-        ds: f64,
+        between: &Between<'_, C::Solution>,
+        ends: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
     ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
         self.at_crossing = true;
-        let rough = self.locate(a, b, ds, test);
+        let rough = self.locate_within(between, ends, test);
         self.at_crossing = false;
         let Some(rough) = rough? else { return Ok(None) };
-        let (between, middle) = (Between::new(a, b, ds), self.distance(a, &rough));
+        let (width, middle) = (ends[1][0] - ends[0][0], self.distance(between.a, &rough));
         let mut beside = Vec::with_capacity(BESIDE.len());
         for place in BESIDE {
-            let sigma = middle + place * BESIDE_STEP * ds;
-            let point = self.point_at(&between, sigma)?;
+            let sigma = middle + place * BESIDE_STEP * width;
+            let point = self.point_at(between, sigma)?;
             let Some(value) = test(self, &point) else { return Ok(None) };
             beside.push((place, value, point));
         }
@@ -160,18 +171,16 @@ impl<C: Curve> Engine<C> {
         Ok(Some(if solved { CurvePoint { x, p, solution: linear.solution, ..rough } } else { rough }))
     }
 
-    /// The two points between `a` and `b` at which `test` changes its sign and changes it back; empty if the
-    /// test keeps its sign. The extremum of the test is searched by golden sections.
+    /// The two points between two distances σ at which `test` changes its sign and changes it back; empty if the test
+    /// keeps its sign. The extremum of the test is searched by golden sections.
     pub(crate) fn locate_dip(
         &mut self,
-        a: &CurvePoint<C::Solution>,
-        b: &CurvePoint<C::Solution>,
-        ds: f64,
+        between: &Between<'_, C::Solution>,
+        [from, to]: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
     ) -> Result<Vec<CurvePoint<C::Solution>>, CurveError> {
-        let (Some(at_a), Some(at_b)) = (test(self, a), test(self, b)) else { return Ok(Vec::new()) };
-        let (between, sign) = (Between::new(a, b, ds), at_a.signum());
-        let mut bracket = [0.0, ds];
+        let sign = from[1].signum();
+        let mut bracket = [from[0], to[0]];
         let mut inner: [Option<(f64, f64)>; 2] = [None, None];
         for _ in 0..SECTIONS {
             for (k, share) in [1.0 - GOLDEN, GOLDEN].into_iter().enumerate() {
@@ -179,11 +188,11 @@ impl<C: Curve> Engine<C> {
                     continue;
                 }
                 let sigma = bracket[0] + share * (bracket[1] - bracket[0]);
-                let point = self.point_at(&between, sigma)?;
+                let point = self.point_at(between, sigma)?;
                 let Some(value) = test(self, &point) else { return Ok(Vec::new()) };
                 if sign * value < 0.0 {
-                    let first = self.locate_within(&between, [[0.0, at_a], [sigma, value]], test)?;
-                    let second = self.locate_within(&between, [[sigma, value], [ds, at_b]], test)?;
+                    let first = self.locate_within(between, [from, [sigma, value]], test)?;
+                    let second = self.locate_within(between, [[sigma, value], to], test)?;
                     return Ok(first.into_iter().chain(second).collect());
                 }
                 inner[k] = Some((sigma, sign * value));

@@ -1,16 +1,12 @@
-//! Changes along a branch that are located.
+//! Bifurcations along a branch.
 
-use crate::branches::orbits::contact_trace::Extremum;
-
-/// A change between two points that is to be located.
+/// A bifurcation between two points that is to be located.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change {
     Fold,
     Branch,
     PeriodDoubling,
     NeimarkSacker,
-    /// An extremum passes through its edge.
-    Grazing(Extremum),
 }
 
 impl Change {
@@ -21,7 +17,6 @@ impl Change {
             Change::Branch => "the determinant changed its sign",
             Change::PeriodDoubling => "a multiplier passed -1",
             Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
-            Change::Grazing(_) => "a contact grazed an edge",
         }
     }
 }

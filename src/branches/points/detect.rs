@@ -1,4 +1,4 @@
-//! What changes between two neighbouring points of a branch.
+//! What changes between two points of a branch.
 
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
@@ -6,69 +6,49 @@ use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::periodic::multipliers::Multipliers;
 
-/// The changes between two points.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Changes {
-    pub(crate) all: Vec<Change>,
-    /// What the changes do not explain.
-    pub(crate) unexplained: Option<&'static str>,
-}
-
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 const NEAR: f64 = 0.1;
 
 /// The change that a located point with a multiplier on the unit circle explains.
 pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit circle changed";
 
-/// What is compared of a point.
-pub(crate) struct Compared<'p, S> {
-    pub(crate) point: &'p CurvePoint<S>,
-    pub(crate) multipliers: Option<&'p Multipliers>,
-    pub(crate) trace: &'p ContactTrace,
-}
+/// What grazings explain.
+pub(crate) const SEQUENCE: &str = "the contact sequence changed";
 
-pub(crate) fn changes<S>(a: Compared<'_, S>, b: Compared<'_, S>) -> Changes {
+/// The bifurcations between two points, and what they do not explain.
+pub(crate) fn bifurcations<S>(
+    a: (&CurvePoint<S>, Option<&Multipliers>),
+    b: (&CurvePoint<S>, Option<&Multipliers>),
+) -> (Vec<Change>, Option<&'static str>) {
     let mut all = Vec::new();
-    let (from, to) = (a.point.slope(), b.point.slope());
+    let (from, to) = (a.0.slope(), b.0.slope());
     if from * to < 0.0 && from.abs().min(to.abs()) > VERTICAL {
         all.push(Change::Fold);
     }
-    if a.point.sign != b.point.sign {
+    if a.0.sign != b.0.sign {
         all.push(Change::Branch);
     }
+    let (Some(ma), Some(mb)) = (a.1, b.1) else { return (all, None) };
     let mut unexplained = None;
-    if let (Some(ma), Some(mb)) = (a.multipliers, b.multipliers) {
-        let doublings = below(ma).abs_diff(below(mb));
-        if doublings == 1 {
-            all.push(Change::PeriodDoubling);
-        } else if doublings > 1 {
-            unexplained = Some("several multipliers passed -1");
-        }
-        let single = all.len();
-        if pairs_outside(ma) != pairs_outside(mb) && outside(ma) != outside(mb) {
-            all.push(Change::NeimarkSacker);
-        }
-        let double = all.len() - single;
-        let change = outside(ma).abs_diff(outside(mb));
-        if change > single + 2 * double {
-            unexplained = Some(OUTSIDE);
-        }
+    let doublings = below(ma).abs_diff(below(mb));
+    if doublings == 1 {
+        all.push(Change::PeriodDoubling);
+    } else if doublings > 1 {
+        unexplained = Some("several multipliers passed -1");
     }
-    let grazings = grazings(a.trace, b.trace);
-    let crossed = |trace: &ContactTrace| trace.crossings.clone();
-    if crossed(a.trace) != crossed(b.trace) && grazings.is_empty() {
-        unexplained = Some("the contact sequence changed");
+    let single = all.len();
+    if pairs_outside(ma) != pairs_outside(mb) && outside(ma) != outside(mb) {
+        all.push(Change::NeimarkSacker);
     }
-    if !grazings.is_empty() {
-        // At a grazing the multipliers may jump.
-        unexplained = unexplained.filter(|what| *what == "the contact sequence changed");
+    let double = all.len() - single;
+    if outside(ma).abs_diff(outside(mb)) > single + 2 * double {
+        unexplained = Some(OUTSIDE);
     }
-    all.extend(grazings.into_iter().map(Change::Grazing));
-    Changes { all, unexplained }
+    (all, unexplained)
 }
 
 /// Extremes of the second orbit that lie on the other side of their edge in the first.
-fn grazings(a: &ContactTrace, b: &ContactTrace) -> Vec<Extremum> {
+pub(crate) fn grazings(a: &ContactTrace, b: &ContactTrace) -> Vec<Extremum> {
     let mut found = Vec::new();
     for (contact, (from, to)) in a.crossings.iter().zip(&b.crossings).enumerate() {
         for edge in 0..2 {
@@ -85,4 +65,18 @@ fn grazings(a: &ContactTrace, b: &ContactTrace) -> Vec<Extremum> {
         }
     }
     found
+}
+
+/// Whether the grazings explain how often the edges are crossed: each one adds two crossings, or takes two away.
+pub(crate) fn explain_the_sequence(grazings: &[Extremum], a: &ContactTrace, b: &ContactTrace) -> bool {
+    let explained = |contact: usize, edge: usize, from: u32, to: u32| {
+        let of = grazings.iter().filter(|e| e.contact == contact && e.lower == (edge == 0));
+        let (count, change) = (of.count() as u32, from.abs_diff(to));
+        change % 2 == 1 || (change / 2 <= count && (count - change / 2) % 2 == 0)
+    };
+    a.crossings
+        .iter()
+        .zip(&b.crossings)
+        .enumerate()
+        .all(|(contact, (from, to))| (0..2).all(|edge| explained(contact, edge, from[edge], to[edge])))
 }

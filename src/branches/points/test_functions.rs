@@ -77,40 +77,36 @@ impl Values {
     }
 }
 
-/// The tests that may change their sign twice within the last of two steps, of lengths `steps`: the parabola
-/// through their three values has an extremum there, or within half a step of it, nearer to zero than half
+/// The bifurcations whose tests may change their sign twice within the last of two steps, of lengths `steps`: the
+/// parabola through their three values has an extremum there, or within half a step of it, nearer to zero than half
 /// of the values, or on the other side of zero.
 pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
-    let [before, a, b] = values;
-    let mut found = Vec::new();
-    let all = |f: Read| Some([f(before)?, f(a)?, f(b)?]);
+    let all = |f: Read| Some([f(values[0])?, f(values[1])?, f(values[2])?]);
     let single: [(Change, Read); 3] = [
         (Change::Fold, |v| Some(v.slope).filter(|slope| slope.abs() > VERTICAL)),
         (Change::PeriodDoubling, |v| v.doubling),
         (Change::NeimarkSacker, |v| v.torus),
     ];
-    for (change, of) in single {
-        if all(of).is_some_and(|values| nears_zero(values, steps)) {
-            found.push(change);
-        }
-    }
-    for extremum in &b.extremes {
+    let near = single.iter().filter(|(_, of)| all(*of).is_some_and(|values| nears_zero(values, steps)));
+    near.map(|(change, _)| *change).collect()
+}
+
+/// The extremes that may pass their edge twice within the last of two steps.
+pub(crate) fn grazing_dips([before, a, b]: [&Values; 3], steps: [f64; 2]) -> Vec<Extremum> {
+    let near = |extremum: &&Extremum| {
         let of = |values: &Values| {
             let like = values.extremes.iter().filter(|other| other.is_like(extremum));
             let nearest = like.min_by(|a, b| a.apart(extremum.phase).total_cmp(&b.apart(extremum.phase)));
             nearest.map(|at| at.distance)
         };
-        if let (Some(before), Some(a)) = (of(before), of(a))
-            && nears_zero([before, a, extremum.distance], steps)
-        {
-            found.push(Change::Grazing(*extremum));
-        }
-    }
-    found
+        let distances = of(before).zip(of(a));
+        distances.is_some_and(|(before, a)| nears_zero([before, a, extremum.distance], steps))
+    };
+    b.extremes.iter().filter(near).copied().collect()
 }
 
 /// Whether the parabola through three values of one sign comes near to zero within the last interval.
-fn nears_zero([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
+pub(crate) fn nears_zero([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
     if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
         return false;
     }
