@@ -9,6 +9,7 @@ pub(crate) mod curve;
 pub(crate) mod design;
 pub(crate) mod family;
 pub(crate) mod following;
+pub(crate) mod grazings;
 pub(crate) mod orbits;
 pub(crate) mod points;
 pub(crate) mod sensitivity;

@@ -8,7 +8,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
-use crate::branches::points::test_functions::{doubling, nears_zero, torus};
+use crate::branches::points::test_functions::{doubling, may_dip, torus};
 use crate::periodic::multipliers::Multipliers;
 
 /// A point within a step.
@@ -165,8 +165,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
 fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
     let near = |change: &Change| {
         let at = |i: usize| value(*change, places[i]).unwrap_or(f64::NAN);
-        let after = k > 0 && nears_zero([at(k - 1), at(k), at(k + 1)], [1.0; 2]);
-        let before = k + 2 < places.len() && nears_zero([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
+        let after = k > 0 && may_dip([at(k - 1), at(k), at(k + 1)], [1.0; 2]);
+        let before = k + 2 < places.len() && may_dip([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
         after || before
     };
     [Change::Fold, Change::PeriodDoubling, Change::NeimarkSacker].into_iter().filter(near).collect()

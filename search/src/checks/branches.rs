@@ -130,7 +130,8 @@ fn unexplained(branch: &Branch) -> Vec<String> {
         });
         // Next to the circle the number is not decided.
         let near = two.iter().any(|point| {
-            point.kind.is_none() && point.multipliers.values().iter().any(|m| (m.norm() - 1.0).abs() < 1e-7)
+            let is_regular = matches!(point.kind, None | Some(PointKind::Grazing { .. }));
+            is_regular && point.multipliers.values().iter().any(|m| (m.norm() - 1.0).abs() < 1e-7)
         });
         if !explained && !noted && !near {
             found.push(format!("{from:?} {} .. {to:?} {}", told(&two[0]), told(&two[1])));

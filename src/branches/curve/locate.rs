@@ -4,7 +4,6 @@ use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::numeric::brent::Brent;
-use crate::numeric::spread::GOLDEN;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.
@@ -25,8 +24,11 @@ const INTERPOLATED: f64 = 1e-9;
 /// Largest value of a test at a located point, as a share of the values at the ends `[1]`. A larger one is a jump.
 const JUMP: f64 = 1e-3;
 
-/// Maximum number of golden sections in the search of an extremum.
-const SECTIONS: usize = 14;
+/// Maximum number of parabolas in the search of an extremum.
+const PARABOLAS: usize = 8;
+
+/// Distance of two places of this search, as a share of the interval `[1]`.
+const CLOSEST: f64 = 1e-4;
 
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
 /// the first.
@@ -172,42 +174,53 @@ impl<C: Curve> Engine<C> {
     }
 
     /// The two points between two distances σ at which `test` changes its sign and changes it back; empty if the test
-    /// keeps its sign. The extremum of the test is searched by golden sections.
+    /// keeps its sign. The extremum of the test is approached by parabolas, as long as they come near to 0.
     pub(crate) fn locate_dip(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
     ) -> Result<Vec<CurvePoint<C::Solution>>, CurveError> {
-        let sign = from[1].signum();
-        let mut bracket = [from[0], to[0]];
-        let mut inner: [Option<(f64, f64)>; 2] = [None, None];
-        for _ in 0..SECTIONS {
-            for (k, share) in [1.0 - GOLDEN, GOLDEN].into_iter().enumerate() {
-                if inner[k].is_some() {
-                    continue;
-                }
-                let sigma = bracket[0] + share * (bracket[1] - bracket[0]);
-                let point = self.point_at(between, sigma)?;
-                let Some(value) = test(self, &point) else { return Ok(Vec::new()) };
-                if sign * value < 0.0 {
-                    let first = self.locate_within(between, [from, [sigma, value]], test)?;
-                    let second = self.locate_within(between, [[sigma, value], to], test)?;
-                    return Ok(first.into_iter().chain(second).collect());
-                }
-                inner[k] = Some((sigma, sign * value));
+        let (sign, width) = (from[1].signum(), to[0] - from[0]);
+        let (mut ends, mut inner) = ([from, to], None);
+        let mut next = 0.5 * (from[0] + to[0]);
+        for _ in 0..PARABOLAS {
+            let point = self.point_at(between, next)?;
+            let Some(value) = test(self, &point) else { break };
+            if sign * value < 0.0 {
+                let first = self.locate_within(between, [from, [next, value]], test)?;
+                let second = self.locate_within(between, [[next, value], to], test)?;
+                return Ok(first.into_iter().chain(second).collect());
             }
-            let (Some(left), Some(right)) = (inner[0], inner[1]) else { break };
-            if left.1 < right.1 {
-                bracket[1] = right.0;
-                inner = [None, Some(left)];
-            } else {
-                bracket[0] = left.0;
-                inner = [Some(right), None];
+            let middle = match inner {
+                None => [next, value],
+                Some(old) => narrow(&mut ends, old, [next, value]),
+            };
+            inner = Some(middle);
+            let [[x0, y0], [x2, y2]] = ends;
+            let [x1, y1] = middle;
+            let (h0, h1) = (x1 - x0, x2 - x1);
+            let (left, right) = ((y1 - y0) / h0, (y2 - y1) / h1);
+            let curvature = (right - left) / (h0 + h1);
+            let slope = right - curvature * h1;
+            let vertex = -0.5 * slope / curvature;
+            let lowest = y1 - 0.25 * slope * slope / curvature;
+            let least = y0.abs().min(y1.abs()).min(y2.abs());
+            next = x1 + vertex;
+            let is_new = [x0, x1, x2].iter().all(|x| (next - x).abs() > CLOSEST * width);
+            if !(curvature * sign > 0.0 && x0 < next && next < x2 && is_new && sign * lowest < 0.5 * least) {
+                break;
             }
         }
         Ok(Vec::new())
     }
+}
+
+/// Moves one of two ends to the higher one of two places between them, and returns the lower one.
+fn narrow(ends: &mut [[f64; 2]; 2], one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    let [low, high] = if one[1].abs() < other[1].abs() { [one, other] } else { [other, one] };
+    ends[usize::from(high[0] > low[0])] = high;
+    low
 }
 
 /// A function of a point of the curve whose sign changes at the points looked for.

@@ -7,7 +7,7 @@ use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::periodic::multipliers::Multipliers;
 
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
-const NEAR: f64 = 0.1;
+pub(crate) const NEAR: f64 = 0.1;
 
 /// The change that a located point with a multiplier on the unit circle explains.
 pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit circle changed";
@@ -47,36 +47,33 @@ pub(crate) fn bifurcations<S>(
     (all, unexplained)
 }
 
-/// Extremes of the second orbit that lie on the other side of their edge in the first.
-pub(crate) fn grazings(a: &ContactTrace, b: &ContactTrace) -> Vec<Extremum> {
+/// The extremes that lie on different sides of their edge in two orbits, in the first and in the second.
+pub(crate) fn passed(a: &ContactTrace, b: &ContactTrace) -> Vec<[Extremum; 2]> {
     let mut found = Vec::new();
     for (contact, (from, to)) in a.crossings.iter().zip(&b.crossings).enumerate() {
-        for edge in 0..2 {
-            if from[edge] == to[edge] {
-                continue;
-            }
-            let of = |extremum: &&Extremum| extremum.contact == contact && extremum.lower == (edge == 0);
+        for edge in (0..2).filter(|&edge| from[edge] != to[edge]) {
+            let of = |e: &&Extremum| e.contact == contact && e.lower == (edge == 0);
             for after in b.extremes.iter().filter(of) {
                 let before = a.nearest(after).filter(|before| before.apart(after.phase) < NEAR);
-                if before.is_some_and(|before| before.distance * after.distance < 0.0) {
-                    found.push(*after);
-                }
+                found.extend(before.filter(|e| e.distance * after.distance < 0.0).map(|e| [*e, *after]));
             }
         }
     }
     found
 }
 
-/// Whether the grazings explain how often the edges are crossed: each one adds two crossings, or takes two away.
-pub(crate) fn explain_the_sequence(grazings: &[Extremum], a: &ContactTrace, b: &ContactTrace) -> bool {
+/// Whether grazings explain how often the edges are crossed: each one adds two crossings, or takes two away.
+pub(crate) fn explain_the_sequence<'e>(
+    grazings: impl Iterator<Item = &'e Extremum> + Clone,
+    a: &ContactTrace,
+    b: &ContactTrace,
+) -> bool {
     let explained = |contact: usize, edge: usize, from: u32, to: u32| {
-        let of = grazings.iter().filter(|e| e.contact == contact && e.lower == (edge == 0));
+        let of = grazings.clone().filter(|e| e.contact == contact && e.lower == (edge == 0));
         let (count, change) = (of.count() as u32, from.abs_diff(to));
-        change % 2 == 1 || (change / 2 <= count && (count - change / 2) % 2 == 0)
+        change % 2 == 1 || (change / 2 <= count && (count - change / 2).is_multiple_of(2))
     };
-    a.crossings
-        .iter()
-        .zip(&b.crossings)
-        .enumerate()
+    let both = a.crossings.iter().zip(&b.crossings).enumerate();
+    both.into_iter()
         .all(|(contact, (from, to))| (0..2).all(|edge| explained(contact, edge, from[edge], to[edge])))
 }

@@ -77,9 +77,7 @@ impl Values {
     }
 }
 
-/// The bifurcations whose tests may change their sign twice within the last of two steps, of lengths `steps`: the
-/// parabola through their three values has an extremum there, or within half a step of it, nearer to zero than half
-/// of the values, or on the other side of zero.
+/// The bifurcations whose tests [may change their sign twice](may_dip) within the last of two steps, of lengths `steps`.
 pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     let all = |f: Read| Some([f(values[0])?, f(values[1])?, f(values[2])?]);
     let single: [(Change, Read); 3] = [
@@ -87,49 +85,54 @@ pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
         (Change::PeriodDoubling, |v| v.doubling),
         (Change::NeimarkSacker, |v| v.torus),
     ];
-    let near = single.iter().filter(|(_, of)| all(*of).is_some_and(|values| nears_zero(values, steps)));
+    let near = single.iter().filter(|(_, of)| all(*of).is_some_and(|values| may_dip(values, steps)));
     near.map(|(change, _)| *change).collect()
 }
 
-/// The extremes that may pass their edge twice within the last of two steps.
-pub(crate) fn grazing_dips([before, a, b]: [&Values; 3], steps: [f64; 2]) -> Vec<Extremum> {
+/// The extremes of the third of three orbits that may pass their edge twice within the last of two steps.
+pub(crate) fn grazing_dips([before, a, b]: [&[Extremum]; 3], steps: [f64; 2]) -> Vec<Extremum> {
     let near = |extremum: &&Extremum| {
-        let of = |values: &Values| {
-            let like = values.extremes.iter().filter(|other| other.is_like(extremum));
+        let of = |extremes: &[Extremum]| {
+            let like = extremes.iter().filter(|other| other.is_like(extremum));
             let nearest = like.min_by(|a, b| a.apart(extremum.phase).total_cmp(&b.apart(extremum.phase)));
             nearest.map(|at| at.distance)
         };
         let distances = of(before).zip(of(a));
-        distances.is_some_and(|(before, a)| nears_zero([before, a, extremum.distance], steps))
+        distances.is_some_and(|(before, a)| may_dip([before, a, extremum.distance], steps))
     };
-    b.extremes.iter().filter(near).copied().collect()
+    b.iter().filter(near).copied().collect()
 }
 
-/// Whether the parabola through three values of one sign comes near to zero within the last interval.
-pub(crate) fn nears_zero([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
+/// Factor by which the curvature of a test may exceed that of the parabola through three of its values.
+const CURVED: f64 = 4.0;
+
+/// How far outside of the last step the extremum of the parabola may lie, in steps.
+const OUTSIDE_STEP: f64 = 1.5;
+
+/// Whether a test with three values of one sign may pass 0 twice within the last of two steps: below a chord over the
+/// step h a parabola y = c x² + .. reaches c h²/4.
+pub(crate) fn may_dip([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
     if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
         return false;
     }
     // y = y1 + s x + c x² with x from the middle point.
     let (left, right) = ((y1 - y0) / h0, (y2 - y1) / h1);
     let c = (right - left) / (h0 + h1);
-    let s = right - c * h1;
-    let vertex = -0.5 * s / c;
-    let value = y1 - 0.25 * s * s / c;
+    let vertex = 0.5 * h1 - 0.5 * right / c;
     c * y1 > 0.0
-        && (-0.5 * h1..=1.5 * h1).contains(&vertex)
-        && value * y1.signum() < 0.5 * y1.abs().min(y2.abs())
+        && (-OUTSIDE_STEP * h1..=(1.0 + OUTSIDE_STEP) * h1).contains(&vertex)
+        && y1.abs().min(y2.abs()) < 0.25 * CURVED * c.abs() * h1 * h1
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::branches::points::test_functions::nears_zero;
+    use crate::branches::points::test_functions::may_dip;
 
     #[test]
     fn parabolas_that_touch_zero_are_noticed() {
         let at = |lowest: f64, x: f64| (x - 0.4) * (x - 0.4) + lowest;
-        let near = |lowest: f64| nears_zero([at(lowest, -1.0), at(lowest, 0.0), at(lowest, 1.0)], [1.0, 1.0]);
-        assert!(near(-0.01) && near(0.01) && !near(0.5));
-        assert!(!nears_zero([3.0, 2.0, 1.0], [1.0, 1.0]));
+        let near = |lowest: f64| may_dip([at(lowest, -1.0), at(lowest, 0.0), at(lowest, 1.0)], [1.0, 1.0]);
+        assert!(near(-0.01) && near(0.01) && !near(1.0));
+        assert!(!may_dip([3.0, 2.0, 1.0], [1.0, 1.0]));
     }
 }

@@ -1,0 +1,171 @@
+//! Grazings within a step.
+
+use crate::branches::curve::engine::Engine;
+use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::locate::Between;
+use crate::branches::curve::point::CurvePoint;
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::points::detect::{NEAR, SEQUENCE, explain_the_sequence, passed};
+use crate::branches::points::test_functions::grazing_dips;
+
+/// A place within a step with the extremes of its orbit.
+#[derive(Clone)]
+pub(crate) struct Traced {
+    /// Distance from the start of the step.
+    pub(crate) sigma: f64,
+    pub(crate) trace: ContactTrace,
+}
+
+/// A located grazing at its distance from the start of the step.
+pub(crate) type Grazed<S> = (f64, CurvePoint<S>, Extremum);
+
+/// The search for grazings within one step.
+pub(crate) struct Grazings<'w, 'p, C: OrbitMethod> {
+    engine: &'w mut Engine<C>,
+    between: &'w Between<'p, C::Solution>,
+    pub(crate) found: Vec<Grazed<C::Solution>>,
+    /// What was not explained or located.
+    pub(crate) unexplained: Vec<&'static str>,
+}
+
+/// Number of parts of a step in which two extremes may appear and vanish.
+const PARTS: usize = 4;
+
+/// How often a part is halved until its extremes explain the contact sequence.
+const HALVED: usize = 12;
+
+/// Distance of an extremum from its edge, as a share of the largest one and of the step, up to which it may have passed
+/// the edge since it appeared `[1]`.
+const REACH: f64 = 2.0;
+
+/// Rate, as a share of the largest one and of the step, which may have changed its sign within the step `[1]`.
+const SLOW: f64 = 4.0;
+
+impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
+    pub(crate) fn new(engine: &'w mut Engine<C>, between: &'w Between<'p, C::Solution>) -> Self {
+        Grazings { engine, between, found: Vec::new(), unexplained: Vec::new() }
+    }
+
+    fn at(&mut self, sigma: f64) -> Result<Traced, CurveError> {
+        let point = self.engine.point_at(self.between, sigma)?;
+        Ok(Traced { sigma, trace: self.engine.curve.measure(&point, &[])?.trace })
+    }
+
+    /// Searches a step between the traces of its ends. `before`: length of the step before it and the extremes at its
+    /// start.
+    pub(crate) fn search(
+        &mut self,
+        before: Option<(f64, &[Extremum])>,
+        a: &ContactTrace,
+        b: &ContactTrace,
+        step: f64,
+    ) -> Result<(), CurveError> {
+        let mut places = vec![Traced { sigma: 0.0, trace: a.clone() }];
+        if may_appear(a, b, step) || may_appear(b, a, step) {
+            for k in 1..PARTS {
+                places.push(self.at(step * k as f64 / PARTS as f64)?);
+            }
+        }
+        places.push(Traced { sigma: step, trace: b.clone() });
+        for two in places.windows(2) {
+            let found = self.found.len();
+            self.search_part(&two[0], &two[1], HALVED)?;
+            let is_explained = explain_the_sequence(
+                self.found[found..].iter().map(|(.., extremum)| extremum),
+                &two[0].trace,
+                &two[1].trace,
+            );
+            if !is_explained && self.unexplained.is_empty() {
+                self.unexplained.push(SEQUENCE);
+            }
+        }
+        // Extremes that pass their edge twice within a part.
+        let first = before.map(|(length, extremes)| (-length, extremes));
+        let after = places.iter().map(|place| (place.sigma, place.trace.extremes.as_slice()));
+        let all: Vec<(f64, &[Extremum])> = first.into_iter().chain(after).collect();
+        for (k, two) in places.windows(2).enumerate() {
+            let i = k + usize::from(before.is_some());
+            let triples =
+                [i.checked_sub(1).map(|h| [h, i, i + 1]), (i + 2 < all.len()).then_some([i + 2, i + 1, i])];
+            let mut near: Vec<Extremum> = Vec::new();
+            for [h, i, j] in triples.into_iter().flatten() {
+                let steps = [(all[i].0 - all[h].0).abs(), (all[j].0 - all[i].0).abs()];
+                for extremum in grazing_dips([all[h].1, all[i].1, all[j].1], steps) {
+                    if near.iter().all(|e| !e.is_like(&extremum) || e.apart(extremum.phase) > NEAR) {
+                        near.push(extremum);
+                    }
+                }
+            }
+            for extremum in near {
+                self.search_dip(extremum, &two[0], &two[1])?;
+            }
+        }
+        self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(())
+    }
+
+    /// Locates the grazings that explain the contact sequences at both ends of a part.
+    fn search_part(&mut self, a: &Traced, b: &Traced, left: usize) -> Result<(), CurveError> {
+        let passed = passed(&a.trace, &b.trace);
+        if !explain_the_sequence(passed.iter().map(|[_, after]| after), &a.trace, &b.trace) && left > 0 {
+            let middle = self.at(0.5 * (a.sigma + b.sigma))?;
+            self.search_part(a, &middle, left - 1)?;
+            return self.search_part(&middle, b, left - 1);
+        }
+        for [before, after] in passed {
+            let ends = [[a.sigma, before.distance], [b.sigma, after.distance]];
+            match self.engine.locate_within(self.between, ends, &mut distance_of(after)) {
+                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+                Ok(Some(point)) => self.keep(point, after),
+                _ => self.unexplained.push("a contact grazed an edge"),
+            }
+        }
+        Ok(())
+    }
+
+    fn search_dip(&mut self, extremum: Extremum, a: &Traced, b: &Traced) -> Result<(), CurveError> {
+        let [Some(from), Some(to)] = [a, b].map(|at| at.trace.nearest(&extremum)) else { return Ok(()) };
+        if from.distance * to.distance <= 0.0 {
+            return Ok(());
+        }
+        let ends = [[a.sigma, from.distance], [b.sigma, to.distance]];
+        match self.engine.locate_dip(self.between, ends, &mut distance_of(extremum)) {
+            Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+            Err(_) => {} // the distance was not found everywhere; nothing shows that its sign changes
+            Ok(points) => points.into_iter().for_each(|point| self.keep(point, extremum)),
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, point: CurvePoint<C::Solution>, extremum: Extremum) {
+        self.found.push((self.engine.distance(self.between.start(), &point), point, extremum));
+    }
+}
+
+/// Whether two extremes near an edge may appear, or have appeared, within the step between two orbits.
+fn may_appear(a: &ContactTrace, b: &ContactTrace, step: f64) -> bool {
+    let size = |contact: usize| {
+        let of = a.extremes.iter().filter(|e| e.contact == contact);
+        of.map(|e| e.distance.abs()).fold(0.0, f64::max)
+    };
+    let slow = a.slow.iter().any(|at| {
+        at.distance.abs() < REACH * step * size(at.contact)
+            && at.rate.abs() < SLOW * step * a.fastest[at.contact]
+    });
+    let alone = a.extremes.iter().any(|e| {
+        e.distance.abs() < REACH * step * size(e.contact)
+            && b.nearest(e).is_none_or(|like| like.apart(e.phase) > NEAR)
+    });
+    slow || alone
+}
+
+/// The distance of an extremum from its edge.
+fn distance_of<C: OrbitMethod>(
+    extremum: Extremum,
+) -> impl FnMut(&mut Engine<C>, &CurvePoint<C::Solution>) -> Option<f64> {
+    move |engine, point| {
+        let measured = engine.curve.measure(point, &[]).ok()?;
+        measured.trace.nearest(&extremum).map(|at| at.distance)
+    }
+}
