@@ -1,6 +1,7 @@
 //! d
 use gear_dynamics::analysis::Probe;
 use gear_dynamics::branches::*;
+use gear_dynamics::excitation::Side;
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::*;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,46 +17,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .max_points(20000)
         .shooting(Shooting::new().multiple(st.period_multiple));
     let b = c.run(&family, &[st.state.clone()])?;
+    println!("{b}");
     for p in b.points() {
         if p.parameter < lo || p.parameter > hi {
             continue;
         }
         let m = family.at(p.parameter)?;
-        let probe = Probe::new(&*m);
-        let names: Vec<String> = probe.channels().iter().map(|c| c.name.clone()).collect();
-        let _ = names;
-        // sampled local extremes of the deflection
-        let n = 500;
+        let mut probe = Probe::new(&*m);
+        let n = 400;
         let s0 = &p.orbit.states()[0];
         let end = s0.t + p.orbit.period();
         let mut ys = vec![];
-        let mut at = s0.clone();
         for i in 0..n {
             let t = s0.t + (end - s0.t) * (i as f64) / n as f64;
-            if i > 0 {
-                at = p.orbit.at(&&*m, t)?;
-            }
-            ys.push(at.q.clone());
-        }
-        let idx = 0;
-        if lo > 1.5 {
-            println!(
-                "{:.6} s{:.4} {:?} {}",
-                p.parameter,
-                p.arclength,
-                p.multipliers.values().iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>(),
-                p.kind.as_ref().map_or("", |k| k.name())
-            );
-            continue;
+            let at = p.orbit.at(&&*m, t)?;
+            let c = probe.read_contacts(t, Side::After, &at.q, &at.v)[0];
+            ys.push([c.deflection - c.upper, c.rate]);
         }
         let mut line = String::new();
         for i in 0..n {
-            let (u, v, w) = (ys[(i + n - 1) % n][idx], ys[i][idx], ys[(i + 1) % n][idx]);
-            if (v - u) * (w - v) < 0.0 {
-                line += &format!(" {}{:.4}@{:.3}", if v > u { "^" } else { "v" }, v, i as f64 / n as f64);
+            let (u, v, w) = (ys[(i + n - 1) % n], ys[i], ys[(i + 1) % n]);
+            if (v[0] - u[0]) * (w[0] - v[0]) < 0.0 {
+                line += &format!(
+                    " {}{:.4}@{:.3}",
+                    if v[0] > u[0] { "^" } else { "v" },
+                    v[0],
+                    i as f64 / n as f64
+                );
+            }
+            if v[1].abs() < u[1].abs() && v[1].abs() < w[1].abs() && u[1] * v[1] > 0.0 && v[1] * w[1] > 0.0 {
+                line += &format!(" [{:.4}, {:.4}]@{:.3}", v[0], v[1], i as f64 / n as f64);
             }
         }
-        println!("{:?}", p.multipliers.values().iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>());
         println!(
             "{:.6} s{:.4} {:?} {} |{line}",
             p.parameter,

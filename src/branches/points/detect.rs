@@ -49,17 +49,11 @@ pub(crate) fn bifurcations<S>(
 
 /// The extremes that lie on different sides of their edge in two orbits, in the first and in the second.
 pub(crate) fn passed(a: &ContactTrace, b: &ContactTrace) -> Vec<[Extremum; 2]> {
-    let mut found = Vec::new();
-    for (contact, (from, to)) in a.crossings.iter().zip(&b.crossings).enumerate() {
-        for edge in (0..2).filter(|&edge| from[edge] != to[edge]) {
-            let of = |e: &&Extremum| e.contact == contact && e.lower == (edge == 0);
-            for after in b.extremes.iter().filter(of) {
-                let before = a.nearest(after).filter(|before| before.apart(after.phase) < NEAR);
-                found.extend(before.filter(|e| e.distance * after.distance < 0.0).map(|e| [*e, *after]));
-            }
-        }
-    }
-    found
+    let both = |after: &Extremum| {
+        let before = a.nearest(after).filter(|before| before.apart(after.phase) < NEAR)?;
+        (before.distance * after.distance < 0.0).then_some([*before, *after])
+    };
+    b.extremes.iter().filter_map(both).collect()
 }
 
 /// Whether grazings explain how often the edges are crossed: each one adds two crossings, or takes two away.
