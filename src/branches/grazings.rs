@@ -29,18 +29,14 @@ pub(crate) struct Grazings<'w, 'p, C: OrbitMethod> {
     pub(crate) unexplained: Vec<&'static str>,
 }
 
-/// Number of parts of a step in which two extremes may appear and vanish.
-const PARTS: usize = 4;
-
 /// How often a part is halved until its extremes explain the contact sequence.
 const HALVED: usize = 12;
 
-/// Distance of an extremum from its edge, as a share of the largest one and of the step, up to which it may have passed
-/// the edge since it appeared `[1]`.
-const REACH: f64 = 2.0;
+/// Distance by which an extremum may move over a distance 1 of the curve, as a share of the largest extremum `[1]`.
+const REACH: f64 = 4.0;
 
-/// Rate, as a share of the largest one and of the step, which may have changed its sign within the step `[1]`.
-const SLOW: f64 = 4.0;
+/// Accuracy of the place at which extremes vanish, as a share of the step `[1]`.
+const VANISHED: f64 = 1e-3;
 
 impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     pub(crate) fn new(engine: &'w mut Engine<C>, between: &'w Between<'p, C::Solution>) -> Self {
@@ -62,12 +58,12 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         step: f64,
     ) -> Result<(), CurveError> {
         let mut places = vec![Traced { sigma: 0.0, trace: a.clone() }];
-        if may_appear(a, b, step) || may_appear(b, a, step) {
-            for k in 1..PARTS {
-                places.push(self.at(step * k as f64 / PARTS as f64)?);
-            }
-        }
-        places.push(Traced { sigma: step, trace: b.clone() });
+        self.divide(
+            &Traced { sigma: 0.0, trace: a.clone() },
+            Traced { sigma: step, trace: b.clone() },
+            VANISHED * step,
+            &mut places,
+        )?;
         for two in places.windows(2) {
             let found = self.found.len();
             self.search_part(&two[0], &two[1], HALVED)?;
@@ -102,6 +98,25 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
             }
         }
         self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(())
+    }
+
+    /// Appends places up to `b` between which no extremum near an edge vanishes or appears, except over distances below
+    /// `least`.
+    fn divide(
+        &mut self,
+        a: &Traced,
+        b: Traced,
+        least: f64,
+        places: &mut Vec<Traced>,
+    ) -> Result<(), CurveError> {
+        let part = b.sigma - a.sigma;
+        if part > least && (vanishes(&a.trace, &b.trace, part) || vanishes(&b.trace, &a.trace, part)) {
+            let middle = self.at(0.5 * (a.sigma + b.sigma))?;
+            self.divide(a, middle.clone(), least, places)?;
+            return self.divide(&middle, b, least, places);
+        }
+        places.push(b);
         Ok(())
     }
 
@@ -143,21 +158,17 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     }
 }
 
-/// Whether two extremes near an edge may appear, or have appeared, within the step between two orbits.
-fn may_appear(a: &ContactTrace, b: &ContactTrace, step: f64) -> bool {
+/// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`: distance of
+/// the two orbits.
+fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
     let size = |contact: usize| {
         let of = a.extremes.iter().filter(|e| e.contact == contact);
         of.map(|e| e.distance.abs()).fold(0.0, f64::max)
     };
-    let slow = a.slow.iter().any(|at| {
-        at.distance.abs() < REACH * step * size(at.contact)
-            && at.rate.abs() < SLOW * step * a.fastest[at.contact]
-    });
-    let alone = a.extremes.iter().any(|e| {
-        e.distance.abs() < REACH * step * size(e.contact)
+    a.extremes.iter().any(|e| {
+        e.distance.abs() < REACH * part * size(e.contact)
             && b.nearest(e).is_none_or(|like| like.apart(e.phase) > NEAR)
-    });
-    slow || alone
+    })
 }
 
 /// The distance of an extremum from its edge.

@@ -103,16 +103,26 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             self.separate(a, &middle, left - 1)?;
             return self.separate(&middle, b, left - 1);
         }
+        let ends = |change: Change| {
+            let [from, to] = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
+            Some([from?, to?])
+        };
+        let mut turns = false;
         for change in all {
-            let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
-            let located = match ends {
-                [Some(from), Some(to)] => match change {
-                    Change::Branch => {
-                        self.engine.locate_crossing(self.between, [from, to], &mut test_of(change))
-                    }
-                    _ => self.engine.locate_within(self.between, [from, to], &mut test_of(change)),
-                },
-                _ => Ok(None),
+            let located = match (change, ends(change)) {
+                // A crossing at which the branch turns back is no fold.
+                (Change::Fold, _) if turns => continue,
+                (Change::Branch, Some(ends)) => {
+                    let located = self.engine.locate_crossing(self.between, ends, &mut test_of(change));
+                    located.map(|found| {
+                        found.map(|(point, turned)| {
+                            turns = turned;
+                            point
+                        })
+                    })
+                }
+                (_, Some(ends)) => self.engine.locate_within(self.between, ends, &mut test_of(change)),
+                (_, None) => Ok(None),
             };
             match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),

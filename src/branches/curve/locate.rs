@@ -18,6 +18,9 @@ const BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// Length of these steps, as a share of the step between the points `[1]`.
 const BESIDE_STEP: f64 = 0.02;
 
+/// |dp/ds| at a crossing where a branch turns back, as a share of its values beside it `[1]`.
+const TURNS: f64 = 1e-2;
+
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
 
@@ -127,13 +130,14 @@ impl<C: Curve> Engine<C> {
     /// The crossing of branches between two distances σ, at which `test` changes its sign.
     ///
     /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
-    /// four values of the test beside the crossing, and the solution is interpolated in the same way.
+    /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also returns
+    /// whether the branch turns back at the crossing: dp/ds, interpolated in the same way, vanishes there.
     pub(crate) fn locate_crossing(
         &mut self,
         between: &Between<'_, C::Solution>,
         ends: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
-    ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
+    ) -> Result<Option<(CurvePoint<C::Solution>, bool)>, CurveError> {
         self.at_crossing = true;
         let rough = self.locate_within(between, ends, test);
         self.at_crossing = false;
@@ -158,19 +162,24 @@ impl<C: Curve> Engine<C> {
         let ends = [BESIDE[0], BESIDE[BESIDE.len() - 1]];
         let [low, high] = ends.map(|z| [z, value(z)]);
         if (low[1] > 0.0) == (high[1] > 0.0) {
-            return Ok(Some(rough));
+            return Ok(Some((rough, false)));
         }
         let mut brent = Brent::new(low, high, CLOSE);
         while let Some(z) = brent.next() {
             brent.take(z, value(z));
         }
         let weights = weights(brent.best());
+        let slopes = beside.iter().map(|(.., point)| point.slope());
+        let steepest = slopes.clone().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+        let turns =
+            weights.iter().zip(slopes).map(|(w, slope)| w * slope).sum::<f64>().abs() < TURNS * steepest;
         let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
         let x =
             weights.iter().zip(&beside).fold(rough.x.clone() * 0.0, |x, (w, (.., point))| x + &point.x * *w);
         let linear = self.curve.linearise(&x, p)?;
         let solved = linear.residual.amax() <= INTERPOLATED;
-        Ok(Some(if solved { CurvePoint { x, p, solution: linear.solution, ..rough } } else { rough }))
+        let point = if solved { CurvePoint { x, p, solution: linear.solution, ..rough } } else { rough };
+        Ok(Some((point, turns)))
     }
 
     /// The two points between two distances σ at which `test` changes its sign and changes it back; empty if the test

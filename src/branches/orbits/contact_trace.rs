@@ -50,27 +50,11 @@ pub(crate) struct ContactTrace {
     pub(crate) crossings: Vec<[u32; 2]>,
     /// For each contact the largest rate of its deflection; 0 where it is not measured.
     pub(crate) fastest: Vec<f64>,
-    /// Places at which the rate is least without changing its sign: where two extremes are about to appear.
-    pub(crate) slow: Vec<Slow>,
-}
-
-/// The least |rate| of a contact between two of its extremes, at one of the samples of the rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Slow {
-    pub(crate) contact: usize,
-    /// Deflection minus the edge.
-    pub(crate) distance: f64,
-    pub(crate) rate: f64,
 }
 
 impl ContactTrace {
     pub(crate) fn new(contacts: usize) -> Self {
-        ContactTrace {
-            extremes: Vec::new(),
-            crossings: vec![[0; 2]; contacts],
-            fastest: vec![0.0; contacts],
-            slow: Vec::new(),
-        }
+        ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts], fastest: vec![0.0; contacts] }
     }
     /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
     pub(crate) fn at_stops<'t>(&'t self, rigid: &'t Rigid, past: bool) -> impl Iterator<Item = &'t Extremum> {
@@ -95,8 +79,6 @@ pub(crate) struct Tracer<'m, M: ?Sized> {
     y: Vec<f64>,
     /// Rates relative to the edges at the end of the last step; NaN before the first step.
     last: Vec<[f64; 2]>,
-    /// The last two samples of distance and rate relative to the edges.
-    samples: Vec<[[[f64; 2]; 2]; 2]>,
     pub(crate) trace: ContactTrace,
 }
 
@@ -121,7 +103,6 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
             period,
             y: vec![0.0; 2 * model.dof()],
             last: vec![[f64::NAN; 2]; contacts],
-            samples: vec![[[[f64::NAN; 2]; 2]; 2]; contacts],
             trace: ContactTrace::new(contacts),
         }
     }
@@ -131,16 +112,6 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
             let phase = (t - self.start) / self.period;
             self.trace.extremes.push(Extremum { contact, lower: edge == 0, maximum, phase, distance });
         }
-    }
-
-    /// Takes a sample of distance and rate, and keeps the one before it if its rate is least.
-    fn keep_slow(&mut self, contact: usize, edge: usize, sample: [f64; 2]) {
-        let [before, last] = &mut self.samples[contact][edge];
-        let way = last[1].signum();
-        if way * last[1] < way * before[1] && way * last[1] < way * sample[1] {
-            self.trace.slow.push(Slow { contact, distance: last[0], rate: last[1] });
-        }
-        (*before, *last) = (*last, sample);
     }
 
     /// The contact at the time `t` of a step.
@@ -187,8 +158,7 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
                 let fastest = &mut self.trace.fastest[contact];
                 *fastest = fastest.max(c.rate.abs());
                 for (edge, last) in rates.iter_mut().enumerate() {
-                    let (distance, rate) = relative(&c, edge);
-                    self.keep_slow(contact, edge, [distance, rate]);
+                    let rate = relative(&c, edge).1;
                     if *last * rate < 0.0 {
                         self.refine(step, contact, edge, [before, *last], [t, rate]);
                     }

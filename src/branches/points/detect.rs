@@ -15,18 +15,18 @@ pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit cir
 /// What grazings explain.
 pub(crate) const SEQUENCE: &str = "the contact sequence changed";
 
-/// The bifurcations between two points, and what they do not explain.
+/// The bifurcations between two points, crossings of branches first, and what they do not explain.
 pub(crate) fn bifurcations<S>(
     a: (&CurvePoint<S>, Option<&Multipliers>),
     b: (&CurvePoint<S>, Option<&Multipliers>),
 ) -> (Vec<Change>, Option<&'static str>) {
     let mut all = Vec::new();
+    if a.0.sign != b.0.sign {
+        all.push(Change::Branch);
+    }
     let (from, to) = (a.0.slope(), b.0.slope());
     if from * to < 0.0 && from.abs().min(to.abs()) > VERTICAL {
         all.push(Change::Fold);
-    }
-    if a.0.sign != b.0.sign {
-        all.push(Change::Branch);
     }
     let (Some(ma), Some(mb)) = (a.1, b.1) else { return (all, None) };
     let mut unexplained = None;
