@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         println!(
-            "{:.6} s{:.4} {:?} {} |{line}",
+            "{:.13} s{:.9} {:?} {} |{line}",
             p.parameter,
             p.arclength,
             p.crossings,

@@ -29,6 +29,9 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let mut grazings = Grazings::new(&mut self.engine, &between);
         grazings.search(before, &self.last.measured.trace, &reached.measured.trace, step)?;
         let Grazings { found: grazed, mut unexplained, .. } = grazings;
+        if self.last.measured.symmetries != reached.measured.symmetries {
+            unexplained.push("the orbit gained or lost a symmetry in time");
+        }
         let is_long = step > SEPARATE * self.settings.max_step;
         if !unexplained.is_empty() && is_long {
             return Ok((Vec::new(), unexplained));

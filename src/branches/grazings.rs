@@ -124,19 +124,27 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     fn search_part(&mut self, a: &Traced, b: &Traced, left: usize) -> Result<(), CurveError> {
         let passed = passed(&a.trace, &b.trace);
         if !explain_the_sequence(passed.iter().map(|[_, after]| after), &a.trace, &b.trace) && left > 0 {
-            let middle = self.at(0.5 * (a.sigma + b.sigma))?;
-            self.search_part(a, &middle, left - 1)?;
-            return self.search_part(&middle, b, left - 1);
+            return self.search_halves(a, b, left - 1);
         }
+        let mut located = Vec::new();
         for [before, after] in passed {
             let ends = [[a.sigma, before.distance], [b.sigma, after.distance]];
             match self.engine.locate_within(self.between, ends, &mut distance_of(after)) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Ok(Some(point)) => self.keep(point, after),
+                Ok(Some(point)) => located.push((point, after)),
+                // The extremum of the other orbit is another one.
+                _ if left > 0 => return self.search_halves(a, b, left - 1),
                 _ => self.unexplained.push("a contact grazed an edge"),
             }
         }
+        located.into_iter().for_each(|(point, after)| self.keep(point, after));
         Ok(())
+    }
+
+    fn search_halves(&mut self, a: &Traced, b: &Traced, left: usize) -> Result<(), CurveError> {
+        let middle = self.at(0.5 * (a.sigma + b.sigma))?;
+        self.search_part(a, &middle, left)?;
+        self.search_part(&middle, b, left)
     }
 
     fn search_dip(&mut self, extremum: Extremum, a: &Traced, b: &Traced) -> Result<(), CurveError> {

@@ -18,9 +18,6 @@ const BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// Length of these steps, as a share of the step between the points `[1]`.
 const BESIDE_STEP: f64 = 0.02;
 
-/// |dp/ds| at a crossing where a branch turns back, as a share of its values beside it `[1]`.
-const TURNS: f64 = 1e-2;
-
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
 
@@ -131,7 +128,7 @@ impl<C: Curve> Engine<C> {
     ///
     /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
     /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also returns
-    /// whether the branch turns back at the crossing: dp/ds, interpolated in the same way, vanishes there.
+    /// whether the branch turns back at the crossing: dp/ds changes its sign between the places next to it.
     pub(crate) fn locate_crossing(
         &mut self,
         between: &Between<'_, C::Solution>,
@@ -169,10 +166,8 @@ impl<C: Curve> Engine<C> {
             brent.take(z, value(z));
         }
         let weights = weights(brent.best());
-        let slopes = beside.iter().map(|(.., point)| point.slope());
-        let steepest = slopes.clone().fold(0.0, |most: f64, slope| most.max(slope.abs()));
-        let turns =
-            weights.iter().zip(slopes).map(|(w, slope)| w * slope).sum::<f64>().abs() < TURNS * steepest;
+        let [before, after] = [&beside[1].2, &beside[2].2].map(CurvePoint::slope);
+        let turns = before * after < 0.0;
         let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
         let x =
             weights.iter().zip(&beside).fold(rough.x.clone() * 0.0, |x, (w, (.., point))| x + &point.x * *w);

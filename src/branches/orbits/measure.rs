@@ -6,6 +6,7 @@ use crate::analysis::statistics::{Statistics, Summary};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
+use crate::branches::orbits::symmetries::Symmetries;
 use crate::error::ParameterError;
 use crate::model::equations::{Channel, Model};
 use crate::ode::integrate_error::IntegrateError;
@@ -32,6 +33,8 @@ pub(crate) struct Measured {
     pub(crate) ranges: Vec<f64>,
     /// Their units in the integration: the ranges, or larger units where rounding requires them.
     pub(crate) units: Vec<f64>,
+    /// Whether the orbit has each of its possible symmetries in time; empty where they are not compared.
+    pub(crate) symmetries: Vec<bool>,
 }
 
 /// Integrates once along an orbit, from node to node, and measures it.
@@ -49,17 +52,20 @@ pub(crate) fn measure(
         Statistics::new(plain, &names).map_err(|error| CurveError::Model { parameter: p, error })?;
     let mut rattle = Rattle::new(plain);
     let mut tracer = Tracer::new(plain, start, period);
+    let mut symmetries = Symmetries::new(plain.dof(), start, period, curve.multiple());
     let mut motion = MotionSize::new(plain.dof(), curve.modes());
     {
         let mut first = (&mut statistics, &mut rattle);
         let mut along = motion.along(plain);
         let mut second = (&mut tracer, &mut along);
-        pass(curve, plain, passage, &mut (&mut first, &mut second))?;
+        let mut third = (&mut second, &mut symmetries);
+        pass(curve, plain, passage, &mut (&mut first, &mut third))?;
     }
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
     let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
-    Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units })
+    let symmetries = symmetries.held(&units);
+    Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units, symmetries })
 }
 
 /// Integrates over all segments of an orbit.

@@ -77,6 +77,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
         trace: trace(switching, contacts),
         units: ranges.clone(),
         ranges,
+        symmetries: Vec::new(),
     }
 }
 

@@ -190,6 +190,9 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn flow_tolerance(&self) -> f64 {
         self.flow_tolerance
     }
+    pub(crate) fn multiple(&self) -> usize {
+        self.multiple
+    }
     pub(crate) fn scale(&self) -> &[f64] {
         &self.scale
     }

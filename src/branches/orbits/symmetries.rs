@@ -1,0 +1,58 @@
+//! Symmetries in time of an orbit.
+
+use crate::ode::step::{Observer, Step};
+use std::ops::ControlFlow;
+
+/// Observer that measures how far an orbit is from having a symmetry in time: a shorter period, or
+/// x(t + T/2) = -x(t). Only velocities are compared: coordinates may drift along rigid motions.
+pub(crate) struct Symmetries {
+    /// Time of each comparison, and the sign of the velocities there.
+    places: Vec<(f64, f64)>,
+    first: Vec<f64>,
+    /// Velocities at the places.
+    later: Vec<Vec<f64>>,
+    y: Vec<f64>,
+}
+
+/// Share of the unit of a velocity below which an orbit has a symmetry `[1]`.
+const SYMMETRIC: f64 = 1e-6;
+
+impl Symmetries {
+    /// For orbits from `start` over `period`, which is `multiple` periods of the model.
+    pub(crate) fn new(dof: usize, start: f64, period: f64, multiple: usize) -> Self {
+        let is_prime = |p: &usize| (2..*p).all(|d| p % d != 0);
+        let shorter = (2..=multiple).filter(|p| multiple % p == 0).filter(is_prime);
+        let mut places: Vec<(f64, f64)> =
+            shorter.map(|p| (start + period * (1.0 - 1.0 / p as f64), 1.0)).collect();
+        places.push((start + 0.5 * period, -1.0));
+        let later = vec![Vec::new(); places.len()];
+        Symmetries { places, first: Vec::new(), later, y: vec![0.0; 2 * dof] }
+    }
+
+    /// Whether the orbit has each of the symmetries. `units`: units of coordinates and velocities.
+    pub(crate) fn held(&self, units: &[f64]) -> Vec<bool> {
+        let dof = self.y.len() / 2;
+        let held = |((_, sign), later): (&(f64, f64), &Vec<f64>)| {
+            later.len() == dof
+                && (0..dof).all(|i| (sign * later[i] - self.first[i]).abs() <= SYMMETRIC * units[dof + i])
+        };
+        self.places.iter().zip(&self.later).map(held).collect()
+    }
+}
+
+impl Observer for Symmetries {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let dof = self.y.len() / 2;
+        if self.first.is_empty() {
+            step.at(step.t0(), &mut self.y);
+            self.first = self.y[dof..].to_vec();
+        }
+        for (i, (time, _)) in self.places.iter().enumerate() {
+            if self.later[i].is_empty() && *time <= step.t1() {
+                step.at(time.max(step.t0()), &mut self.y);
+                self.later[i] = self.y[dof..].to_vec();
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
