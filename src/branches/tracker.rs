@@ -4,7 +4,6 @@ use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
-use crate::branches::curve::locate::Between;
 use crate::branches::curve::past::Past;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
@@ -60,12 +59,6 @@ impl<S> Node<S> {
 
 /// Maximum angle by which the branch may turn over a step `[rad]`.
 const TURN: f64 = 0.5;
-
-/// Angle above which the turn of a step is checked in its middle `[rad]`.
-const BENT: f64 = 0.1;
-
-/// Least turn of half a step, as a share of that of the step `[1]`.
-const EVEN: f64 = 0.15;
 
 /// Angle below which the next step is longer `[rad]`.
 const STRAIGHT: f64 = 0.2;
@@ -221,8 +214,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             next => next?,
         };
         let angle = Engine::<C>::angle(&self.last.point, &next);
-        let is_corner = step <= CORNER;
-        if !is_corner && (angle > TURN || angle > BENT && !self.bends_evenly(&next, step, angle)?) {
+        if angle > TURN && step > CORNER {
             return Ok(Made::Shorter(CurveError::Turned { angle, step }));
         }
         if !(low..=high).contains(&next.p) {
@@ -289,20 +281,6 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             None if closed => Made::End(BranchEnd::Closed),
             None => Made::Step,
         })
-    }
-
-    /// Whether half of the step makes its share of the turn by `angle`. Otherwise the step may lead from the sharp tip of
-    /// one branch to another branch.
-    fn bends_evenly(
-        &mut self,
-        next: &CurvePoint<C::Solution>,
-        step: f64,
-        angle: f64,
-    ) -> Result<bool, CurveError> {
-        let middle = self.engine.point_at(&Between::new(&self.last.point, next, step), 0.5 * step)?;
-        let [first, second] =
-            [Engine::<C>::angle(&self.last.point, &middle), Engine::<C>::angle(&middle, next)];
-        Ok(first.min(second) > EVEN * angle)
     }
 
     /// Whether the branch returns to its first point between the last point and the next one.

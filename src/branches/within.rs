@@ -33,7 +33,7 @@ pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
 
 /// Number of parts beside a grazing. Their ends lie at distances that grow quadratically: the multipliers vary as
 /// √σ with the distance σ from a grazing, where two crossings more or less appear.
-const BESIDE: usize = 4;
+const BESIDE: usize = 2;
 
 /// How often a part is halved to separate bifurcations.
 const HALVED: usize = 10;
@@ -108,7 +108,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             Some([from?, to?])
         };
         let mut turns = false;
-        for change in all {
+        for &change in &all {
             let located = match (change, ends(change)) {
                 // A crossing at which the branch turns back is no fold.
                 (Change::Fold, _) if turns => continue,
@@ -126,8 +126,38 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             };
             match located {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Ok(Some(point)) => self.keep(point, change),
+                Ok(Some(point)) => {
+                    self.search_beside(&point, &all, a, b)?;
+                    self.keep(point, change);
+                }
                 _ => self.unexplained.push(change.unlocated()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Searches both sides of a located point for other bifurcations that the ends of the part do not show.
+    fn search_beside(
+        &mut self,
+        point: &CurvePoint<C::Solution>,
+        shown: &[Change],
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<(), CurveError> {
+        let at = self.engine.distance(self.between.start(), point);
+        for change in [Change::Fold, Change::PeriodDoubling].into_iter().filter(|c| !shown.contains(c)) {
+            let test = &mut test_of(change);
+            let values = [value(change, a), test(self.engine, point), value(change, b)];
+            let [Some(from), Some(there), Some(to)] = values else { continue };
+            if from * to <= 0.0 || from * there >= 0.0 {
+                continue;
+            }
+            for ends in [[[a.sigma, from], [at, there]], [[at, there], [b.sigma, to]]] {
+                match self.engine.locate_within(self.between, ends, test) {
+                    Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+                    Ok(Some(point)) => self.keep(point, change),
+                    _ => self.unexplained.push(change.unlocated()),
+                }
             }
         }
         Ok(())
