@@ -67,6 +67,17 @@ pub enum BranchEnd {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// The motion exceeds the limit of [`Continuation::max_motion`](crate::branches::Continuation::max_motion). The
+    /// branch runs to infinity: at the border of parametric instability no periodic motion is bounded.
+    Unbounded {
+        /// Size of the motion at the last point, as a multiple of the static deflection or the gap `[1]`.
+        motion: f64,
+        /// The parameter of the border. A large motion is that of the system without gaps, and at the border this
+        /// linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the model). `None` if
+        /// the system without gaps is not linear, if its flanks differ, or if the last points do not tend to such a
+        /// border.
+        border: Option<f64>,
+    },
     /// The maximum number of points is reached.
     Points {
         /// The maximum.
@@ -104,6 +115,16 @@ impl fmt::Display for BranchEnd {
             BranchEnd::Stop { contact } => write!(f, "contact {contact} grazes its rigid stop"),
             BranchEnd::SoftImpact { contact } => {
                 write!(f, "the impacts of contact {contact} are too soft: a resonant grazing follows")
+            }
+            BranchEnd::Unbounded { motion, border: Some(border) } => {
+                write!(
+                    f,
+                    "the motion ({motion:.0} times the static deflection or the gap) grows without bound"
+                )?;
+                write!(f, " towards the border of parametric instability at {border}")
+            }
+            BranchEnd::Unbounded { motion, border: None } => {
+                write!(f, "the motion is too large: {motion:.0} times the static deflection or the gap")
             }
             BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
             BranchEnd::StepUnderflow { step, error } => {
@@ -208,6 +229,23 @@ pub enum BranchError {
         kind: Option<PointKind>,
         /// What kinds of points allow it.
         wanted: &'static str,
+    },
+    /// The branch or line does not end at a located border of parametric instability.
+    #[error("the branch does not run to infinity at a located border: {end}")]
+    NoBorder {
+        /// Why it ends.
+        end: String,
+    },
+    /// No orbit comes back from infinity.
+    #[error(
+        "no large orbit of the opposite sign near the border {border}{}",
+        error.as_ref().map_or(String::new(), |error| format!(": {error}"))
+    )]
+    NoReturn {
+        /// The border.
+        border: f64,
+        /// Why the last search failed; `None` if it led to the other orbit.
+        error: Option<Box<ShootingError>>,
     },
     /// The orbit of a grazing strikes the same rigid stop at another time.
     #[error(

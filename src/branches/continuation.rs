@@ -53,6 +53,7 @@ pub struct Continuation {
     pub(crate) max_step: f64,
     pub(crate) min_step: f64,
     pub(crate) max_points: usize,
+    pub(crate) max_motion: f64,
     pub(crate) channels: Option<Vec<String>>,
     pub(crate) shooting: Shooting,
     pub(crate) stability: StabilityMethod,
@@ -62,7 +63,8 @@ pub struct Continuation {
 impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
-    /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, the
+    /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions of
+    /// up to 5000 times the static deflection or the gap, the
     /// first deflection as the measured channel (`q1` for a model without contacts), default [`Shooting`],
     /// default [`Budget`].
     pub fn new(from: f64, to: f64) -> Self {
@@ -76,6 +78,7 @@ impl Continuation {
             max_step: 0.05,
             min_step: 1e-9,
             max_points: 2000,
+            max_motion: 5000.0,
             channels: None,
             shooting: Shooting::new(),
             stability: StabilityMethod::Multipliers,
@@ -114,6 +117,13 @@ impl Continuation {
     /// 2000.
     pub fn max_points(self, max_points: usize) -> Self {
         Continuation { max_points, ..self }
+    }
+    /// Maximum size of the motion, as a multiple of the gap or, where that is larger, of the static deflection of a
+    /// contact `[1]`. Without contacts it is a multiple of the largest range of a coordinate along the first orbit. A
+    /// branch whose motion grows beyond it ends: it runs to infinity ([`BranchEnd::Unbounded`]). Steps at more than
+    /// 20 times the reference are up to 20 times longer than [`max_step`](Continuation::max_step). Default: 5000.
+    pub fn max_motion(self, max_motion: f64) -> Self {
+        Continuation { max_motion, ..self }
     }
     /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
     /// the deflection of the first contact, or `q1` without contacts.
@@ -246,6 +256,7 @@ impl Continuation {
         check::positive("first_step", self.first_step)?;
         check::positive("max_step", self.max_step)?;
         check::positive("min_step", self.min_step)?;
+        check::positive("max_motion", self.max_motion)?;
         if self.min_step > self.max_step {
             let (name, value, allowed) = ("min_step".into(), self.min_step, "the range up to max_step");
             return Err(ParameterError::OutOfRange { name, value, allowed }.into());

@@ -2,6 +2,8 @@
 
 pub(crate) mod balance_branches;
 pub(crate) mod between;
+pub(crate) mod beyond;
+pub(crate) mod border;
 pub(crate) mod boundary;
 pub(crate) mod branch;
 pub(crate) mod continuation;

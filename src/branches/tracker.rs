@@ -1,5 +1,6 @@
 //! A continuation in progress: steps, location of points, ends.
 
+use crate::branches::border::{Reference, border};
 use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
@@ -40,6 +41,8 @@ pub(crate) struct Tracker<'f, C: OrbitMethod> {
     pub(crate) waiting: VecDeque<BranchPoint<C::Orbit>>,
     /// Which edges of each contact are rigid stops.
     pub(crate) rigid: Rigid,
+    /// What the size of a motion is compared with.
+    reference: Reference,
 }
 
 /// A point of the curve with what is measured along its orbit.
@@ -65,6 +68,12 @@ const STRAIGHT: f64 = 0.2;
 
 /// Length of a step below which an angle is that of a corner of the branch `[1]`.
 const CORNER: f64 = 1e-5;
+
+/// Size of a motion from which on steps may be longer, by the factor `FASTER`: a branch to infinity is straight.
+const FAR: f64 = 20.0;
+
+/// See `FAR`.
+const FASTER: f64 = 20.0;
 
 /// Number of corrections up to which the next step is longer.
 const FEW: usize = 6;
@@ -107,8 +116,9 @@ impl Continuation {
         let model = engine.curve.family().at(point.p)?;
         let channels = chosen_channels(self.channels.as_deref(), &*model)?;
         let rigid = Offers::of(&*model).rigid_edges();
-        drop(model);
         let measured = engine.curve.measure(&point, &channels)?;
+        let reference = Reference::new(&*model, &measured);
+        drop(model);
         engine.curve.set_units(&measured);
         engine.rescale(&mut point);
         let branch = Branch::new(engine.curve.family().parameter(), channels);
@@ -121,6 +131,7 @@ impl Continuation {
             arclength: 0.0,
             waiting: VecDeque::new(),
             rigid,
+            reference,
             past: None,
             before: None,
             last: Node::new(point, measured, multipliers),
@@ -254,6 +265,12 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let closed = self.closes(&next, step);
         let few = next.corrections.len() <= FEW;
         let columns = self.columns(&next, measured.clone(), self.arclength + step, None)?;
+        let [before, motion] =
+            [&self.last.measured, &measured].map(|measured| self.reference.motion(measured));
+        if motion > self.settings.max_motion && motion > before && end.is_none() {
+            let border = self.border(&next, [before, motion]);
+            end = Some(BranchEnd::Unbounded { motion, border });
+        }
         // From here on nothing fails: the step is not made again.
         let parameters = [self.last.point.p, next.p];
         let note = |what: &str| BranchNote { parameters, what: what.into() };
@@ -272,7 +289,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         self.before = Some((step, std::mem::replace(&mut self.last, last).values));
         self.keep_clear_of_impacts();
         if few && angle < STRAIGHT {
-            self.step = (1.5 * self.step).min(self.settings.max_step);
+            let longest = if motion > FAR { FASTER } else { 1.0 } * self.settings.max_step;
+            self.step = (1.5 * self.step).min(longest);
         } else if angle > STRAIGHT {
             self.step *= 0.7;
         }
@@ -281,6 +299,16 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             None if closed => Made::End(BranchEnd::Closed),
             None => Made::Step,
         })
+    }
+
+    /// The border of parametric instability that the last point and `next` tend to, with motions of these sizes.
+    fn border(&self, next: &CurvePoint<C::Solution>, [before, motion]: [f64; 2]) -> Option<f64> {
+        let curve = &self.engine.curve;
+        let (multiple, state) = curve.first_state(next)?;
+        let border = border(curve.family(), next.p, self.engine.unit, multiple, (motion, &state))?;
+        // Large motions grow as 1/(p - border).
+        let expected = (next.p * motion - self.last.point.p * before) / (motion - before);
+        ((border - expected).abs() < 0.5 * (border - next.p).abs()).then_some(border)
     }
 
     /// Whether the branch returns to its first point between the last point and the next one.

@@ -13,6 +13,7 @@ enum StoredEnd {
     Closed,
     Stop { contact: usize },
     SoftImpact { contact: usize },
+    Unbounded { motion: f64, border: Option<f64> },
     Points { limit: usize },
     Other { reason: String },
 }
@@ -25,6 +26,7 @@ impl Serialize for BranchEnd {
             BranchEnd::Closed => StoredEnd::Closed,
             BranchEnd::Stop { contact } => StoredEnd::Stop { contact },
             BranchEnd::SoftImpact { contact } => StoredEnd::SoftImpact { contact },
+            BranchEnd::Unbounded { motion, border } => StoredEnd::Unbounded { motion, border },
             BranchEnd::Points { limit } => StoredEnd::Points { limit },
             ref other => StoredEnd::Other { reason: other.to_string() },
         };
@@ -40,6 +42,7 @@ impl<'de> Deserialize<'de> for BranchEnd {
             StoredEnd::Closed => BranchEnd::Closed,
             StoredEnd::Stop { contact } => BranchEnd::Stop { contact },
             StoredEnd::SoftImpact { contact } => BranchEnd::SoftImpact { contact },
+            StoredEnd::Unbounded { motion, border } => BranchEnd::Unbounded { motion, border },
             StoredEnd::Points { limit } => BranchEnd::Points { limit },
             StoredEnd::Other { reason } => BranchEnd::Stored { reason },
         })

@@ -21,49 +21,49 @@ pub const CHECKS: [Check; 6] = [
 ];
 
 /// A train, its description and the range of its speed.
-struct Case {
-    text: String,
-    train: Train,
-    speeds: [f64; 2],
+pub struct Case {
+    /// The description.
+    pub text: String,
+    /// The train.
+    pub train: Train,
+    /// The range.
+    pub speeds: [f64; 2],
 }
 
-type Drawn = fn(&mut Draw) -> Result<Case, String>;
+/// Draws a train.
+pub type Drawn = fn(&mut Draw) -> Result<Case, String>;
 
-fn pair(draw: &mut Draw) -> Result<Case, String> {
+/// A dimensionless spur pair.
+pub fn pair(draw: &mut Draw) -> Result<Case, String> {
     let pair = Pair::draw(draw);
     let train = pair.at(0.5).map_err(|error| error.to_string())?;
     Ok(Case { text: format!("{pair:?}"), train, speeds: [0.5, 2.4] })
 }
 
-fn set(draw: &mut Draw) -> Result<Case, String> {
+/// A planetary set.
+pub fn set(draw: &mut Draw) -> Result<Case, String> {
     let set = Symmetric::planetary(draw);
     let train = set.train(Coordinates::Relative)?;
     let speed = train.constant("speed").map_err(|error| error.to_string())?;
     Ok(Case { text: format!("{set:?}"), train, speeds: [speed, 2.0 * speed] })
 }
 
-fn stages(draw: &mut Draw) -> Result<Case, String> {
+/// A train of two stages.
+pub fn stages(draw: &mut Draw) -> Result<Case, String> {
     let (model, speed) = (TwoStage::draw(draw), draw.scale(100.0, 600.0));
     let train = model.at(speed)?;
     Ok(Case { text: format!("{model:?} {speed}"), train, speeds: [speed, 2.0 * speed] })
 }
 
-/// Largest peak-to-peak value over that of the start: beyond it the branch runs to infinity.
-const UNBOUNDED: f64 = 1e3;
-
-/// A branch up to its end or up to motions without bound.
+/// The branch from a settled orbit.
 fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
     let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
     let continuation = continuation.shooting(Shooting::new().multiple(start.1));
-    let begun = continuation.begin(&family, std::slice::from_ref(&start.0));
-    let mut following = begun.map_err(|error| error.to_string())?;
-    let first = following.next().map_or(f64::NAN, |point| point.peak_to_peak());
-    following.by_ref().take_while(|point| point.peak_to_peak() < UNBOUNDED * first).for_each(drop);
-    Ok(following.into_branch())
+    continuation.run(&family, std::slice::from_ref(&start.0)).map_err(|error| error.to_string())
 }
 
 /// A settled orbit at the first speed, and its period multiple.
-fn settled(case: &Case) -> Option<(State, usize)> {
+pub fn settled(case: &Case) -> Option<(State, usize)> {
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
     let rest = State::at_rest(case.train.dof());
     let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train, &rest).ok()?;

@@ -4,7 +4,7 @@ use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
-use crate::model::equations::Channel;
+use crate::model::equations::{Channel, State};
 use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 
@@ -30,6 +30,8 @@ pub(crate) trait OrbitMethod: Curve {
     }
     /// The orbit of a point, and its multipliers with their error.
     fn orbit(&self, point: &CurvePoint<Self::Solution>) -> Result<(Self::Orbit, Multipliers), CurveError>;
+    /// Number of periods of the model in the orbit of a point, and its first state; `None` if it was not found.
+    fn first_state(&self, point: &CurvePoint<Self::Solution>) -> Option<(usize, State)>;
     /// Figures of the orbit of a point.
     fn measure(
         &self,

@@ -10,7 +10,7 @@ use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::equations::{Channel, Periodic};
+use crate::model::equations::{Channel, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
@@ -313,6 +313,11 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
             StabilityMethod::Multipliers => self.multipliers_along(point).ok_or_else(none)?,
         };
         Ok((orbit, multipliers))
+    }
+
+    fn first_state(&self, point: &CurvePoint<Series>) -> Option<(usize, State)> {
+        let orbit = self.evaluated(point, |equations, _| equations.orbit(point.x.as_slice())).ok()?;
+        Some((orbit.harmonics().periods(), orbit.state(0.0)))
     }
 
     fn measure(&self, point: &CurvePoint<Series>, channels: &[Channel]) -> Result<Measured, CurveError> {

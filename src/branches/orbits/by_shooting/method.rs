@@ -33,6 +33,10 @@ impl OrbitMethod for OrbitCurve<'_> {
         (self.stability == StabilityMethod::Multipliers).then(|| point.solution.multipliers.clone()).flatten()
     }
 
+    fn first_state(&self, point: &CurvePoint<Passage>) -> Option<(usize, State)> {
+        Some((self.multiple, point.solution.states[0].clone()))
+    }
+
     fn measure(&self, point: &CurvePoint<Passage>, channels: &[Channel]) -> Result<Measured, CurveError> {
         measure(self, point.p, &point.solution, channels)
     }

@@ -1,0 +1,138 @@
+//! Branches that run to infinity end at the border of parametric instability, and come back from there.
+
+use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
+use crate::draw::Draw;
+use crate::{Check, Outcome};
+use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, Continuation, Family};
+use gear_dynamics::excitation::Side;
+use gear_dynamics::nalgebra::DMatrix;
+use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
+
+/// The checks of this file.
+pub const CHECKS: [Check; 3] = [
+    Check { name: "infinity-of-pairs", run: |draw| infinity(draw, pair) },
+    Check { name: "infinity-of-sets", run: |draw| infinity(draw, set) },
+    Check { name: "infinity-of-stages", run: |draw| infinity(draw, stages) },
+];
+
+/// The linear system that a model tends to at large motions, from its accelerations at two such motions.
+struct Large<'m>(&'m dyn Periodic);
+
+/// A large motion.
+const LARGE: f64 = 1e9;
+
+impl Model for Large<'_> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let scaled = |x: &[f64], by: f64| x.iter().map(|x| by * x).collect::<Vec<f64>>();
+        let mut opposite = vec![0.0; a.len()];
+        self.0.accel(u, &scaled(q, LARGE), &scaled(v, LARGE), a);
+        self.0.accel(u, &scaled(q, -LARGE), &scaled(v, -LARGE), &mut opposite);
+        a.iter_mut().zip(&opposite).for_each(|(a, b)| *a = (*a - b) / (2.0 * LARGE));
+    }
+    fn drives(&self) -> usize {
+        self.0.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.0.drive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.0.next_edge(t)
+    }
+}
+
+/// det(Mᵐ - 1) over m periods, in units of the frequency of the period.
+fn determinant(family: &dyn Family, p: f64, multiple: usize) -> Option<f64> {
+    let model = family.at(p).ok()?;
+    let (n, period) = (model.dof(), model.period());
+    let unit = |i: usize| if i < n { 1.0 } else { std::f64::consts::TAU / period };
+    let mut matrix = DMatrix::zeros(2 * n, 2 * n);
+    let method = Dop853::new().rtol(1e-13).atol(1e-15);
+    for j in 0..2 * n {
+        let mut y = vec![0.0; 2 * n];
+        y[j] = unit(j);
+        let start = State::new(0.0, &y[..n], &y[n..]);
+        let end = method.end(&Large(&*model), &start, period).ok()?;
+        for (i, x) in end.q.iter().chain(&end.v).enumerate() {
+            matrix[(i, j)] = x / unit(i);
+        }
+    }
+    let power = (0..multiple).fold(DMatrix::identity(2 * n, 2 * n), |power, _| power * &matrix);
+    Some((power - DMatrix::identity(2 * n, 2 * n)).determinant())
+}
+
+/// The root of the determinant near a border, by secants.
+fn independent(family: &dyn Family, border: f64, multiple: usize) -> Option<f64> {
+    let (mut a, mut b) = (border * (1.0 + 1e-5), border * (1.0 - 1e-5));
+    let mut at_a = determinant(family, a, multiple)?;
+    for _ in 0..20 {
+        let at_b = determinant(family, b, multiple)?;
+        if at_b == at_a || (a - b).abs() < 1e-13 * border.abs() {
+            break;
+        }
+        let next = b - at_b * (b - a) / (at_b - at_a);
+        (a, at_a, b) = (b, at_b, next);
+    }
+    Some(b)
+}
+
+/// Accuracy of the border, as a share of the parameter.
+const CLOSE: f64 = 1e-8;
+
+/// Most points of a branch between motions of 20 times the reference and its end.
+const FEW: usize = 40;
+
+fn infinity(draw: &mut Draw, drawn: Drawn) -> Outcome {
+    let case = match drawn(draw) {
+        Ok(case) => case,
+        Err(error) => return Outcome::Fails(error),
+    };
+    draw.note(|| case.text.clone());
+    let Some(start) = settled(&case) else { return Outcome::Skipped("does not settle") };
+    match run(draw, &case, &start) {
+        Ok(outcome) => outcome,
+        Err(error) => Outcome::Fails(format!("{error}; {}", case.text)),
+    }
+}
+
+fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, String> {
+    let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
+    let [from, to] = case.speeds;
+    let continuation = Continuation::new(from, to).shooting(Shooting::new().multiple(start.1));
+    let branch = continuation.run(&family, std::slice::from_ref(&start.0));
+    let branch = branch.map_err(|error| error.to_string())?;
+    draw.note(|| format!("{branch}"));
+    let BranchEnd::Unbounded { border, motion } = *branch.end() else {
+        return Ok(if matches!(branch.end(), BranchEnd::StepUnderflow { .. }) {
+            Outcome::Fails(format!("{}; {}", branch.end(), case.text))
+        } else {
+            Outcome::Skipped("no infinity")
+        });
+    };
+    let Some(border) = border else { return Err(format!("motion {motion}, but no border")) };
+    let large = |branch: &Branch| {
+        let last = branch.points().last().map_or(f64::NAN, |point| point.peak_to_peak());
+        branch.points().iter().filter(|point| point.peak_to_peak() > 20.0 / motion * last).count()
+    };
+    if large(&branch) > FEW {
+        return Err(format!("{} points of large motions", large(&branch)));
+    }
+    let expected = independent(&family, border, start.1).ok_or("no determinant")?;
+    if (border - expected).abs() > CLOSE * border.abs() {
+        return Err(format!("the border {border:?} is {expected:?}"));
+    }
+    let wider = Continuation::new(from, to).bounds(0.5 * from, 1.5 * to).max_points(60);
+    let wider = wider.shooting(Shooting::new().multiple(start.1));
+    let back = match wider.beyond(&family, &branch) {
+        Ok(following) => following.finish(),
+        Err(error) => return Err(format!("back from {border}: {error}")),
+    };
+    draw.note(|| format!("{back}"));
+    let sizes: Vec<f64> = back.points().iter().map(|point| point.peak_to_peak()).collect();
+    Ok(match sizes.as_slice() {
+        [first, .., last] if last < first => Outcome::Agrees,
+        _ => Outcome::Fails(format!("the branch from {border} does not come back: {sizes:?}; {}", case.text)),
+    })
+}

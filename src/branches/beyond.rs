@@ -1,0 +1,78 @@
+//! Branches that come back from infinity.
+
+use crate::branches::branch::{Branch, BranchEnd, BranchError};
+use crate::branches::continuation::Continuation;
+use crate::branches::family::Family;
+use crate::branches::following::Following;
+use crate::model::equations::State;
+use crate::numeric::norms::dot;
+
+impl Continuation {
+    /// Follows the branch that comes back from infinity where `branch` ends at a border of parametric instability
+    /// ([`BranchEnd::Unbounded`]).
+    ///
+    /// Near the border the motion is A u(t) with a homogeneous solution u of the system without gaps and
+    /// A ~ (f + g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their
+    /// sign with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
+    /// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point from
+    /// the border. The continuation leads away from it; its bounds must contain the start.
+    ///
+    /// ```
+    /// # use gear_dynamics::{State, branches::{BranchEnd, ByConstant, Continuation}, trains::SpurPair};
+    /// # use gear_dynamics::{Dop853, Settle};
+    /// let pair = SpurPair::of_numbers(0.01, 0.1, &[-0.3], &[0.0, 0.2])?.parts()?.build("driver", 1.7)?;
+    /// let family = ByConstant::new(&pair, "speed")?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`BranchError::NoBorder`] for a branch with another end; [`BranchError::NoReturn`] if no large orbit of the
+    /// opposite sign is found; [`BranchError::Bounds`].
+    pub fn beyond<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        branch: &Branch,
+    ) -> Result<Following<'f>, BranchError> {
+        self.check()?;
+        let BranchEnd::Unbounded { border: Some(border), .. } = branch.end else {
+            return Err(BranchError::NoBorder { end: branch.end.to_string() });
+        };
+        let last = branch.points.last().ok_or(BranchError::NoPoints)?;
+        let opposite = |state: &State| State {
+            t: state.t,
+            q: state.q.iter().map(|q| -q).collect(),
+            v: state.v.iter().map(|v| -v).collect(),
+        };
+        let shooting = self.shooting.clone().multiple(last.orbit.period_multiple());
+        let mut failure = None;
+        for p in [2.0 * border - last.parameter, last.parameter] {
+            let model = family.at(p)?;
+            // On another branch the phases of the nodes are the same, their times are not.
+            let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
+            let guess: Vec<State> =
+                last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s) }).collect();
+            match shooting.run(&*model, &guess) {
+                Ok(orbit) => {
+                    let (found, wanted) = (&orbit.states()[0], &guess[0]);
+                    let along = |v: &[f64], scale: &[f64]| -> Vec<f64> {
+                        v.iter().zip(scale).map(|(v, s)| if *s > 0.0 { v / s } else { 0.0 }).collect()
+                    };
+                    let scale = |state: &State| {
+                        [
+                            along(&state.q, &last.orbit.range),
+                            along(&state.v, &last.orbit.range[state.q.len()..]),
+                        ]
+                        .concat()
+                    };
+                    if dot(&scale(found), &scale(wanted)) > 0.0 {
+                        self.check_within(p)?;
+                        let orbit = &orbit;
+                        return self.begin_at(family, p, orbit, p - border);
+                    }
+                }
+                Err(error) => failure = Some(error),
+            }
+        }
+        Err(BranchError::NoReturn { border, error: failure.map(Box::new) })
+    }
+}

@@ -1,0 +1,189 @@
+//! Branches that run to infinity: the size of a motion, and the border of parametric instability.
+
+use crate::branches::family::Family;
+use crate::branches::orbits::contact_trace::ContactTrace;
+use crate::branches::orbits::measure::Measured;
+use crate::branches::points::test_functions::fold;
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::linear::statics::static_state;
+use crate::model::equations::{Jacobian, Model, Periodic, State};
+use crate::model::offers::Offers;
+use crate::model::rigid::rigid_modes;
+use crate::numeric::brent::Brent;
+use crate::periodic::flow::variation::Variation;
+use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::segments::orthonormal;
+
+/// What the size of a motion is compared with.
+#[derive(Clone, Debug)]
+pub(crate) enum Reference {
+    /// For each contact its gap or, where that is larger, its static deflection past the edge.
+    Contacts(Vec<f64>),
+    /// The largest range of a coordinate along the first orbit.
+    Coordinates(f64),
+}
+
+impl Reference {
+    /// The reference of a model. `first`: its first orbit, which replaces static deflections that are not found.
+    pub(crate) fn new(model: &dyn Periodic, first: &Measured) -> Self {
+        if model.contacts() == 0 {
+            return Reference::Coordinates(first.largest_range());
+        }
+        let mut u = vec![0.0; model.drives()];
+        model.drive(0.0, Side::After, &mut u);
+        let rest = vec![0.0; model.dof()];
+        let mut contacts = vec![Contact::default(); model.contacts()];
+        model.contact(&u, &rest, &rest, &mut contacts);
+        let pressed = static_state(model, 0.0).ok().map(|state| state.contacts);
+        let size = |(i, c): (usize, &Contact)| {
+            let gap = if c.lower.is_finite() && c.upper.is_finite() { c.upper - c.lower } else { 0.0 };
+            let static_deflection = match &pressed {
+                Some(pressed) => {
+                    let c = &pressed[i];
+                    (c.deflection - c.upper).max(c.lower - c.deflection).max(0.0)
+                }
+                None => first.trace.farthest(i),
+            };
+            gap.max(static_deflection)
+        };
+        let sizes: Vec<f64> = contacts.iter().enumerate().map(size).collect();
+        Reference::Contacts(
+            sizes
+                .iter()
+                .enumerate()
+                .map(|(i, size)| if *size > 0.0 { *size } else { first.trace.farthest(i) })
+                .collect(),
+        )
+    }
+
+    /// The size of a motion, as a multiple of the reference.
+    pub(crate) fn motion(&self, measured: &Measured) -> f64 {
+        let share = |size: f64, reference: f64| if reference > 0.0 { size / reference } else { 0.0 };
+        match self {
+            Reference::Coordinates(first) => share(measured.largest_range(), *first),
+            Reference::Contacts(sizes) => {
+                let of = sizes.iter().enumerate().map(|(i, size)| share(measured.trace.farthest(i), *size));
+                of.fold(0.0, f64::max)
+            }
+        }
+    }
+}
+
+impl Measured {
+    fn largest_range(&self) -> f64 {
+        self.ranges[..self.ranges.len() / 2].iter().fold(0.0, |most: f64, range| most.max(*range))
+    }
+}
+
+impl ContactTrace {
+    /// The largest distance of a contact from its edges.
+    fn farthest(&self, contact: usize) -> f64 {
+        let of = self.extremes.iter().filter(|e| e.contact == contact);
+        of.map(|e| e.distance.abs()).fold(0.0, f64::max)
+    }
+}
+
+/// A model with every contact on one flank at all deflections: without gaps.
+struct OnFlank<'m> {
+    model: &'m dyn Periodic,
+    pieces: Vec<Piece>,
+}
+
+impl Model for OnFlank<'_> {
+    fn dof(&self) -> usize {
+        self.model.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        if self.pieces.is_empty() || !self.model.accel_on_pieces(&self.pieces, u, q, v, a) {
+            self.model.accel(u, q, v, a);
+        }
+    }
+    fn drives(&self) -> usize {
+        self.model.drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.model.drive(t, side, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        self.model.next_edge(t)
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
+        let pieces = Some(self.pieces.as_slice()).filter(|pieces| !pieces.is_empty());
+        self.model.jacobian(pieces, u, q, v, out)
+    }
+}
+
+/// Multipliers of the model without gaps over `multiple` periods; `None` if its equations are not linear, or differ
+/// from flank to flank. `large`: a state of a large motion, at which they are compared with those at rest.
+fn without_gaps(model: &dyn Periodic, multiple: usize, large: Option<&State>) -> Option<Multipliers> {
+    let period = multiple as f64 * model.period();
+    let unit = vec![1.0; 2 * model.dof()];
+    let rigid = orthonormal(&rigid_modes(model, model.period()), &unit);
+    let along = |flank: Piece, start: &State| {
+        let on_flank = OnFlank { model, pieces: vec![flank; model.contacts()] };
+        let passage = Variation::new().run(&on_flank, start, start.t + period).ok()?;
+        Multipliers::without(&passage.matrix, &rigid, 0.0)
+    };
+    let rest = State { t: 0.0, q: vec![0.0; model.dof()], v: vec![0.0; model.dof()] };
+    let upper = along(Piece::Upper, &rest)?;
+    if let Some(large) = large {
+        let lower = along(Piece::Lower, &State { t: 0.0, ..large.clone() })?;
+        if upper.distance(&lower) > EQUAL * upper.largest().max(1.0) {
+            return None;
+        }
+    }
+    Some(upper)
+}
+
+/// Largest difference of the multipliers of one linear system `[1]`.
+const EQUAL: f64 = 1e-6;
+
+/// Distances of the border from the last point, over those at which the motion is of order 1.
+const DISTANCES: [f64; 7] = [0.1, 0.4, 1.6, 6.4, 25.6, 102.4, 409.6];
+
+/// Accuracy of the border, as a share of the parameter `[1]`.
+const CLOSE: f64 = 1e-15;
+
+/// The border of parametric instability near the parameter `p`: there the linear system without gaps has a multiplier 1
+/// over `multiple` periods, and no bounded motion. `motion`: size of the motion at p, whose largest state is `large`.
+/// `unit`: unit of the parameter. `None` if the model is not linear at large motions.
+pub(crate) fn border(
+    family: &dyn Family,
+    p: f64,
+    unit: f64,
+    multiple: usize,
+    (motion, large): (f64, &State),
+) -> Option<f64> {
+    {
+        let model = family.at(p).ok()?;
+        let offers = Offers::of(&*model);
+        let mut u = vec![0.0; model.drives()];
+        model.drive(0.0, Side::After, &mut u);
+        let rest = vec![0.0; model.dof()];
+        let mut contacts = vec![Contact::default(); model.contacts()];
+        model.contact(&u, &rest, &rest, &mut contacts);
+        let is_two_sided = contacts.iter().all(|c| c.lower.is_finite() && c.upper.is_finite());
+        if !is_two_sided || !offers.fixed_pieces() || !offers.rigid_edges().is_empty() {
+            return None;
+        }
+        without_gaps(&*model, multiple, Some(large))?;
+    }
+    let test = |p: f64| Some(fold(&without_gaps(&*family.at(p).ok()?, multiple, None)?));
+    let at = test(p)?;
+    for distance in DISTANCES {
+        let h = distance * unit / motion;
+        for end in [p + h, p - h] {
+            let Some(value) = test(end) else { continue };
+            if (value > 0.0) != (at > 0.0) {
+                let mut brent = Brent::new([p, at], [end, value], CLOSE * p.abs().max(unit));
+                while let Some(p) = brent.next() {
+                    brent.take(p, test(p)?);
+                }
+                return Some(brent.best());
+            }
+        }
+    }
+    None
+}
