@@ -1,6 +1,7 @@
 //! Continuation by harmonic balance.
 
-use crate::branches::branch::{Branch, BranchEnd, BranchError};
+use crate::branches::branch::{Branch, BranchError};
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::family::{ByFunction, Family};

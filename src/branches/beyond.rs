@@ -1,11 +1,15 @@
 //! Branches that come back from infinity.
 
-use crate::branches::branch::{Branch, BranchEnd, BranchError};
+use crate::branches::branch::{Branch, BranchError};
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::model::equations::State;
 use crate::numeric::norms::dot;
+
+/// Least size of an orbit that comes back from infinity, as a share of the last orbit `[1]`.
+const LARGE: f64 = 0.02;
 
 impl Continuation {
     /// Follows the branch that comes back from infinity where `branch` ends at a border of parametric instability
@@ -54,20 +58,14 @@ impl Continuation {
             match shooting.run(&*model, &guess) {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);
-                    let along = |v: &[f64], scale: &[f64]| -> Vec<f64> {
-                        v.iter().zip(scale).map(|(v, s)| if *s > 0.0 { v / s } else { 0.0 }).collect()
+                    let places = |state: &State| -> Vec<f64> {
+                        let parts = state.q.iter().chain(&state.v).zip(&last.orbit.range);
+                        parts.map(|(x, range)| if *range > 0.0 { x / range } else { 0.0 }).collect()
                     };
-                    let scale = |state: &State| {
-                        [
-                            along(&state.q, &last.orbit.range),
-                            along(&state.v, &last.orbit.range[state.q.len()..]),
-                        ]
-                        .concat()
-                    };
-                    if dot(&scale(found), &scale(wanted)) > 0.0 {
+                    let [found, wanted] = [found, wanted].map(places);
+                    if dot(&found, &wanted) > LARGE * dot(&wanted, &wanted) {
                         self.check_within(p)?;
-                        let orbit = &orbit;
-                        return self.begin_at(family, p, orbit, p - border);
+                        return self.begin_at(family, p, &orbit, p - border);
                     }
                 }
                 Err(error) => failure = Some(error),

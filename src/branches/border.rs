@@ -71,6 +71,17 @@ impl Reference {
     }
 }
 
+/// Size of a motion from which on steps may be longer: a curve to infinity is straight.
+const FAR: f64 = 20.0;
+
+/// Factor of the maximum step there.
+const FASTER: f64 = 20.0;
+
+/// The maximum length of a step at a motion of this size.
+pub(crate) fn longest_step(max_step: f64, motion: f64) -> f64 {
+    if motion > FAR { FASTER * max_step } else { max_step }
+}
+
 impl Measured {
     fn largest_range(&self) -> f64 {
         self.ranges[..self.ranges.len() / 2].iter().fold(0.0, |most: f64, range| most.max(*range))

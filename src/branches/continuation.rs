@@ -1,6 +1,7 @@
 //! Settings of a continuation.
 
-use crate::branches::branch::{Branch, BranchEnd, BranchError};
+use crate::branches::branch::{Branch, BranchError};
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::stability_method::StabilityMethod;

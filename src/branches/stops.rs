@@ -1,6 +1,6 @@
 //! Rigid stops along a branch: its end at the grazing of a stop, and nodes that keep clear of impacts.
 
-use crate::branches::branch::BranchEnd;
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::curve::equations::Curve;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::Extremum;

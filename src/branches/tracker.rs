@@ -1,7 +1,8 @@
 //! A continuation in progress: steps, location of points, ends.
 
-use crate::branches::border::{Reference, border};
-use crate::branches::branch::{Branch, BranchEnd, BranchError, BranchNote};
+use crate::branches::border::{Reference, border, longest_step};
+use crate::branches::branch::{Branch, BranchError, BranchNote};
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
@@ -68,12 +69,6 @@ const STRAIGHT: f64 = 0.2;
 
 /// Length of a step below which an angle is that of a corner of the branch `[1]`.
 const CORNER: f64 = 1e-5;
-
-/// Size of a motion from which on steps may be longer, by the factor `FASTER`: a branch to infinity is straight.
-const FAR: f64 = 20.0;
-
-/// See `FAR`.
-const FASTER: f64 = 20.0;
 
 /// Number of corrections up to which the next step is longer.
 const FEW: usize = 6;
@@ -289,8 +284,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         self.before = Some((step, std::mem::replace(&mut self.last, last).values));
         self.keep_clear_of_impacts();
         if few && angle < STRAIGHT {
-            let longest = if motion > FAR { FASTER } else { 1.0 } * self.settings.max_step;
-            self.step = (1.5 * self.step).min(longest);
+            self.step = (1.5 * self.step).min(longest_step(self.settings.max_step, motion));
         } else if angle > STRAIGHT {
             self.step *= 0.7;
         }

@@ -2,17 +2,19 @@
 
 use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
 use crate::draw::Draw;
-use crate::{Check, Outcome};
-use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, Continuation, Family};
+use crate::models::pair::Pair;
+use crate::{Check, Outcome, agree};
+use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, Family};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
 
 /// The checks of this file.
-pub const CHECKS: [Check; 3] = [
+pub const CHECKS: [Check; 4] = [
     Check { name: "infinity-of-pairs", run: |draw| infinity(draw, pair) },
     Check { name: "infinity-of-sets", run: |draw| infinity(draw, set) },
     Check { name: "infinity-of-stages", run: |draw| infinity(draw, stages) },
+    Check { name: "infinity-of-lines", run: lines },
 ];
 
 /// The linear system that a model tends to at large motions, from its accelerations at two such motions.
@@ -131,8 +133,49 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
     };
     draw.note(|| format!("{back}"));
     let sizes: Vec<f64> = back.points().iter().map(|point| point.peak_to_peak()).collect();
-    Ok(match sizes.as_slice() {
-        [first, .., last] if last < first => Outcome::Agrees,
-        _ => Outcome::Fails(format!("the branch from {border} does not come back: {sizes:?}; {}", case.text)),
-    })
+    let least = sizes.iter().fold(f64::INFINITY, |least, size| size.min(least));
+    Ok(agree(least < 0.7 * sizes[0], || {
+        format!("the branch from {border} does not come back: {sizes:?}; {}", case.text)
+    }))
+}
+
+/// Lines of folds of pairs over the damping.
+fn lines(draw: &mut Draw) -> Outcome {
+    let pair = Pair::draw(draw);
+    draw.note(|| format!("{pair:?}"));
+    run_lines(draw, &pair).unwrap_or_else(|error| Outcome::Fails(format!("{error}; {pair:?}")))
+}
+
+fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    let (speeds, train) = ([0.5, 2.4], pair.at(0.5).map_err(|error| text(&error))?);
+    let case = Case { text: String::new(), train, speeds };
+    let Some((state, multiple)) = settled(&case) else { return Ok(Outcome::Skipped("does not settle")) };
+    let family = ByConstant::new(&case.train, "speed").map_err(|error| text(&error))?;
+    let shooting = Shooting::new().multiple(multiple);
+    let branch = Continuation::new(0.5, 2.4).shooting(shooting.clone()).run(&family, &[state]);
+    let branch = branch.map_err(|error| text(&error))?;
+    let plane = ByConstants::new(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
+    let damping = 2.0 * pair.zeta;
+    let mut ends = 0;
+    for point in branch.of_kind("fold").into_iter().take(2) {
+        let line = Continuation::new(damping, 0.2 * damping).max_points(300).shooting(shooting.clone());
+        let line = line.boundary(&plane, point).map_err(|error| text(&error))?;
+        draw.note(|| format!("{line}"));
+        let BranchEnd::Unbounded { border, motion } = *line.end() else { continue };
+        let last = line.points().last().ok_or("no point")?;
+        let border = border.ok_or_else(|| format!("motion {motion}, but no border"))?;
+        let damped = Pair { zeta: 0.5 * last.parameters[1], ..pair.clone() };
+        let at = |speed: f64| match damped.at(speed) {
+            Ok(train) => Ok(train),
+            Err(_) => case.train.with("speed", f64::NAN),
+        };
+        let family = ByFunction::new("speed", "1", at);
+        let expected = independent(&family, border, multiple).ok_or("no determinant")?;
+        if (border - expected).abs() > CLOSE * border.abs() {
+            return Err(format!("the border {border:?} is {expected:?}"));
+        }
+        ends += 1;
+    }
+    Ok(if ends > 0 { Outcome::Agrees } else { Outcome::Skipped("no infinity") })
 }

@@ -1,6 +1,7 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
-use crate::branches::branch::{BranchEnd, BranchError, BranchNote, reversed};
+use crate::branches::branch::{BranchError, BranchNote, reversed};
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;

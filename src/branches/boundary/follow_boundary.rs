@@ -1,12 +1,14 @@
 //! Settings and start of a boundary.
 
+use crate::branches::border::Reference;
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::BoundaryLine;
 use crate::branches::boundary::following_boundary::FollowingBoundary;
 use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
 use crate::branches::boundary::half_orbit::first_half;
 use crate::branches::boundary::plane::{Plane, Slice};
-use crate::branches::branch::{BranchEnd, BranchError};
+use crate::branches::branch::BranchError;
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
@@ -127,7 +129,12 @@ impl Continuation {
         }
         let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
-        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges(); // without those that are left out
+        let model = slice.model([p, other])?;
+        let rigid = Offers::of(&*model).rigid_edges(); // without those that are left out
+        let reference = Reference::new(&*model, &measured);
+        drop(model);
+        let motion = reference.motion(&measured);
+        let size = (reference, motion);
         let softest = softest_impact(&rigid, &measured.trace).map_or(1.0, |(share, _)| share);
         let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range, softest };
         let tolerance = self.shooting.correction_tolerance();
@@ -145,7 +152,7 @@ impl Continuation {
             heading: first.slope(),
             across,
         };
-        Ok(FollowingBoundary::new(self, engine, first, rigid, sequence, line)?)
+        Ok(FollowingBoundary::new(self, engine, first, rigid, size, sequence, line)?)
     }
 }
 

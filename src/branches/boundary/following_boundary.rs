@@ -1,10 +1,12 @@
 //! A boundary in progress.
 
+use crate::branches::border::{Reference, border, longest_step};
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 use crate::branches::boundary::grazed_stops::{GRAZES, SOFT, softest_impact};
 use crate::branches::boundary::half_orbit::whole;
-use crate::branches::branch::{BranchEnd, BranchNote};
+use crate::branches::branch::BranchNote;
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
@@ -58,6 +60,8 @@ pub struct FollowingBoundary<'f> {
     step: f64,
     arclength: f64,
     rigid: Rigid,
+    /// What the size of a motion is compared with, and the size at the last point.
+    size: (Reference, f64),
     /// Crossings of the last point, without those of the extremum of the boundary.
     sequence: Vec<[u32; 2]>,
     line: BoundaryLine,
@@ -84,6 +88,7 @@ impl<'f> FollowingBoundary<'f> {
         engine: Engine<BoundaryCurve<'f>>,
         first: CurvePoint<Passage>,
         rigid: Rigid,
+        size: (Reference, f64),
         sequence: Vec<[u32; 2]>,
         line: BoundaryLine,
     ) -> Result<Self, CurveError> {
@@ -97,6 +102,7 @@ impl<'f> FollowingBoundary<'f> {
             step,
             arclength: 0.0,
             rigid,
+            size,
             sequence,
             line,
             waiting,
@@ -264,6 +270,11 @@ impl<'f> FollowingBoundary<'f> {
         {
             end = Some(BranchEnd::SoftImpact { contact });
         }
+        let motion = self.size.0.motion(&measured);
+        if end.is_none() && motion > self.settings.max_motion && motion > self.size.1 {
+            end = Some(BranchEnd::Unbounded { motion, border: self.border(&at, motion) });
+        }
+        self.size.1 = motion;
         let impacts: Vec<f64> = measured.trace.at_stops(&self.rigid, true).map(|e| e.phase).collect();
         let sequence = boundary.sequence(&measured.trace);
         if sequence != self.sequence {
@@ -285,12 +296,19 @@ impl<'f> FollowingBoundary<'f> {
         self.last = next;
         self.keep_clear_of_impacts(&impacts);
         if few && angle < STRAIGHT {
-            self.step = (1.5 * self.step).min(self.settings.max_step);
+            self.step = (1.5 * self.step).min(longest_step(self.settings.max_step, motion));
         }
         if let Some(end) = end {
             self.line.end = end;
         }
         Ok(())
+    }
+
+    /// The border of parametric instability over p at the λ of a point.
+    fn border(&self, at: &CurvePoint<Passage>, motion: f64) -> Option<f64> {
+        let BoundaryCurve { slice, orbits, unit, .. } = &self.engine.curve;
+        let (multiple, state) = orbits.first_state(at)?;
+        border(&**slice, at.p, *unit, multiple, (motion, &state))
     }
 
     /// Moves the nodes of the last point if an impact comes near one of them.
