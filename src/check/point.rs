@@ -6,6 +6,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model, State};
+use crate::model::terms::TermsRoom;
 use crate::ode::probe::Probe;
 
 /// Steps of the finite differences, as shares of the size of the coordinates or velocities.
@@ -69,7 +70,7 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
     pub(crate) fn terms_at(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut terms = vec![0.0; self.model.dof()];
         if let Some(known) = self.model.terms() {
-            known.terms(None, &self.u, q, v, &[q, v].concat(), &mut terms);
+            known.terms(None, &self.u, q, v, &[q, v].concat(), &mut TermsRoom::default(), &mut terms);
         }
         terms.iter().zip(&self.terms).map(|(own, terms)| own.max(*terms)).collect()
     }

@@ -21,7 +21,7 @@ pub use crate::model::expansion::every_piece::EveryPiece;
 pub use crate::model::expansion::expand::{Expand, Recorded};
 pub use crate::model::machine::Machine;
 pub use crate::model::shape::{Drives, Shape, Size};
-pub use crate::model::terms::Terms;
+pub use crate::model::terms::{Terms, TermsRoom};
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
 pub use crate::tape::node::Node;

@@ -18,7 +18,8 @@ use crate::rounded::Rounded;
 /// pair.drive(0.0, gear_dynamics::excitation::Side::After, &mut u);
 /// // q'' = 0.1 - 0.1 q' - 0.8 (q - 1) at q = 1.5 and q' = 0: terms 0.1, 0.8 * 1.5 and 0.8.
 /// let model: &dyn Model = &pair;
-/// model.terms().ok_or("terms")?.terms(None, &u, &[1.5], &[0.0], &[1.5, 0.0], &mut terms);
+/// let mut room = gear_dynamics::model::TermsRoom::default();
+/// model.terms().ok_or("terms")?.terms(None, &u, &[1.5], &[0.0], &[1.5, 0.0], &mut room, &mut terms);
 /// assert!((terms[0] - 2.1).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -28,7 +29,8 @@ pub trait Terms {
     /// or with every contact on a given piece.
     ///
     /// `sizes`: for each coordinate, then for each velocity, the sum of the terms that it is made of, at least
-    /// its absolute value.
+    /// its absolute value. `room`: memory that is kept from call to call.
+    #[allow(clippy::too_many_arguments, reason = "a state, its sizes and the room for the result")]
     fn terms(
         &self,
         pieces: Option<&[Piece]>,
@@ -36,8 +38,36 @@ pub trait Terms {
         q: &[f64],
         v: &[f64],
         sizes: &[f64],
+        room: &mut TermsRoom,
         out: &mut [f64],
     );
+}
+
+/// Memory of [`Terms`], kept from call to call: a call with used room does not allocate.
+///
+/// ```
+/// use gear_dynamics::{Model, model::TermsRoom, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[])?.parts()?.build("driver", 0.6)?;
+/// let (u, mut room, mut terms) = (vec![1.0; pair.drives()], TermsRoom::default(), [0.0]);
+/// let model: &dyn Model = &pair;
+/// for q in [0.0, 0.5] {
+///     let known = model.terms().ok_or("terms")?;
+///     known.terms(None, &u, &[q], &[0.0], &[q, 0.0], &mut room, &mut terms);
+///     assert!((terms[0] - 0.1).abs() < 1e-15); // the load: no tooth force in the gap
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Default)]
+pub struct TermsRoom {
+    u: Vec<Rounded>,
+    y: Vec<Rounded>,
+    a: Vec<Rounded>,
+}
+
+impl std::fmt::Debug for TermsRoom {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TermsRoom").finish_non_exhaustive()
+    }
 }
 
 impl<G: Shape> Terms for Machine<G> {
@@ -48,11 +78,12 @@ impl<G: Shape> Terms for Machine<G> {
         q: &[f64],
         v: &[f64],
         sizes: &[f64],
+        room: &mut TermsRoom,
         out: &mut [f64],
     ) {
         match pieces {
-            None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, out),
-            Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, out),
+            None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, room, out),
+            Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, room, out),
         }
     }
 }
@@ -63,15 +94,20 @@ fn terms_of<G: Shape, L: PieceChoice<Rounded>>(
     u: &[f64],
     [q, v]: [&[f64]; 2],
     sizes: &[f64],
+    room: &mut TermsRoom,
     out: &mut [f64],
 ) {
     let Size { dof: n, waves, .. } = shape.size();
-    let u: Vec<Rounded> = u.iter().map(|&u| u.into()).collect();
-    let y = q.iter().chain(v).zip(sizes);
-    let y: Vec<Rounded> = y.map(|(&value, &size)| Rounded { value, terms: size.max(value.abs()) }).collect();
-    let mut a = vec![Rounded::from(0.0); n];
-    shape.accel(law, Drives::new(waves, &u), &y[..n], &y[n..], &mut a);
-    out.iter_mut().zip(&a).for_each(|(out, a)| *out = a.terms);
+    let TermsRoom { u: of_u, y, a } = room;
+    of_u.clear();
+    of_u.extend(u.iter().map(|&u| Rounded::from(u)));
+    y.clear();
+    let sized = q.iter().chain(v).zip(sizes);
+    y.extend(sized.map(|(&value, &size)| Rounded { value, terms: size.max(value.abs()) }));
+    a.clear();
+    a.resize(n, Rounded::from(0.0));
+    shape.accel(law, Drives::new(waves, of_u), &y[..n], &y[n..], a);
+    out.iter_mut().zip(&*a).for_each(|(out, a)| *out = a.terms);
 }
 
 /// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step of
@@ -92,6 +128,7 @@ pub(crate) struct Sizing<'m, M: ?Sized> {
     u: Vec<f64>,
     a: Vec<f64>,
     terms: Vec<f64>,
+    room: TermsRoom,
     /// Q_i, then V_i.
     sizes: Vec<f64>,
 }
@@ -105,6 +142,7 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
             u: vec![0.0; model.drives()],
             a: vec![0.0; n],
             terms: vec![0.0; n],
+            room: TermsRoom::default(),
             sizes: vec![0.0; 2 * n],
         }
     }
@@ -124,7 +162,9 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
         self.sizes.iter_mut().zip(q.iter().chain(v)).for_each(|(size, y)| *size = y.abs());
         for _ in 0..PASSES {
             match self.model.terms() {
-                Some(known) => known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.terms),
+                Some(known) => {
+                    known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.room, &mut self.terms);
+                }
                 None => self.terms_by_slopes(),
             }
             for i in 0..n {

@@ -4,7 +4,9 @@ use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
 use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::branches::{Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, Family};
+use gear_dynamics::branches::{
+    Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, Continuation, Family,
+};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
@@ -160,7 +162,11 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let mut ends = 0;
     for point in branch.of_kind("fold").into_iter().take(2) {
         let line = Continuation::new(damping, 0.2 * damping).max_points(300).shooting(shooting.clone());
-        let line = line.boundary(&plane, point).map_err(|error| text(&error))?;
+        let line = match line.boundary(&plane, point) {
+            Ok(line) => line,
+            Err(BranchError::Curve(_)) => continue, // a fold too steep beside a grazing
+            Err(error) => return Err(text(&error)),
+        };
         draw.note(|| format!("{line}"));
         let BranchEnd::Unbounded { border, motion } = *line.end() else { continue };
         let last = line.points().last().ok_or("no point")?;

@@ -2,11 +2,12 @@
 
 mod branches;
 mod infinity;
+mod orbits;
 mod symmetric;
 
 use crate::Check;
 
 /// All checks.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [&branches::CHECKS[..], &infinity::CHECKS, &symmetric::CHECKS].into_iter().flatten()
+    [&branches::CHECKS[..], &infinity::CHECKS, &orbits::CHECKS, &symmetric::CHECKS].into_iter().flatten()
 }
