@@ -152,11 +152,17 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         if from.distance * to.distance <= 0.0 {
             return Ok(());
         }
-        let ends = [[a.sigma, from.distance], [b.sigma, to.distance]];
-        match self.engine.locate_dip(self.between, ends, &mut distance_of(extremum)) {
+        let [from, to] = [[a.sigma, from.distance], [b.sigma, to.distance]];
+        let test = &mut distance_of(extremum);
+        let inside = match self.engine.dip_within(self.between, [from, to], test) {
             Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-            Err(_) => {} // the distance was not found everywhere; nothing shows that its sign changes
-            Ok(points) => points.into_iter().for_each(|point| self.keep(point, extremum)),
+            Err(_) | Ok(None) => return Ok(()), // nothing shows that the sign of the distance changes
+            Ok(Some(inside)) => inside,
+        };
+        for ends in [[from, inside], [inside, to]] {
+            if let Some(point) = self.engine.locate_within(self.between, ends, test)? {
+                self.keep(point, extremum);
+            }
         }
         Ok(())
     }

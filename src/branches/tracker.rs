@@ -255,6 +255,11 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * self.settings.max_step) {
             return Ok(Made::Shorter(CurveError::Unexplained { what }));
         }
+        let leaves = found.iter().any(|(_, point, _)| !(low..=high).contains(&point.p));
+        if leaves && step > CORNER {
+            let what = "the branch left the range of the parameter and came back";
+            return Ok(Made::Shorter(CurveError::Unexplained { what }));
+        }
         let located = self.located(found)?;
         let Node { point: mut next, measured, multipliers, values } = reached;
         let closed = self.closes(&next, step);

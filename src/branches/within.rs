@@ -103,37 +103,49 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             self.separate(a, &middle, left - 1)?;
             return self.separate(&middle, b, left - 1);
         }
-        let ends = |change: Change| {
-            let [from, to] = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
-            Some([from?, to?])
-        };
         let mut turns = false;
         for &change in &all {
-            let located = match (change, ends(change)) {
-                // A crossing at which the branch turns back is no fold.
-                (Change::Fold, _) if turns => continue,
-                (Change::Branch, Some(ends)) => {
-                    let located = self.engine.locate_crossing(self.between, ends, &mut test_of(change));
-                    located.map(|found| {
-                        found.map(|(point, turned)| {
-                            turns = turned;
-                            point
-                        })
-                    })
-                }
-                (_, Some(ends)) => self.engine.locate_within(self.between, ends, &mut test_of(change)),
-                (_, None) => Ok(None),
-            };
-            match located {
-                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Ok(Some(point)) => {
-                    self.search_beside(&point, &all, a, b)?;
-                    self.keep(point, change);
-                }
-                _ => self.unexplained.push(change.unlocated()),
+            // A crossing at which the branch turns back is no fold.
+            if change == Change::Fold && turns {
+                continue;
+            }
+            let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
+            if let Some((point, turned)) = self.locate(change, ends)? {
+                turns |= turned;
+                self.search_beside(&point, &all, a, b)?;
             }
         }
         Ok(())
+    }
+
+    /// Locates a bifurcation between two distances with values of its test, and keeps it. Also returns whether the branch
+    /// turns back at a crossing.
+    fn locate(
+        &mut self,
+        change: Change,
+        ends: [Option<[f64; 2]>; 2],
+    ) -> Result<Option<(CurvePoint<C::Solution>, bool)>, CurveError> {
+        let located = match (ends, change) {
+            ([Some(from), Some(to)], Change::Branch) => {
+                self.engine.locate_crossing(self.between, [from, to], &mut test_of(change))
+            }
+            ([Some(from), Some(to)], _) => {
+                let point = self.engine.locate_within(self.between, [from, to], &mut test_of(change));
+                point.map(|point| point.map(|point| (point, false)))
+            }
+            _ => Ok(None),
+        };
+        match located {
+            Err(CurveError::Exhausted(exhausted)) => Err(exhausted.into()),
+            Ok(Some((point, turns))) => {
+                self.found.push((self.engine.distance(self.between.start(), &point), point.clone(), change));
+                Ok(Some((point, turns)))
+            }
+            _ => {
+                self.unexplained.push(change.unlocated());
+                Ok(None)
+            }
+        }
     }
 
     /// Searches both sides of a located point for other bifurcations that the ends of the part do not show.
@@ -152,13 +164,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             if from * to <= 0.0 || from * there >= 0.0 {
                 continue;
             }
-            for ends in [[[a.sigma, from], [at, there]], [[at, there], [b.sigma, to]]] {
-                match self.engine.locate_within(self.between, ends, test) {
-                    Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                    Ok(Some(point)) => self.keep(point, change),
-                    _ => self.unexplained.push(change.unlocated()),
-                }
-            }
+            self.locate(change, [Some([a.sigma, from]), Some([at, there])])?;
+            self.locate(change, [Some([at, there]), Some([b.sigma, to])])?;
         }
         Ok(())
     }
@@ -175,18 +182,17 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             if from * to <= 0.0 {
                 continue;
             }
-            let ends = [[a.sigma, from], [b.sigma, to]];
-            match self.engine.locate_dip(self.between, ends, &mut test_of(*change)) {
+            let [from, to] = [[a.sigma, from], [b.sigma, to]];
+            match self.engine.dip_within(self.between, [from, to], &mut test_of(*change)) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Err(_) => {} // the test was not computed everywhere; nothing shows that its sign changes
-                Ok(points) => points.into_iter().for_each(|point| self.keep(point, *change)),
+                Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
+                Ok(Some(inside)) => {
+                    self.locate(*change, [Some(from), Some(inside)])?;
+                    self.locate(*change, [Some(inside), Some(to)])?;
+                }
             }
         }
         Ok(())
-    }
-
-    fn keep(&mut self, point: CurvePoint<C::Solution>, change: Change) {
-        self.found.push((self.engine.distance(self.between.start(), &point), point, change));
     }
 
     /// The rattle states between two grazings.
@@ -209,7 +215,7 @@ fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
         let before = k + 2 < places.len() && may_dip([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
         after || before
     };
-    [Change::Fold, Change::PeriodDoubling, Change::NeimarkSacker].into_iter().filter(near).collect()
+    Change::ALL.into_iter().filter(near).collect()
 }
 
 /// The test function of a bifurcation at a place.

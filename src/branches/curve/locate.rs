@@ -177,14 +177,14 @@ impl<C: Curve> Engine<C> {
         Ok(Some((point, turns)))
     }
 
-    /// The two points between two distances σ at which `test` changes its sign and changes it back; empty if the test
-    /// keeps its sign. The extremum of the test is approached by parabolas, as long as they come near to 0.
-    pub(crate) fn locate_dip(
+    /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is found. The
+    /// extremum of the test is approached by parabolas, as long as they come near to 0.
+    pub(crate) fn dip_within(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
-    ) -> Result<Vec<CurvePoint<C::Solution>>, CurveError> {
+    ) -> Result<Option<[f64; 2]>, CurveError> {
         let (sign, width) = (from[1].signum(), to[0] - from[0]);
         let (mut ends, mut inner) = ([from, to], None);
         let mut next = 0.5 * (from[0] + to[0]);
@@ -192,9 +192,7 @@ impl<C: Curve> Engine<C> {
             let point = self.point_at(between, next)?;
             let Some(value) = test(self, &point) else { break };
             if sign * value < 0.0 {
-                let first = self.locate_within(between, [from, [next, value]], test)?;
-                let second = self.locate_within(between, [[next, value], to], test)?;
-                return Ok(first.into_iter().chain(second).collect());
+                return Ok(Some([next, value]));
             }
             let middle = match inner {
                 None => [next, value],
@@ -216,7 +214,7 @@ impl<C: Curve> Engine<C> {
                 break;
             }
         }
-        Ok(Vec::new())
+        Ok(None)
     }
 }
 

@@ -10,6 +10,9 @@ pub(crate) enum Change {
 }
 
 impl Change {
+    pub(crate) const ALL: [Change; 4] =
+        [Change::Fold, Change::Branch, Change::PeriodDoubling, Change::NeimarkSacker];
+
     /// What is noted if the point is not located.
     pub(crate) fn unlocated(self) -> &'static str {
         match self {

@@ -56,6 +56,7 @@ type Read = fn(&Values) -> Option<f64>;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Values {
     slope: f64,
+    fold: Option<f64>,
     doubling: Option<f64>,
     torus: Option<f64>,
     pub(crate) extremes: Vec<Extremum>,
@@ -65,6 +66,7 @@ impl Values {
     pub(crate) fn new(slope: f64, multipliers: Option<&Multipliers>, trace: &ContactTrace) -> Self {
         Values {
             slope,
+            fold: multipliers.map(fold),
             doubling: multipliers.map(doubling),
             torus: multipliers.and_then(torus),
             extremes: trace.extremes.clone(),
@@ -80,8 +82,10 @@ impl Values {
 /// The bifurcations whose tests [may change their sign twice](may_dip) within the last of two steps, of lengths `steps`.
 pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     let all = |f: Read| Some([f(values[0])?, f(values[1])?, f(values[2])?]);
-    let single: [(Change, Read); 3] = [
+    let single: [(Change, Read); 4] = [
         (Change::Fold, |v| Some(v.slope).filter(|slope| slope.abs() > VERTICAL)),
+        // The determinant has the units of its step.
+        (Change::Branch, |v| v.fold),
         (Change::PeriodDoubling, |v| v.doubling),
         (Change::NeimarkSacker, |v| v.torus),
     ];
