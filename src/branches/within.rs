@@ -3,7 +3,7 @@
 use crate::analysis::contacts::rattle::RattleState;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::Between;
+use crate::branches::curve::locate::{Between, Turning};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
@@ -124,7 +124,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         &mut self,
         change: Change,
         ends: [Option<[f64; 2]>; 2],
-    ) -> Result<Option<(CurvePoint<C::Solution>, bool)>, CurveError> {
+    ) -> Result<Option<Turning<C::Solution>>, CurveError> {
         let located = match (ends, change) {
             ([Some(from), Some(to)], Change::Branch) => {
                 self.engine.locate_crossing(self.between, [from, to], &mut test_of(change))

@@ -57,7 +57,7 @@ fn two_different_extremes_pass_the_edge_within_one_step() -> Result<()> {
         &[-0.207_615_271_888_213_6, 0.098_545_364_615_013_68],
         &[0.027_315_071_566_342_33, -0.233_002_950_512_781_7],
     ];
-    let (zeta, load) = (0.070_022_157_987_620_63, 0.459_725_566_287_956_5);
+    let (zeta, load) = (0.070_022_157_987_620_63, 0.459_723_566_287_956_5);
     let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
     let found = located(&branch, "grazing", 1.2);
     for expected in [1.070_517_192_054, 1.082_305_138_649] {

@@ -21,6 +21,9 @@ pub struct Symmetric {
     speed: f64,
 }
 
+/// Parts without torques, the input, and the bodies that take torques with their ratios to the input torque.
+type Loaded = (Parts, &'static str, [(&'static str, f64); 2]);
+
 #[derive(Clone, Debug)]
 enum Kind {
     /// Teeth of sun, planet and ring, and the number of equal planets.
@@ -68,7 +71,7 @@ impl Symmetric {
     }
 
     /// Its parts without torques, the input, the output and the ratio of the output torque to the input torque.
-    fn parts(&self) -> Result<(Parts, &'static str, [(&'static str, f64); 2]), String> {
+    fn parts(&self) -> Result<Loaded, String> {
         let said = |error: gear_dynamics::ParameterError| error.to_string();
         Ok(match self.kind {
             Kind::Planetary(teeth, planets) => {

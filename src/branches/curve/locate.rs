@@ -134,7 +134,7 @@ impl<C: Curve> Engine<C> {
         between: &Between<'_, C::Solution>,
         ends: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
-    ) -> Result<Option<(CurvePoint<C::Solution>, bool)>, CurveError> {
+    ) -> Result<Option<Turning<C::Solution>>, CurveError> {
         self.at_crossing = true;
         let rough = self.locate_within(between, ends, test);
         self.at_crossing = false;
@@ -224,6 +224,9 @@ fn narrow(ends: &mut [[f64; 2]; 2], one: [f64; 2], other: [f64; 2]) -> [f64; 2] 
     ends[usize::from(high[0] > low[0])] = high;
     low
 }
+
+/// A located point, and whether the branch turns back at it though it is no fold.
+pub(crate) type Turning<S> = (CurvePoint<S>, bool);
 
 /// A function of a point of the curve whose sign changes at the points looked for.
 pub(crate) type Test<'t, C> =

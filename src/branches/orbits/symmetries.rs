@@ -20,8 +20,8 @@ const SYMMETRIC: f64 = 1e-6;
 impl Symmetries {
     /// For orbits from `start` over `period`, which is `multiple` periods of the model.
     pub(crate) fn new(dof: usize, start: f64, period: f64, multiple: usize) -> Self {
-        let is_prime = |p: &usize| (2..*p).all(|d| p % d != 0);
-        let shorter = (2..=multiple).filter(|p| multiple % p == 0).filter(is_prime);
+        let is_prime = |p: &usize| (2..*p).all(|d| !p.is_multiple_of(d));
+        let shorter = (2..=multiple).filter(|p| multiple.is_multiple_of(*p)).filter(is_prime);
         let mut places: Vec<(f64, f64)> =
             shorter.map(|p| (start + period * (1.0 - 1.0 / p as f64), 1.0)).collect();
         places.push((start + 0.5 * period, -1.0));
