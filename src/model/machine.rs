@@ -75,13 +75,6 @@ impl<G> Clone for Machine<G> {
     }
 }
 
-/// Machines are equal if their shapes and their constants are equal.
-impl<G: Shape> PartialEq for Machine<G> {
-    fn eq(&self, other: &Self) -> bool {
-        self.constants == other.constants && self.shares_lanes_with(other)
-    }
-}
-
 /// Distance past an angle from which the next edge is searched, relative to max(|angle|, 1).
 const BESIDE: f64 = 1e-12;
 

@@ -9,6 +9,13 @@ use crate::model::jacobian::slope_along;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 
+/// Machines are equal if their shapes and their constants are equal.
+impl<G: Shape> PartialEq for Machine<G> {
+    fn eq(&self, other: &Self) -> bool {
+        self.constants() == other.constants() && self.shares_lanes_with(other)
+    }
+}
+
 impl<G: Shape> Constants for Machine<G> {
     fn names(&self) -> &[Channel] {
         self.names()
