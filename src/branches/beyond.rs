@@ -69,7 +69,9 @@ impl Continuation {
                     let [found, wanted] = [found, wanted].map(places);
                     if dot(&found, &wanted) > LARGE * dot(&wanted, &wanted) {
                         self.check_within(p)?;
-                        return self.begin_at(family, p, &orbit, p - border);
+                        let mut tracker = self.track(family, p, &orbit, p - border)?;
+                        tracker.comes_from_infinity()?;
+                        return Ok(Following { tracker: Box::new(tracker) });
                     }
                 }
                 Err(error) => failure = Some(error),

@@ -19,43 +19,42 @@ use crate::periodic::shooting::segments::orthonormal;
 /// What the size of a motion is compared with.
 #[derive(Clone, Debug)]
 pub(crate) enum Reference {
-    /// For each contact its gap or, where that is larger, its static deflection past the edge.
+    /// For each contact the largest of its gap, its static deflection past the edge and its motion along the first orbit.
     Contacts(Vec<f64>),
     /// The largest range of a coordinate along the first orbit.
     Coordinates(f64),
 }
 
 impl Reference {
-    /// The reference of a model. `first`: its first orbit, which replaces static deflections that are not found.
+    /// The reference of a model and its first orbit.
     pub(crate) fn new(model: &dyn Periodic, first: &Measured) -> Self {
-        if model.contacts() == 0 {
-            return Reference::Coordinates(first.largest_range());
+        match Reference::without_orbit(model) {
+            None => Reference::Coordinates(first.largest_range()),
+            Some(sizes) => {
+                let size = |(i, size): (usize, f64)| size.max(first.trace.farthest(i));
+                Reference::Contacts(sizes.into_iter().enumerate().map(size).collect())
+            }
         }
-        let mut u = vec![0.0; model.drives()];
-        model.drive(0.0, Side::After, &mut u);
-        let rest = vec![0.0; model.dof()];
-        let mut contacts = vec![Contact::default(); model.contacts()];
-        model.contact(&u, &rest, &rest, &mut contacts);
+    }
+
+    /// The reference of a model whose first orbit is large, since it comes back from infinity.
+    pub(crate) fn from_infinity(model: &dyn Periodic, first: &Measured) -> Self {
+        let sizes = Reference::without_orbit(model).filter(|sizes| sizes.iter().all(|size| *size > 0.0));
+        sizes.map_or_else(|| Reference::new(model, first), Reference::Contacts)
+    }
+
+    /// The gap of each contact or, where that is larger, its static deflection. `None` without contacts.
+    fn without_orbit(model: &dyn Periodic) -> Option<Vec<f64>> {
+        if model.contacts() == 0 {
+            return None;
+        }
         let pressed = static_state(model, 0.0).ok().map(|state| state.contacts);
         let size = |(i, c): (usize, &Contact)| {
             let gap = if c.lower.is_finite() && c.upper.is_finite() { c.upper - c.lower } else { 0.0 };
-            let static_deflection = match &pressed {
-                Some(pressed) => {
-                    let c = &pressed[i];
-                    (c.deflection - c.upper).max(c.lower - c.deflection).max(0.0)
-                }
-                None => first.trace.farthest(i),
-            };
-            gap.max(static_deflection)
+            let past = |c: &Contact| (c.deflection - c.upper).max(c.lower - c.deflection);
+            gap.max(pressed.as_ref().map_or(0.0, |pressed| past(&pressed[i])))
         };
-        let sizes: Vec<f64> = contacts.iter().enumerate().map(size).collect();
-        Reference::Contacts(
-            sizes
-                .iter()
-                .enumerate()
-                .map(|(i, size)| if *size > 0.0 { *size } else { first.trace.farthest(i) })
-                .collect(),
-        )
+        Some(contacts_at_rest(model).iter().enumerate().map(size).collect())
     }
 
     /// The size of a motion, as a multiple of the reference.
@@ -69,6 +68,17 @@ impl Reference {
             }
         }
     }
+}
+
+/// The contacts at time 0 with all coordinates and velocities 0.
+fn contacts_at_rest(model: &dyn Periodic) -> Vec<Contact> {
+    let (mut u, rest) = (vec![0.0; model.drives()], vec![0.0; model.dof()]);
+    model.drive(0.0, Side::After, &mut u);
+    let mut contacts = vec![Contact::default(); model.contacts()];
+    if !contacts.is_empty() {
+        model.contact(&u, &rest, &rest, &mut contacts);
+    }
+    contacts
 }
 
 /// Size of a motion from which on steps may be longer: a curve to infinity is straight.
@@ -170,12 +180,8 @@ pub(crate) fn border(
     {
         let model = family.at(p).ok()?;
         let offers = Offers::of(&*model);
-        let mut u = vec![0.0; model.drives()];
-        model.drive(0.0, Side::After, &mut u);
-        let rest = vec![0.0; model.dof()];
-        let mut contacts = vec![Contact::default(); model.contacts()];
-        model.contact(&u, &rest, &rest, &mut contacts);
-        let is_two_sided = contacts.iter().all(|c| c.lower.is_finite() && c.upper.is_finite());
+        let is_two_sided =
+            contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() && c.upper.is_finite());
         if !is_two_sided || !offers.fixed_pieces() || !offers.rigid_edges().is_empty() {
             return None;
         }

@@ -82,10 +82,20 @@ impl Continuation {
         orbit: &ShootingOrbit,
         heading: f64,
     ) -> Result<Following<'f>, BranchError> {
+        Ok(Following { tracker: Box::new(self.track(family, p, orbit, heading)?) })
+    }
+
+    pub(crate) fn track<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        p: f64,
+        orbit: &ShootingOrbit,
+        heading: f64,
+    ) -> Result<Tracker<'f, OrbitCurve<'f>>, BranchError> {
         let mut engine = self.shooting_engine(family, p, orbit)?;
         let x = engine.curve.unknowns(orbit);
         let point = engine.start_towards(x, p, heading)?;
-        Ok(Following { tracker: Box::new(self.follow(engine, point)?) })
+        self.follow(engine, point)
     }
 
     pub(crate) fn shooting_engine<'f>(
@@ -298,6 +308,13 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             None if closed => Made::End(BranchEnd::Closed),
             None => Made::Step,
         })
+    }
+
+    /// Takes motions near the first orbit as large.
+    pub(crate) fn comes_from_infinity(&mut self) -> Result<(), BranchError> {
+        let model = self.engine.curve.family().at(self.last.point.p)?;
+        self.reference = Reference::from_infinity(&*model, &self.last.measured);
+        Ok(())
     }
 
     /// The border of parametric instability that the last point and `next` tend to, with motions of these sizes.

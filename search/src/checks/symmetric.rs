@@ -233,9 +233,9 @@ struct Figures {
     rows: [Option<usize>; 2],
     /// Their changes over a period of the motion.
     changes: [f64; 2],
-    /// Kinds and speeds of the located points over speeds 3 % higher, then the last swing.
+    /// Kinds and speeds of the located points over speeds 3 % higher, then the swing at the highest speed.
     points: Vec<(String, f64)>,
-    last: f64,
+    last: Option<f64>,
 }
 
 impl Figures {
@@ -270,7 +270,8 @@ impl Figures {
         if !ended {
             return Err(format!("branch: {}", branch.end()));
         }
-        let last = branch.points().last().map_or(f64::NAN, |point| point.summaries[0].peak_to_peak());
+        let at_bound = branch.points().last().filter(|_| branch.end() == &BranchEnd::Bound);
+        let last = at_bound.map(|point| point.summaries[0].peak_to_peak());
         let (rows, changes) = ([located, lanes], [change, by_lanes]);
         Ok(Figures { multiple, swing, slopes, balance, rows, changes, points, last })
     }
@@ -295,7 +296,9 @@ impl Figures {
         if let [Some(a), Some(b)] = [self.balance, other.balance] {
             compare("swing by balance", a, b, self.swing, 1e-8);
         }
-        compare("last swing", self.last, other.last, self.last, 1e-6);
+        if let [Some(a), Some(b)] = [self.last, other.last] {
+            compare("last swing", a, b, a, 1e-6);
+        }
         if self.points.len() == other.points.len() {
             for ((kind, a), (other, b)) in self.points.iter().zip(&other.points) {
                 compare(&format!("{kind} and {other} at"), *a, *b, *a, 1e-8);
