@@ -36,7 +36,8 @@ pub enum BranchEnd {
     /// The motion exceeds the limit of [`Continuation::max_motion`](crate::branches::Continuation::max_motion). The
     /// branch runs to infinity: at the border of parametric instability no periodic motion is bounded.
     Unbounded {
-        /// Size of the motion at the last point, as a multiple of the static deflection or the gap `[1]`.
+        /// Size of the motion at the last point, as a multiple of the reference of
+        /// [`max_motion`](crate::branches::Continuation::max_motion) `[1]`.
         motion: f64,
         /// The parameter of the border. A large motion is that of the system without gaps, and at the border this
         /// linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the model). `None` if
@@ -82,15 +83,17 @@ impl fmt::Display for BranchEnd {
             BranchEnd::SoftImpact { contact } => {
                 write!(f, "the impacts of contact {contact} are too soft: a resonant grazing follows")
             }
-            BranchEnd::Unbounded { motion, border: Some(border) } => {
-                write!(
-                    f,
-                    "the motion ({motion:.0} times the static deflection or the gap) grows without bound"
+            BranchEnd::Unbounded { border: Some(border), .. } => {
+                f.write_str(
+                    "the motion grows without bound towards the border of parametric instability at ",
                 )?;
-                write!(f, " towards the border of parametric instability at {border}")
+                border.fmt(f)
             }
             BranchEnd::Unbounded { motion, border: None } => {
-                write!(f, "the motion is too large: {motion:.0} times the static deflection or the gap")
+                write!(
+                    f,
+                    "the motion exceeds its limit: it is {motion:.0} times the gap or the static deflection"
+                )
             }
             BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
             BranchEnd::StepUnderflow { step, error } => {
