@@ -23,10 +23,10 @@ impl Continuation {
     ///
     /// ```
     /// use gear_dynamics::{Dop853, Model, Settle, State, branches::{ByConstant, Continuation}, trains::SpurPair};
-    /// let pair = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?.build("driver", 0.8)?;
+    /// let pair = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?.build("driver", 0.5)?;
     /// let family = ByConstant::new(&pair, "speed")?;
     /// let settled = Settle::new().run(&Dop853::new(), &pair, &State::at_rest(pair.dof()))?;
-    /// let range = Continuation::new(0.8, 1.4).bounds(0.5, 2.0);
+    /// let range = Continuation::new(0.5, 2.4);
     /// let branch = range.run(&family, &[settled.state])?;
     /// let first = range.beyond(&family, &branch)?.next().ok_or("a point")?;
     /// assert!(first.peak_to_peak() > 5000.0);

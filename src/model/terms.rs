@@ -48,7 +48,8 @@ pub trait Terms {
 /// ```
 /// use gear_dynamics::{Model, model::TermsRoom, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[])?.parts()?.build("driver", 0.6)?;
-/// let (u, mut room, mut terms) = (vec![1.0; pair.drives()], TermsRoom::default(), [0.0]);
+/// let (mut u, mut room, mut terms) = (vec![0.0; pair.drives()], TermsRoom::default(), [0.0]);
+/// pair.drive(0.0, gear_dynamics::excitation::Side::After, &mut u);
 /// let model: &dyn Model = &pair;
 /// for q in [0.0, 0.5] {
 ///     let known = model.terms().ok_or("terms")?;
