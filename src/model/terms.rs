@@ -51,10 +51,10 @@ pub trait Terms {
 /// let (mut u, mut room, mut terms) = (vec![0.0; pair.drives()], TermsRoom::default(), [0.0]);
 /// pair.drive(0.0, gear_dynamics::excitation::Side::After, &mut u);
 /// let model: &dyn Model = &pair;
-/// for q in [0.0, 0.5] {
+/// for (q, expected) in [(1.5, 2.6), (2.0, 3.1)] {
 ///     let known = model.terms().ok_or("terms")?;
 ///     known.terms(None, &u, &[q], &[0.0], &[q, 0.0], &mut room, &mut terms);
-///     assert!((terms[0] - 0.1).abs() < 1e-15); // the load: no tooth force in the gap
+///     assert!((terms[0] - expected).abs() < 1e-12); // 0.1 + q + 1 of q'' = 0.1 - (q - 1)
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
