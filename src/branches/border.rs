@@ -37,8 +37,8 @@ impl Reference {
         }
     }
 
-    /// The reference of a model whose first orbit is large, since it comes back from infinity.
-    pub(crate) fn from_infinity(model: &dyn Periodic, first: &Measured) -> Self {
+    /// The reference of a model whose first orbit may be large: on a branch from infinity, or a line that starts at a fold.
+    pub(crate) fn of_any_orbit(model: &dyn Periodic, first: &Measured) -> Self {
         let sizes = Reference::without_orbit(model).filter(|sizes| sizes.iter().all(|size| *size > 0.0));
         sizes.map_or_else(|| Reference::new(model, first), Reference::Contacts)
     }

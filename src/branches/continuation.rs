@@ -120,7 +120,8 @@ impl Continuation {
         Continuation { max_points, ..self }
     }
     /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static deflection and its
-    /// motion along the first orbit `[1]`. Without contacts it is a multiple of the largest range of a coordinate along the first orbit. A
+    /// motion along the first orbit `[1]`; a [`boundary`](Continuation::boundary), whose first orbit may be large, leaves
+    /// that motion out. Without contacts it is a multiple of the largest range of a coordinate along the first orbit. A
     /// branch whose motion grows beyond it ends: it runs to infinity ([`BranchEnd::Unbounded`]). Steps at more than
     /// 20 times the reference are up to 20 times longer than [`max_step`](Continuation::max_step). Default: 5000.
     pub fn max_motion(self, max_motion: f64) -> Self {

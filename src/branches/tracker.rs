@@ -310,10 +310,10 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         })
     }
 
-    /// Takes motions near the first orbit as large.
+    /// Compares the size of motions without the first orbit, which is large.
     pub(crate) fn comes_from_infinity(&mut self) -> Result<(), BranchError> {
         let model = self.engine.curve.family().at(self.last.point.p)?;
-        self.reference = Reference::from_infinity(&*model, &self.last.measured);
+        self.reference = Reference::of_any_orbit(&*model, &self.last.measured);
         Ok(())
     }
 

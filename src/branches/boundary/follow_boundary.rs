@@ -131,7 +131,7 @@ impl Continuation {
         let other_unit = self.unit();
         let model = slice.model([p, other])?;
         let rigid = Offers::of(&*model).rigid_edges(); // without those that are left out
-        let reference = Reference::new(&*model, &measured);
+        let reference = Reference::of_any_orbit(&*model, &measured);
         drop(model);
         let motion = reference.motion(&measured);
         let size = (reference, motion);
