@@ -90,6 +90,7 @@ impl Variation {
                 allowed: "in [1e-16, 1)",
             });
         }
+        start.check(model.dof())?;
         let meter = self.budget.begin();
         let mut motion = MotionSize::new(model.dof(), &[]);
         motion.see(start.t, &start.q, &start.v);
