@@ -8,6 +8,8 @@
 //! - `--cases N` makes N cases of each check, whatever time that takes;
 //! - `--case CHECK:INDEX` makes one case again and prints its values.
 //!
+//! A case that runs for more than two minutes counts as a hang and ends the search.
+//!
 //! A case is a function of seed, check and index alone.
 
 pub mod checks;

@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 
 const USAGE: &str = "search SEED SECONDS [--only CHECK] [--cases N] [--case CHECK:INDEX]";
 
+/// Time after which a case counts as a hang.
+const LIMIT: Duration = Duration::from_secs(120);
+
 /// Counts of one check.
 #[derive(Default)]
 struct Count {
@@ -49,6 +52,7 @@ fn run(arguments: &[String]) -> Result<bool, String> {
     let deadline = Instant::now() + Duration::from_secs_f64(seconds);
     let next = AtomicU64::new(0);
     let counts: Mutex<BTreeMap<&str, Count>> = Mutex::default();
+    let running: Mutex<BTreeMap<u64, (String, Instant)>> = Mutex::default();
     let work = || loop {
         // The checks take turns, so that a slow one does not take the time of the others.
         let turn = next.fetch_add(1, Ordering::Relaxed);
@@ -57,7 +61,13 @@ fn run(arguments: &[String]) -> Result<bool, String> {
             break;
         }
         let begin = Instant::now();
+        if let Ok(mut running) = running.lock() {
+            running.insert(turn, (format!("{}:{index}", check.name), begin));
+        }
         let outcome = check.case(seed, index, false);
+        if let Ok(mut running) = running.lock() {
+            running.remove(&turn);
+        }
         let Ok(mut counts) = counts.lock() else { break };
         let count = counts.entry(check.name).or_default();
         count.time += begin.elapsed();
@@ -71,7 +81,21 @@ fn run(arguments: &[String]) -> Result<bool, String> {
         }
     };
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
-    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        // A case that hangs is reported, and ends the search.
+        while workers.iter().any(|worker| !worker.is_finished()) {
+            std::thread::sleep(Duration::from_millis(100));
+            let Ok(running) = running.lock() else { continue };
+            if let Some((case, _)) = running.values().find(|(_, begin)| begin.elapsed() > LIMIT) {
+                println!(
+                    "-- {seed} {seconds} --case {case}   hangs: it runs for more than {} s",
+                    LIMIT.as_secs()
+                );
+                std::process::exit(1);
+            }
+        }
+    });
     let counts = counts.into_inner().map_err(|error| error.to_string())?;
     println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
     for (name, count) in &counts {

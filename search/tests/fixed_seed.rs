@@ -5,30 +5,40 @@ use search::checks::all;
 
 const SEED: u64 = 7;
 
-/// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 14] = [
-    ("integrators-of-pairs", 25),
-    ("integrators-of-stages", 5),
-    ("closing-of-pairs", 30),
-    ("closing-of-sets", 1),
-    ("derivatives-of-pairs", 12),
-    ("derivatives-of-stages", 2),
-    ("balance-of-pairs", 12),
-    ("conserved", 25),
-    ("cuts-of-lines", 1),
-    ("symmetric-coordinates", 4),
-    ("stability-of-pairs", 3),
-    ("infinity-of-pairs", 3),
-    ("stability-of-stages", 1),
-    ("symmetric-solvers", 2),
+/// Numbers of cases, many of the fast checks, and the least numbers of those that agree: the others are skipped. The slow
+/// ones run by the command of the crate alone.
+const CASES: [(&str, u64, u64); 23] = [
+    ("integrators-of-pairs", 20, 15),
+    ("integrators-of-stages", 4, 3),
+    ("integrators-of-chains", 6, 5),
+    ("slopes-of-chains", 40, 25),
+    ("flow-of-chains", 6, 5),
+    ("lanes-of-chains", 2, 2),
+    ("lanes-of-pairs", 2, 2),
+    ("lanes-of-sets", 1, 1),
+    ("lanes-of-stages", 1, 1),
+    ("closing-of-pairs", 25, 15),
+    ("closing-of-sets", 1, 1),
+    ("derivatives-of-pairs", 10, 6),
+    ("derivatives-of-stages", 2, 1),
+    ("balance-of-pairs", 10, 6),
+    ("conserved", 20, 20),
+    ("cuts-of-lines", 1, 0),
+    ("symmetric-coordinates", 6, 4),
+    ("symmetric-solvers", 2, 1),
+    ("symmetric-methods", 1, 1),
+    ("stability-of-pairs", 3, 2),
+    ("stability-of-stages", 1, 1),
+    ("infinity-of-pairs", 3, 0),
+    ("infinity-of-stages", 1, 0),
 ];
 
 /// Makes the cases of every second check.
 fn none_fails(part: usize) {
-    let mut agree = 0;
-    for (name, cases) in CASES.into_iter().skip(part).step_by(2) {
+    for (name, cases, least) in CASES.into_iter().skip(part).step_by(2) {
         let check = all().find(|check| check.name == name);
         let check = check.unwrap_or_else(|| panic!("there is no check {name}"));
+        let mut agree = 0;
         for index in 0..cases {
             match check.case(SEED, index, false) {
                 Outcome::Agrees => agree += 1,
@@ -36,8 +46,8 @@ fn none_fails(part: usize) {
                 Outcome::Fails(what) => panic!("{name}:{index} {what}"),
             }
         }
+        assert!(agree >= least, "{name}: {agree} of {cases} cases agree");
     }
-    assert!(agree > 35, "{agree} cases agree");
 }
 
 #[test]

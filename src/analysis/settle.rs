@@ -104,21 +104,23 @@ impl Settle {
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
             motion.fade();
+            let mut parts = 0;
             let mut watch = |step: &mut Step<'_>| {
+                parts += step.parts();
                 motion.see(step.t1(), step.q1(), step.v1());
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
             let failed = |error, state| Unsettled::Failed { error, state, periods: k - 1 };
-            let (state, steps) = match finish {
-                Ok(finish) => (finish.state, finish.stats.steps.max(1)),
+            let state = match finish {
+                Ok(finish) => finish.state,
                 Err(error) => return Err(failed(error, last)),
             };
             if let Some(exhausted) = meter.exhausted() {
                 return Err(failed(IntegrateError::Budget { t: state.t, exhausted }, last));
             }
             last = state;
-            motion.weigh_on_flanks(model, &last, period / steps as f64);
+            motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
             section.push(joined(&last));
             for p in 1..=self.max_multiple.min(k) {
                 let change = motion.distance(&section[k], &section[k - p], self.tolerance);

@@ -35,7 +35,7 @@ impl Continuation {
     ///
     /// # Errors
     /// [`BranchError::NoBorder`] for a branch with another end; [`BranchError::NoReturn`] if no large orbit of the
-    /// opposite sign is found; [`BranchError::Bounds`].
+    /// opposite sign is found within the bounds.
     pub fn beyond<'f>(
         &'f self,
         family: &'f dyn Family,
@@ -51,10 +51,12 @@ impl Continuation {
             q: state.q.iter().map(|q| -q).collect(),
             v: state.v.iter().map(|v| -v).collect(),
         };
-        let shooting = self.shooting.clone().multiple(last.orbit.period_multiple());
+        let shooting =
+            self.shooting.clone().budget(self.budget.clone()).multiple(last.orbit.period_multiple());
         let mut failure = None;
         for p in [2.0 * border - last.parameter, last.parameter] {
-            let model = family.at(p)?;
+            // There may be no model beyond the border, or none within the bounds.
+            let (Ok(model), Ok(())) = (family.at(p), self.check_within(p)) else { continue };
             // On another branch the phases of the nodes are the same, their times are not.
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
             let guess: Vec<State> =
@@ -68,9 +70,8 @@ impl Continuation {
                     };
                     let [found, wanted] = [found, wanted].map(places);
                     if dot(&found, &wanted) > LARGE * dot(&wanted, &wanted) {
-                        self.check_within(p)?;
                         let mut tracker = self.track(family, p, &orbit, p - border)?;
-                        tracker.comes_from_infinity()?;
+                        tracker.starts_anywhere()?;
                         return Ok(Following { tracker: Box::new(tracker) });
                     }
                 }

@@ -12,6 +12,7 @@ use crate::model::equations::{Jacobian, Model, Periodic, State};
 use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
 use crate::numeric::brent::Brent;
+use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::Variation;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::segments::orthonormal;
@@ -43,9 +44,9 @@ impl Reference {
         sizes.map_or_else(|| Reference::new(model, first), Reference::Contacts)
     }
 
-    /// The gap of each contact or, where that is larger, its static deflection. `None` without contacts.
+    /// The gap of each contact or, where that is larger, its static deflection. `None` without edges.
     fn without_orbit(model: &dyn Periodic) -> Option<Vec<f64>> {
-        if model.contacts() == 0 {
+        if contacts_at_rest(model).iter().all(|c| !c.lower.is_finite() && !c.upper.is_finite()) {
             return None;
         }
         let pressed = static_state(model, 0.0).ok().map(|state| state.contacts);
@@ -55,6 +56,19 @@ impl Reference {
             gap.max(pressed.as_ref().map_or(0.0, |pressed| past(&pressed[i])))
         };
         Some(contacts_at_rest(model).iter().enumerate().map(size).collect())
+    }
+
+    /// The reference for further motions, after one of this size without a border: load and gap of the model at its
+    /// parameter count as well. Without contacts the motion itself is the reference, since a motion that no border
+    /// explains is bounded.
+    pub(crate) fn raised(&self, model: &dyn Periodic, motion: f64) -> Self {
+        match (self, Reference::without_orbit(model)) {
+            (Reference::Contacts(old), Some(sizes)) if sizes.len() == old.len() => {
+                Reference::Contacts(old.iter().zip(&sizes).map(|(old, size)| old.max(*size)).collect())
+            }
+            (Reference::Coordinates(first), _) => Reference::Coordinates(first * motion),
+            _ => self.clone(),
+        }
     }
 
     /// The size of a motion, as a multiple of the reference.
@@ -138,13 +152,18 @@ impl Model for OnFlank<'_> {
 
 /// Multipliers of the model without gaps over `multiple` periods; `None` if its equations are not linear, or differ
 /// from flank to flank. `large`: a state of a large motion, at which they are compared with those at rest.
-fn without_gaps(model: &dyn Periodic, multiple: usize, large: Option<&State>) -> Option<Multipliers> {
+fn without_gaps(
+    model: &dyn Periodic,
+    multiple: usize,
+    large: Option<&State>,
+    budget: &Budget,
+) -> Option<Multipliers> {
     let period = multiple as f64 * model.period();
     let unit = vec![1.0; 2 * model.dof()];
     let rigid = orthonormal(&rigid_modes(model, model.period()), &unit);
     let along = |flank: Piece, start: &State| {
         let on_flank = OnFlank { model, pieces: vec![flank; model.contacts()] };
-        let passage = Variation::new().run(&on_flank, start, start.t + period).ok()?;
+        let passage = Variation::new().budget(budget.clone()).run(&on_flank, start, start.t + period).ok()?;
         Multipliers::without(&passage.matrix, &rigid, 0.0)
     };
     let rest = State { t: 0.0, q: vec![0.0; model.dof()], v: vec![0.0; model.dof()] };
@@ -176,18 +195,19 @@ pub(crate) fn border(
     unit: f64,
     multiple: usize,
     (motion, large): (f64, &State),
+    budget: &Budget,
 ) -> Option<f64> {
     {
         let model = family.at(p).ok()?;
         let offers = Offers::of(&*model);
-        let is_two_sided =
-            contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() && c.upper.is_finite());
-        if !is_two_sided || !offers.fixed_pieces() || !offers.rigid_edges().is_empty() {
+        let is_symmetric =
+            contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() == c.upper.is_finite());
+        if !is_symmetric || !offers.fixed_pieces() || !offers.rigid_edges().is_empty() {
             return None;
         }
-        without_gaps(&*model, multiple, Some(large))?;
+        without_gaps(&*model, multiple, Some(large), budget)?;
     }
-    let test = |p: f64| Some(fold(&without_gaps(&*family.at(p).ok()?, multiple, None)?));
+    let test = |p: f64| Some(fold(&without_gaps(&*family.at(p).ok()?, multiple, None, budget)?));
     let at = test(p)?;
     for distance in DISTANCES {
         let h = distance * unit / motion;

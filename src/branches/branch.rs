@@ -130,7 +130,7 @@ pub enum BranchError {
         /// What kinds of points allow it.
         wanted: &'static str,
     },
-    /// The branch or line does not end at a located border of parametric instability.
+    /// The branch does not end at a located border of parametric instability.
     #[error("the branch does not run to infinity at a located border: {end}")]
     NoBorder {
         /// Why it ends.

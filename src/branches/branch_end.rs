@@ -41,8 +41,8 @@ pub enum BranchEnd {
         motion: f64,
         /// The parameter of the border. A large motion is that of the system without gaps, and at the border this
         /// linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the model). `None` if
-        /// the system without gaps is not linear, if its flanks differ, or if the last points do not tend to such a
-        /// border.
+        /// the system without gaps is not linear, if its flanks differ or there is only one, if an edge is a rigid stop,
+        /// or if the last points do not tend to such a border.
         border: Option<f64>,
     },
     /// The maximum number of points is reached.
@@ -90,10 +90,7 @@ impl fmt::Display for BranchEnd {
                 border.fmt(f)
             }
             BranchEnd::Unbounded { motion, border: None } => {
-                write!(
-                    f,
-                    "the motion exceeds its limit: it is {motion:.0} times the gap or the static deflection"
-                )
+                write!(f, "the motion exceeds its limit: it is {motion:.0} times the reference of max_motion")
             }
             BranchEnd::Points { limit } => write!(f, "the maximum of {limit} points is reached"),
             BranchEnd::StepUnderflow { step, error } => {

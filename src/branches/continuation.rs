@@ -65,7 +65,7 @@ impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
     /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions of
-    /// up to 5000 times the static deflection or the gap, the
+    /// up to 5000 times the gap, the static deflection or the first orbit, the
     /// first deflection as the measured channel (`q1` for a model without contacts), default [`Shooting`],
     /// default [`Budget`].
     pub fn new(from: f64, to: f64) -> Self {
@@ -106,7 +106,8 @@ impl Continuation {
     pub fn first_step(self, first_step: f64) -> Self {
         Continuation { first_step, ..self }
     }
-    /// Maximum length of a step `[1]`. Default: 0.05.
+    /// Maximum length of a step `[1]`; at large motions it is longer ([`max_motion`](Continuation::max_motion)). Default:
+    /// 0.05.
     pub fn max_step(self, max_step: f64) -> Self {
         Continuation { max_step, ..self }
     }
@@ -120,10 +121,13 @@ impl Continuation {
         Continuation { max_points, ..self }
     }
     /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static deflection and its
-    /// motion along the first orbit `[1]`; a [`boundary`](Continuation::boundary), whose first orbit may be large, leaves
-    /// that motion out. Without contacts it is a multiple of the largest range of a coordinate along the first orbit. A
-    /// branch whose motion grows beyond it ends: it runs to infinity ([`BranchEnd::Unbounded`]). Steps at more than
-    /// 20 times the reference are up to 20 times longer than [`max_step`](Continuation::max_step). Default: 5000.
+    /// motion along the first orbit `[1]`. A [`boundary`](Continuation::boundary) and a branch that is resumed, whose first
+    /// orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it runs to infinity
+    /// ([`BranchEnd::Unbounded`]). Default: 5000.
+    ///
+    /// Without contacts the size is a multiple of the largest range of a coordinate along the first orbit, and a branch
+    /// ends only if the border is located. Steps at more than 20 times the reference are up to 20 times longer than
+    /// [`max_step`](Continuation::max_step).
     pub fn max_motion(self, max_motion: f64) -> Self {
         Continuation { max_motion, ..self }
     }
@@ -197,7 +201,9 @@ impl Continuation {
         self.check()?;
         let last = branch.points.last().ok_or(BranchError::NoPoints)?;
         self.check_within(last.parameter)?;
-        let mut following = self.begin_at(family, last.parameter, &last.orbit, branch.heading)?;
+        let mut tracker = self.track(family, last.parameter, &last.orbit, branch.heading)?;
+        tracker.starts_anywhere()?;
+        let mut following = Following { tracker: Box::new(tracker) };
         following.tracker.shift(last.arclength);
         Ok(following)
     }

@@ -160,8 +160,10 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
             Ok(Some(inside)) => inside,
         };
         for ends in [[from, inside], [inside, to]] {
-            if let Some(point) = self.engine.locate_within(self.between, ends, test)? {
-                self.keep(point, extremum);
+            match self.engine.locate_within(self.between, ends, test) {
+                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+                Ok(Some(point)) => self.keep(point, extremum),
+                _ => self.unexplained.push("a contact grazed an edge"),
             }
         }
         Ok(())

@@ -277,10 +277,20 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let columns = self.columns(&next, measured.clone(), self.arclength + step, None)?;
         let [before, motion] =
             [&self.last.measured, &measured].map(|measured| self.reference.motion(measured));
-        if motion > self.settings.max_motion && motion > before && end.is_none() {
+        let motion = if motion > self.settings.max_motion && motion > before && end.is_none() {
             let border = self.border(&next, [before, motion]);
-            end = Some(BranchEnd::Unbounded { motion, border });
-        }
+            // A load or a gap that grows along the branch has larger motions.
+            if let (None, Ok(model)) = (border, self.engine.curve.family().at(next.p)) {
+                self.reference = self.reference.raised(&*model, motion);
+            }
+            let motion = self.reference.motion(&measured);
+            if border.is_some() || motion > self.settings.max_motion {
+                end = Some(BranchEnd::Unbounded { motion, border });
+            }
+            motion
+        } else {
+            motion
+        };
         // From here on nothing fails: the step is not made again.
         let parameters = [self.last.point.p, next.p];
         let note = |what: &str| BranchNote { parameters, what: what.into() };
@@ -310,8 +320,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         })
     }
 
-    /// Compares the size of motions without the first orbit, which is large.
-    pub(crate) fn comes_from_infinity(&mut self) -> Result<(), BranchError> {
+    /// Compares the size of motions without the first orbit, which may be a large one.
+    pub(crate) fn starts_anywhere(&mut self) -> Result<(), BranchError> {
         let model = self.engine.curve.family().at(self.last.point.p)?;
         self.reference = Reference::of_any_orbit(&*model, &self.last.measured);
         Ok(())
@@ -321,7 +331,14 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     fn border(&self, next: &CurvePoint<C::Solution>, [before, motion]: [f64; 2]) -> Option<f64> {
         let curve = &self.engine.curve;
         let (multiple, state) = curve.first_state(next)?;
-        let border = border(curve.family(), next.p, self.engine.unit, multiple, (motion, &state))?;
+        let border = border(
+            curve.family(),
+            next.p,
+            self.engine.unit,
+            multiple,
+            (motion, &state),
+            &self.settings.budget,
+        )?;
         // Large motions grow as 1/(p - border).
         let expected = (next.p * motion - self.last.point.p * before) / (motion - before);
         ((border - expected).abs() < 0.5 * (border - next.p).abs()).then_some(border)

@@ -3,12 +3,14 @@
 use crate::analysis::contacts::rattle::RattleState;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::{Between, Turning};
+use crate::branches::curve::locate::{Between, Test};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
-use crate::branches::points::test_functions::{doubling, may_dip, torus};
+use crate::branches::points::test_functions::{
+    above, below, doubling, from_above, from_below, is_torus, may_dip, torus,
+};
 use crate::periodic::multipliers::Multipliers;
 
 /// A point within a step.
@@ -35,8 +37,27 @@ pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
 /// √σ with the distance σ from a grazing, where two crossings more or less appear.
 const BESIDE: usize = 2;
 
-/// How often a part is halved to separate bifurcations.
+/// How often a part is divided to separate bifurcations.
 const HALVED: usize = 10;
+
+/// Distance from a located point at which the stretch beside it begins, as a share of the part `[1]`.
+const ASIDE: f64 = 1e-4;
+
+/// What the search for a zero of a test found.
+enum Located {
+    /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
+    Point(f64, bool),
+    /// A zero of the test of tori without a complex pair on the unit circle.
+    Saddle,
+    /// No point.
+    Nothing,
+}
+
+/// A number of multipliers.
+type CountOf = fn(&Multipliers) -> usize;
+
+/// The distance of a multiplier, by its number, from -1 or 1.
+type NumberOf = fn(&Multipliers, usize) -> Option<f64>;
 
 impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
     pub(crate) fn new(engine: &'w mut Engine<C>, between: &'w Between<'p, C::Solution>) -> Self {
@@ -84,25 +105,34 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         Ok(())
     }
 
-    /// Locates the bifurcations between two places, each in an interval of its own.
+    /// Locates the bifurcations between two places, each in an interval of its own. The stretches on both sides of a
+    /// located point are searched again. `left`: how often a part may still be divided.
     fn separate(
         &mut self,
         a: &Place<C::Solution>,
         b: &Place<C::Solution>,
         left: usize,
     ) -> Result<(), CurveError> {
-        let (all, unexplained) =
+        let (mut all, unexplained) =
             bifurcations((&a.point, a.multipliers.as_ref()), (&b.point, b.multipliers.as_ref()));
         let exact = self.engine.curve.multipliers_pass_at_folds();
-        if let Some(what) = unexplained.filter(|what| exact || *what != OUTSIDE) {
-            if left == 0 {
-                self.unexplained.push(what);
-                return Ok(());
-            }
-            let middle = self.at(0.5 * (a.sigma + b.sigma))?;
-            self.separate(a, &middle, left - 1)?;
-            return self.separate(&middle, b, left - 1);
+        let unexplained = unexplained.filter(|what| exact || *what != OUTSIDE);
+        // Two zeros of one test hide each other.
+        let is_hidden = |change: &Change| match [a, b].map(|place| value(*change, place)) {
+            [Some(from), Some(to)] => (from > 0.0) == (to > 0.0),
+            _ => true,
+        };
+        if left > 0 && (unexplained.is_some() || all.iter().any(is_hidden)) {
+            return self.halve(a, b, left);
         }
+        if let Some(what) = unexplained
+            && !self.locate_together(a, b)?
+        {
+            self.unexplained.push(what);
+        }
+        // A zero of the test of tori that is none is known before other points are kept.
+        all.sort_by_key(|change| *change != Change::NeimarkSacker);
+        let mut at = Vec::with_capacity(all.len());
         let mut turns = false;
         for &change in &all {
             // A crossing at which the branch turns back is no fold.
@@ -110,64 +140,117 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 continue;
             }
             let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
-            if let Some((point, turned)) = self.locate(change, ends)? {
-                turns |= turned;
-                self.search_beside(&point, &all, a, b)?;
+            match self.locate(change, ends)? {
+                Located::Point(sigma, turned) => {
+                    turns |= turned;
+                    at.push(sigma);
+                }
+                Located::Saddle if left > 0 => return self.halve(a, b, left),
+                Located::Saddle | Located::Nothing => self.unexplained.push(change.unlocated()),
             }
         }
-        Ok(())
+        if left > 0 { self.search_beside(at, a, b, left) } else { Ok(()) }
     }
 
-    /// Locates a bifurcation between two distances with values of its test, and keeps it. Also returns whether the branch
-    /// turns back at a crossing.
-    fn locate(
+    fn halve(
+        &mut self,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+        left: usize,
+    ) -> Result<(), CurveError> {
+        let middle = self.at(0.5 * (a.sigma + b.sigma))?;
+        self.separate(a, &middle, left - 1)?;
+        self.separate(&middle, b, left - 1)
+    }
+
+    /// Searches the stretches between the points that are located at the distances `at`.
+    fn search_beside(
+        &mut self,
+        mut at: Vec<f64>,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+        left: usize,
+    ) -> Result<(), CurveError> {
+        at.sort_by(f64::total_cmp);
+        let aside = ASIDE * (b.sigma - a.sigma);
+        let mut from = None;
+        for sigma in at {
+            let start = from.as_ref().unwrap_or(a);
+            if sigma - start.sigma > 2.0 * aside {
+                let before = self.at(sigma - aside)?;
+                self.separate(start, &before, left - 1)?;
+            }
+            if b.sigma - sigma < 2.0 * aside {
+                return Ok(());
+            }
+            from = Some(self.at(sigma + aside)?);
+        }
+        match from {
+            Some(from) => self.separate(&from, b, left - 1),
+            None => Ok(()),
+        }
+    }
+
+    /// Locates a point at which several real multipliers pass -1 or 1 together, as those of equal members do. Returns
+    /// whether there is one.
+    fn locate_together(
+        &mut self,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<bool, CurveError> {
+        let (Some(of_a), Some(of_b)) = (&a.multipliers, &b.multipliers) else { return Ok(false) };
+        let kinds: [(Change, CountOf, NumberOf); 2] =
+            [(Change::PeriodDoubling, below, from_below), (Change::Branch, above, from_above)];
+        let mut found = false;
+        for (change, count, number) in kinds {
+            let passed = [count(of_a), count(of_b)];
+            if passed[0].abs_diff(passed[1]) < 2 {
+                continue;
+            }
+            let k = passed[0].min(passed[1]);
+            let ends = [a, b].map(|place| {
+                let value = place.multipliers.as_ref().and_then(|m| number(m, k));
+                value.map(|value| [place.sigma, value])
+            });
+            let mut test = move |engine: &mut Engine<C>, point: &CurvePoint<C::Solution>| {
+                engine.curve.multipliers(point).as_ref().and_then(|m| number(m, k))
+            };
+            found |= matches!(self.locate_by(change, ends, &mut test)?, Located::Point(..));
+        }
+        Ok(found)
+    }
+
+    /// Locates a bifurcation between two distances with values of its test, and keeps it.
+    fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Located, CurveError> {
+        self.locate_by(change, ends, &mut test_of(change))
+    }
+
+    fn locate_by(
         &mut self,
         change: Change,
         ends: [Option<[f64; 2]>; 2],
-    ) -> Result<Option<Turning<C::Solution>>, CurveError> {
-        let located = match (ends, change) {
-            ([Some(from), Some(to)], Change::Branch) => {
-                self.engine.locate_crossing(self.between, [from, to], &mut test_of(change))
-            }
-            ([Some(from), Some(to)], _) => {
-                let point = self.engine.locate_within(self.between, [from, to], &mut test_of(change));
-                point.map(|point| point.map(|point| (point, false)))
-            }
-            _ => Ok(None),
+        test: &mut Test<'_, C>,
+    ) -> Result<Located, CurveError> {
+        let [Some(from), Some(to)] = ends else { return Ok(Located::Nothing) };
+        let located = if change == Change::Branch {
+            self.engine.locate_crossing(self.between, [from, to], test)
+        } else {
+            let point = self.engine.locate_within(self.between, [from, to], test);
+            point.map(|point| point.map(|point| (point, false)))
         };
         match located {
             Err(CurveError::Exhausted(exhausted)) => Err(exhausted.into()),
             Ok(Some((point, turns))) => {
-                self.found.push((self.engine.distance(self.between.start(), &point), point.clone(), change));
-                Ok(Some((point, turns)))
+                let is_pair = |m: &Multipliers| change != Change::NeimarkSacker || is_torus(m);
+                if !self.engine.curve.multipliers(&point).as_ref().is_none_or(is_pair) {
+                    return Ok(Located::Saddle);
+                }
+                let sigma = self.engine.distance(self.between.start(), &point);
+                self.found.push((sigma, point, change));
+                Ok(Located::Point(sigma, turns))
             }
-            _ => {
-                self.unexplained.push(change.unlocated());
-                Ok(None)
-            }
+            _ => Ok(Located::Nothing),
         }
-    }
-
-    /// Searches both sides of a located point for other bifurcations that the ends of the part do not show.
-    fn search_beside(
-        &mut self,
-        point: &CurvePoint<C::Solution>,
-        shown: &[Change],
-        a: &Place<C::Solution>,
-        b: &Place<C::Solution>,
-    ) -> Result<(), CurveError> {
-        let at = self.engine.distance(self.between.start(), point);
-        for change in [Change::Fold, Change::PeriodDoubling].into_iter().filter(|c| !shown.contains(c)) {
-            let test = &mut test_of(change);
-            let values = [value(change, a), test(self.engine, point), value(change, b)];
-            let [Some(from), Some(there), Some(to)] = values else { continue };
-            if from * to <= 0.0 || from * there >= 0.0 {
-                continue;
-            }
-            self.locate(change, [Some([a.sigma, from]), Some([at, there])])?;
-            self.locate(change, [Some([at, there]), Some([b.sigma, to])])?;
-        }
-        Ok(())
     }
 
     /// Searches for tests that change their sign twice between two places.
@@ -187,8 +270,11 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
                 Ok(Some(inside)) => {
-                    self.locate(*change, [Some(from), Some(inside)])?;
-                    self.locate(*change, [Some(inside), Some(to)])?;
+                    for ends in [[from, inside], [inside, to]] {
+                        if let Located::Nothing = self.locate(*change, ends.map(Some))? {
+                            self.unexplained.push(change.unlocated());
+                        }
+                    }
                 }
             }
         }

@@ -1,7 +1,8 @@
 //! Branches and lines that run to infinity at the border of parametric instability.
 
+use crate::common::family::oscillator;
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByConstants, Continuation, PointKind,
+    Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, Continuation, PointKind,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::trains::{SpurPair, Train};
@@ -95,6 +96,39 @@ fn a_branch_ends_at_the_border_of_the_linear_system() -> Result<()> {
         panic!("{early}");
     };
     assert!(motion > 300.0 && largest(&early) < 0.3 * largest(&branch) && (same - border).abs() < 1e-12);
+    Ok(())
+}
+
+#[test]
+fn a_resumed_branch_ends_where_the_whole_one_ends() -> Result<()> {
+    let (train, _) = pair()?;
+    let family = ByConstant::new(&train, "speed")?;
+    let range = Continuation::new(0.5, 2.4);
+    let mut following = range.begin(&family, &[settled(&train)?])?;
+    // Stopped at a motion that is large already.
+    let large = |point: &BranchPoint| point.peak_to_peak() > 200.0;
+    following.by_ref().find(large).ok_or("a large motion")?;
+    let first = following.into_branch();
+    let rest = range.resume(&family, &first)?.finish();
+    let whole = range.run(&family, &[settled(&train)?])?;
+    let [BranchEnd::Unbounded { border: Some(a), motion }, BranchEnd::Unbounded { border: Some(b), .. }] =
+        [rest.end(), whole.end()]
+    else {
+        panic!("{rest} {whole}");
+    };
+    assert!((a - b).abs() < 1e-8 && *motion < 1e5, "{a} {b} {motion}");
+    Ok(())
+}
+
+/// A load that grows by a factor of 10⁵ along the branch moves a pair of little backlash by as much: the branch goes on.
+#[test]
+fn a_motion_that_grows_with_the_load_does_not_end_a_branch() -> Result<()> {
+    let constants = [("speed", 0.6), ("damping", 0.1), ("gap stiffness", 1.0), ("depth", 0.2)];
+    let pair = oscillator(&[&constants[..], &[("mean force", 1e-5), ("half backlash", 1e-6)]].concat());
+    let family = ByConstant::new(&pair, "mean force")?;
+    let guess = [State::new(0.0, &[1.1e-5], &[0.0])];
+    let branch = Continuation::new(1e-5, 1.0).max_motion(50.0).run(&family, &guess)?;
+    assert_eq!(branch.end(), &BranchEnd::Bound, "{branch}");
     Ok(())
 }
 

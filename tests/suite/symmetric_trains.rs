@@ -3,11 +3,14 @@
 use gear_dynamics::branches::{ByConstant, Continuation};
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::static_state;
+use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
-use gear_dynamics::trains::{Coordinates, Planetary, Train};
+use gear_dynamics::tori::{CircleShooting, TorusBalance, WaveVectors, WithShafts};
+use gear_dynamics::trains::{Coordinates, Planetary, Train, ring_parts};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Model, ParameterError, Periodic, Settle, Shooting, State, Sweep, Taylor, Wave,
+    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shooting, State, Sweep,
+    Taylor, Wave,
 };
 
 fn wave(mean: f64, share: f64) -> Wave {
@@ -148,25 +151,94 @@ fn border(mut low: f64, mut high: f64) -> f64 {
     low
 }
 
-#[test]
-fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
+/// A set with little damping at a speed below its doublings, and its state at rest under load.
+fn lightly_damped(planets: u32) -> (Train, State) {
     let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
-    let set = Planetary::torsional([30, 30, 90], 2, RADIUS, [1e-3, INERTIA, 5e-2, 3e-2], waves).unwrap();
+    let inertias = [1e-3, INERTIA, 5e-2, 3e-2];
+    let set = Planetary::torsional([30, 30, 90], planets, RADIUS, inertias, waves).unwrap();
     let mut parts = set.damping(DAMPING).half_backlash(2e-5).parts();
     parts.torque("drive", "sun", 400.0).torque("load", "carrier", -1600.0);
     let train = parts.coordinates(Coordinates::Relative).build("sun", 1400.0).unwrap();
-    // The antisymmetric mode has ω² = 4.5e8 r²/J: twice ω is the mesh frequency near 1790 rad/s.
-    let borders = [border(1600.0, 1780.0), border(1800.0, 1980.0)];
     let rest = static_state(&train, 0.0).unwrap();
     let start = State::new(0.0, &rest.q, &vec![0.0; rest.q.len()]);
+    (train, start)
+}
+
+/// The speeds at which the antisymmetric motion doubles. It has ω² = 4.5e8 r²/J: twice ω is the mesh frequency near
+/// 1790 rad/s.
+fn borders() -> [f64; 2] {
+    [border(1600.0, 1780.0), border(1800.0, 1980.0)]
+}
+
+/// The distance of a border from the nearest of some speeds, as a share.
+fn nearest(speeds: &[f64], border: f64) -> f64 {
+    speeds.iter().map(|p| (p / border - 1.0).abs()).fold(f64::INFINITY, f64::min)
+}
+
+/// Three planets have two antisymmetric motions, whose multipliers pass -1 together.
+#[test]
+fn multipliers_of_three_planets_pass_together() {
+    let (train, start) = lightly_damped(3);
+    let family = ByConstant::new(&train, "speed").unwrap();
+    let branch = Continuation::new(1400.0, 2000.0).run(&family, &[start]).unwrap();
+    let doublings = branch.of_kind("period-doubling");
+    let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
+    for border in borders() {
+        assert!(nearest(&near, border) < 1e-9, "{border} {near:?}");
+        let at = doublings.iter().find(|point| (point.parameter / border - 1.0).abs() < 1e-9).unwrap();
+        let critical = at.multipliers.values().iter().filter(|m| (*m + 1.0).norm() < 1e-6).count();
+        assert_eq!(critical, 2, "{:?}", at.multipliers);
+    }
+    assert!(branch.of_kind("neimark-sacker").is_empty() && branch.notes().is_empty(), "{branch}");
+}
+
+/// A ripple of the torque whose frequency has no common measure with the mesh: the torus in relative coordinates
+/// contains the settled motion.
+#[test]
+fn equal_planets_have_tori_in_relative_coordinates() {
+    let train = set(3, 0.0, Coordinates::Relative);
+    let (slot, frequency) = (train.slot("drive").unwrap(), std::f64::consts::SQRT_2 * 700.0);
+    let ripple = Wave::new(Fourier::new(0.0, &[[4.0, 0.0]]).unwrap());
+    let rest = static_state(&train, 0.0).unwrap().q;
+    let model = WithShafts::new(train).add(slot, frequency, ripple).unwrap();
+    let torus = TorusBalance::new(WaveVectors::within(&[6, 3]).unwrap()).solve_from(&model, &rest).unwrap();
+    let start = torus.at_time(0.0);
+    let end = Dop853::new().rtol(1e-11).atol(1e-18).end(&model, &start, 0.05).unwrap();
+    let (expected, size) = (torus.at_time(0.05), torus.peak_to_peak(0, 64).unwrap());
+    assert!(size > 0.0 && (end.q[0] - expected.q[0]).abs() < 1e-6 * size, "{end:?} {expected:?}");
+    let circle = torus.section(0, 17).unwrap();
+    let found = CircleShooting::new().run(&model, &circle).unwrap();
+    let off = found.curve().at(0.7).q[0] - circle.at(0.7).q[0];
+    assert!(off.abs() < 1e-6 * size, "{off:e} {size:e}");
+}
+
+#[test]
+fn a_ring_without_load_rests() {
+    for coordinates in [Coordinates::Inertial, Coordinates::Relative] {
+        let mut set =
+            RingSet { motor_torque: 0.0, load_torque: 0.0, error: 0.0, ..RingSet::set_a(4, 1000.0) };
+        set.half_backlash = 0.0;
+        let parts = ring_parts(&set.params().unwrap(), set.teeth);
+        let train = parts.unwrap().coordinates(coordinates).build("gear 1", 100.0).unwrap();
+        let orbit = Shooting::new().run(&train, &[State::at_rest(train.dof())]).unwrap();
+        assert!(orbit.states()[0].q.iter().all(|q| *q == 0.0));
+        // A mesh without gap is a spring: each free motion of the linear ring decays.
+        let largest = orbit.multipliers().largest();
+        assert!(largest > 0.1 && largest < 1.0, "{largest}");
+    }
+}
+
+#[test]
+fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
+    let (train, start) = lightly_damped(2);
+    let borders = borders();
     let family = ByConstant::new(&train, "speed").unwrap();
     let continuation = Continuation::new(1400.0, 2000.0);
     let branch = continuation.run(&family, &[start]).unwrap();
     let doublings = branch.of_kind("period-doubling");
     let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
     for border in borders {
-        let off = near.iter().map(|p| (p / border - 1.0).abs()).fold(f64::INFINITY, f64::min);
-        assert!(off < 1e-9, "{border} {near:?}");
+        assert!(nearest(&near, border) < 1e-9, "{border} {near:?}");
     }
     // The orbits of twice the period that branch off differ between the planets. Up to the loss of contact the system
     // is linear and any multiple of the difference solves it: it grows with the steps.

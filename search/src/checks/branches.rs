@@ -84,7 +84,9 @@ fn outside(point: &BranchPoint) -> [Outside; 2] {
     let near = |to: &dyn Fn(&Complex64) -> f64, count: usize| {
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&i, &j| to(&values[i]).total_cmp(&to(&values[j])));
-        order.truncate(count);
+        // Those of equal members pass together.
+        let together = order.iter().filter(|&&i| to(&values[i]) < 1e-6).count();
+        order.truncate(count.max(together));
         order
     };
     let critical = match point.kind {

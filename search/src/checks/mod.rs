@@ -3,11 +3,14 @@
 mod branches;
 mod infinity;
 mod orbits;
+mod shapes;
 mod symmetric;
 
 use crate::Check;
 
 /// All checks.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [&branches::CHECKS[..], &infinity::CHECKS, &orbits::CHECKS, &symmetric::CHECKS].into_iter().flatten()
+    [&branches::CHECKS[..], &infinity::CHECKS, &orbits::CHECKS, &shapes::CHECKS, &symmetric::CHECKS]
+        .into_iter()
+        .flatten()
 }

@@ -338,8 +338,24 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         return Ok(Outcome::Skipped("settles on another orbit at the cut"));
     }
     let code = line.kind().code();
-    let like = cut.located().filter(|(kind, _)| kind.code() == code).map(|(_, point)| point.parameter);
-    let nearest = like.map(|found| (found - p).abs()).fold(f64::INFINITY, f64::min);
+    let distance = |branch: &Branch| {
+        let like = branch.located().filter(|(kind, _)| kind.code() == code).map(|(_, point)| point.parameter);
+        like.map(|found| (found - p).abs()).fold(f64::INFINITY, f64::min)
+    };
+    let mut nearest = distance(&cut);
+    if nearest > 1e-7 * p {
+        // The point may have left the branch from 0.5 by an isola: it lies on the branch through orbits beside it.
+        let train = Pair { zeta: 0.5 * c, ..pair.clone() }.at(p).map_err(told)?;
+        let family = ByConstant::new(&train, "speed").map_err(told)?;
+        for start in [p * (1.0 - 1e-5), p * (1.0 + 1e-5)] {
+            let beside = Continuation::new(start, 1.01 * p).bounds(0.99 * p, 1.01 * p).both_ways();
+            let beside = beside.max_points(200).shooting(Shooting::new().multiple(multiple));
+            if let Ok(branch) = beside.run(&family, at.orbit.states()) {
+                draw.note(|| format!("beside {branch}"));
+                nearest = nearest.min(distance(&branch));
+            }
+        }
+    }
     Ok(agree(nearest < 1e-7 * p, || {
         format!("{} at {p:?}, damping {c:?}, missed by {nearest:.1e}; {pair:?}", line.kind())
     }))

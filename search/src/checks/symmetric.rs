@@ -183,8 +183,10 @@ fn solvers(draw: &mut Draw) -> Outcome {
             let exact = reference.multipliers().largest().ln() / (multiple as f64 * period);
             let (value, error) = (found.values()[0], found.standard_error()[0]);
             draw.note(|| format!("exponent {value} ± {error}, exact {exact}"));
-            if reference.multipliers().largest() < 0.98 && value > 0.0 {
-                return fails("Lyapunov exponents", format!("{value} for a stable orbit, {exact}"));
+            // Perturbations that decay at once leave the directions of the aligned differences to rounding.
+            let decays = (-0.5..-1e-3).contains(&(exact * multiple as f64 * period));
+            if decays && (value - exact).abs() > 5.0 * error + 0.05 * exact.abs() {
+                return fails("Lyapunov exponents", format!("{value} ± {error}, by multipliers {exact}"));
             }
         }
     }

@@ -3,7 +3,10 @@
 use crate::draw::Draw;
 use gear_dynamics::Wave;
 use gear_dynamics::excitation::Fourier;
-use gear_dynamics::trains::{Coordinates, MeshPart, Parts, Planetary, Train, idler, split_torque};
+use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::trains::{
+    Coordinates, MeshPart, Parts, Planetary, Train, idler, ring_parts, split_torque,
+};
 
 /// A train with equal members that have the same motion, or one that is shifted in phase.
 #[derive(Clone, Debug)]
@@ -32,23 +35,31 @@ enum Kind {
     Split(usize),
     /// An idler between equal gears, each of which takes half of its torque.
     Idler,
+    /// The number of equal gears of a closed ring, driven at one gear and loaded at the opposite one.
+    Ring(usize),
 }
 
 impl Symmetric {
     /// Draws a train.
     pub fn draw(draw: &mut Draw) -> Self {
-        match draw.below(5) {
+        match draw.below(7) {
             0..=2 => Symmetric::planetary(draw),
             3 => {
                 let kind = Kind::Split(2 + draw.below(2));
                 Symmetric::of(kind, draw)
             }
-            _ => Symmetric::of(Kind::Idler, draw),
+            4 => Symmetric::of(Kind::Idler, draw),
+            n => {
+                let kind = Kind::Ring([4, 6][n - 5]);
+                let ring = Symmetric::of(kind, draw);
+                // Without torque and backlash the ring rests: all differences and all deflections are 0.
+                if draw.unit() < 0.5 { Symmetric { torque: 0.0, half_backlash: 0.0, ..ring } } else { ring }
+            }
         }
     }
-    /// Draws a planetary set.
+    /// Draws a planetary set. Its planets are in phase if the teeth of the sun are a multiple of their number.
     pub fn planetary(draw: &mut Draw) -> Self {
-        let teeth = draw.one_of(&[[30, 30, 90], [24, 36, 96], [36, 24, 84]]);
+        let teeth = draw.one_of(&[[30, 30, 90], [24, 36, 96], [36, 24, 84], [26, 34, 94], [29, 31, 91]]);
         let kind = Kind::Planetary(teeth, draw.one_of(&[2, 3, 4]));
         Symmetric::of(kind, draw)
     }
@@ -94,6 +105,22 @@ impl Symmetric {
                 let mut parts = idler([1e-3, 4e-3, 1e-3], [first, second]);
                 parts.torque("second drive", "driven", self.torque);
                 (parts, "driver", [("driver", 1.0), ("idler", -8.0 / 3.0)])
+            }
+            Kind::Ring(gears) => {
+                let set = RingSet {
+                    mesh_stiffness: self.stiffness[0][0],
+                    stiffness_harmonics: vec![self.stiffness[0][1]],
+                    mesh_damping: self.damping,
+                    half_backlash: self.half_backlash,
+                    error: 0.0,
+                    motor_torque: 0.0,
+                    load_torque: 0.0,
+                    ..RingSet::set_a(gears, 1000.0)
+                };
+                let parts = ring_parts(&set.params().map_err(said)?, set.teeth);
+                let parts = parts.map_err(|error| error.to_string())?;
+                let load = if gears == 4 { "load 3" } else { "load 4" };
+                (parts, "gear 1", [("motor", 1.0), (load, -1.0)])
             }
         })
     }

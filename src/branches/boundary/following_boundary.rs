@@ -308,7 +308,7 @@ impl<'f> FollowingBoundary<'f> {
     fn border(&self, at: &CurvePoint<Passage>, motion: f64) -> Option<f64> {
         let BoundaryCurve { slice, orbits, unit, .. } = &self.engine.curve;
         let (multiple, state) = orbits.first_state(at)?;
-        border(&**slice, at.p, *unit, multiple, (motion, &state))
+        border(&**slice, at.p, *unit, multiple, (motion, &state), &self.settings.budget)
     }
 
     /// Moves the nodes of the last point if an impact comes near one of them.

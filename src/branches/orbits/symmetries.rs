@@ -25,8 +25,8 @@ impl Symmetries {
         let mut places: Vec<(f64, f64)> =
             shorter.map(|p| (start + period * (1.0 - 1.0 / p as f64), 1.0)).collect();
         places.push((start + 0.5 * period, -1.0));
-        let later = vec![Vec::new(); places.len()];
-        Symmetries { places, first: Vec::new(), later, y: vec![0.0; 2 * dof] }
+        let later = vec![Vec::with_capacity(dof); places.len()];
+        Symmetries { places, first: Vec::with_capacity(dof), later, y: vec![0.0; 2 * dof] }
     }
 
     /// Whether the orbit has each of the symmetries. `units`: units of coordinates and velocities.
@@ -45,12 +45,12 @@ impl Observer for Symmetries {
         let dof = self.y.len() / 2;
         if self.first.is_empty() {
             step.at(step.t0(), &mut self.y);
-            self.first = self.y[dof..].to_vec();
+            self.first.extend_from_slice(&self.y[dof..]);
         }
         for (i, (time, _)) in self.places.iter().enumerate() {
             if self.later[i].is_empty() && *time <= step.t1() {
                 step.at(time.max(step.t0()), &mut self.y);
-                self.later[i] = self.y[dof..].to_vec();
+                self.later[i].extend_from_slice(&self.y[dof..]);
             }
         }
         ControlFlow::Continue(())

@@ -11,8 +11,22 @@ const REAL: f64 = 1e-12;
 /// Distance from the unit circle that is rounding.
 const OUTSIDE: f64 = 1e-9;
 
-fn is_real(m: &Complex64) -> bool {
-    m.im.abs() <= REAL * m.norm()
+/// Whether a multiplier is real up to its error. Equal members have equal real multipliers, which errors may turn into
+/// a complex pair.
+fn is_real(m: &Complex64, error: f64) -> bool {
+    m.im.abs() <= (REAL * m.norm()).max(error)
+}
+
+/// The real multipliers.
+fn real(multipliers: &Multipliers) -> impl Iterator<Item = f64> {
+    let error = multipliers.error();
+    multipliers.values().iter().filter(move |m| is_real(m, error)).map(|m| m.re)
+}
+
+/// The complex multipliers.
+fn complex(multipliers: &Multipliers) -> impl Iterator<Item = &Complex64> {
+    let error = multipliers.error();
+    multipliers.values().iter().filter(move |m| !is_real(m, error))
 }
 
 /// Π (1 + μ_i)/√(1 + |μ_i|²): vanishes at a period doubling.
@@ -29,7 +43,26 @@ pub(crate) fn fold(multipliers: &Multipliers) -> f64 {
 
 /// Number of real multipliers below -1.
 pub(crate) fn below(multipliers: &Multipliers) -> usize {
-    multipliers.values().iter().filter(|m| is_real(m) && m.re < -1.0).count()
+    real(multipliers).filter(|m| *m < -1.0).count()
+}
+
+/// Number of real multipliers above 1.
+pub(crate) fn above(multipliers: &Multipliers) -> usize {
+    real(multipliers).filter(|m| *m > 1.0).count()
+}
+
+/// 1 + μ of the real multiplier number `k`, in rising order.
+pub(crate) fn from_below(multipliers: &Multipliers, k: usize) -> Option<f64> {
+    let mut all: Vec<f64> = real(multipliers).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(k).map(|m| 1.0 + m)
+}
+
+/// 1 - μ of the real multiplier number `k`, in falling order.
+pub(crate) fn from_above(multipliers: &Multipliers, k: usize) -> Option<f64> {
+    let mut all: Vec<f64> = real(multipliers).collect();
+    all.sort_by(|a, b| b.total_cmp(a));
+    all.get(k).map(|m| 1.0 - m)
 }
 
 /// Number of multipliers outside the unit circle by more than rounding.
@@ -39,14 +72,26 @@ pub(crate) fn outside(multipliers: &Multipliers) -> usize {
 
 /// Number of complex multipliers outside the unit circle.
 pub(crate) fn pairs_outside(multipliers: &Multipliers) -> usize {
-    multipliers.values().iter().filter(|m| !is_real(m) && m.norm() > 1.0).count()
+    complex(multipliers).filter(|m| m.norm() > 1.0).count()
 }
 
-/// |μ|² - 1 of the complex pair nearest to the unit circle: vanishes at a Neimark-Sacker point. `None`
-/// without a complex pair.
+/// Π_{i<j} (1 - μ_i μ_j)/√(1 + |μ_i μ_j|²): vanishes where a complex pair passes the unit circle, and where the product of
+/// two real multipliers is 1. It is smooth where a pair becomes real. `None` for a single multiplier.   Source:
+/// Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, Ch. 4 (bialternate product).
 pub(crate) fn torus(multipliers: &Multipliers) -> Option<f64> {
-    let complex = multipliers.values().iter().filter(|m| !is_real(m));
-    complex.map(|m| m.norm_sqr() - 1.0).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    let values = multipliers.values();
+    let factor = |product: Complex64| (1.0 - product) / (1.0 + product.norm_sqr()).sqrt();
+    let pairs = values.iter().enumerate().flat_map(|(i, a)| values[..i].iter().map(move |b| a * b));
+    (values.len() > 1).then(|| pairs.map(factor).product::<Complex64>().re)
+}
+
+/// Largest distance of a complex pair from the unit circle at a Neimark-Sacker point `[1]`.
+const ON_CIRCLE: f64 = 1e-6;
+
+/// Whether a complex pair lies on the unit circle, where [`torus`] vanishes.
+pub(crate) fn is_torus(multipliers: &Multipliers) -> bool {
+    let near = ON_CIRCLE.max(2.0 * multipliers.error());
+    complex(multipliers).any(|m| (m.norm() - 1.0).abs() < near)
 }
 
 /// Reads one test.

@@ -85,7 +85,7 @@ impl Locator {
 
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
     /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
-    /// contact does not enter the flank of a rigid stop.
+    /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its upper flank.
     pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
@@ -105,6 +105,9 @@ impl Locator {
                 Piece::Upper
             } else if lower && (below > slack || (below >= -slack && c.rate < c.lower_rate)) {
                 Piece::Lower
+            } else if upper && lower && c.upper <= c.lower {
+                // A gap without width has no inside: at rest in it, both flanks carry the same slope.
+                Piece::Upper
             } else {
                 Piece::Gap
             };

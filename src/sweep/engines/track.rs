@@ -201,7 +201,9 @@ impl Track {
             }
             return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
         }
-        let settled = self.plan.repeat.is_some_and(|tolerance| self.multiple(tolerance, with_model).0 > 0);
+        // A call of the family may cost as much as a period: rounding is weighed after 1, 2, 4, 8, .. periods.
+        let weighs = self.periods.is_power_of_two();
+        let settled = self.plan.repeat.is_some_and(|at| self.multiple(at, weighs, with_model).0 > 0);
         if self.periods >= self.plan.settle || settled {
             self.measuring = true;
             return Next::StartMeasuring;
@@ -209,15 +211,20 @@ impl Track {
         Next::Settle
     }
 
-    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid motion
-    /// and above the rounding errors of its equations.
-    fn multiple(&mut self, tolerance: f64, with_model: &WithModel<'_>) -> (usize, f64) {
+    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid motion and,
+    /// if `weighs` is set, above the rounding errors of its equations.
+    fn multiple(&mut self, tolerance: f64, weighs: bool, with_model: &WithModel<'_>) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let mut whole = MotionSize::new(n, &[]);
         self.measure(&mut whole);
         let found = self.repeats(tolerance, &mut whole);
         if found.0 > 0 || n < 2 {
             return found;
+        }
+        if let (false, Some(rigid)) = (weighs, &self.rigid) {
+            let mut relative = MotionSize::new(n, rigid);
+            self.measure(&mut relative);
+            return self.repeats(tolerance, &mut relative);
         }
         let mut relative = None;
         with_model(&mut |model| {
@@ -284,7 +291,7 @@ impl Track {
 
     /// Returns the row and the last state (coordinates, then velocities).
     pub(crate) fn finish(mut self, with_model: &WithModel<'_>) -> (Vec<f64>, Vec<f64>) {
-        let (multiple, change) = self.multiple(self.plan.tolerance, with_model);
+        let (multiple, change) = self.multiple(self.plan.tolerance, true, with_model);
         let layout = &self.plan.layout;
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
         let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];
