@@ -2,10 +2,10 @@
 
 use crate::checks::branches::{Drawn, pair, set, stages};
 use crate::draw::Draw;
-use crate::models::chain::Chain;
+use crate::models::chain::{Chain, any_law, flanks};
 use crate::{Check, Outcome, agree};
 use gear_dynamics::check::check_periodic;
-use gear_dynamics::contact::Contact;
+use gear_dynamics::contact::{Contact, Nonlinearity};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::model::{Jacobian, Machine, Shape};
 use gear_dynamics::periodic::{FlowMethod, Variation};
@@ -14,13 +14,16 @@ use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Periodic, Rk4, St
 
 /// The checks of this file.
 pub const CHECKS: [Check; 7] = [
-    Check { name: "integrators-of-chains", run: |draw| of_chain(draw, integrators) },
-    Check { name: "slopes-of-chains", run: |draw| of_chain(draw, slopes) },
-    Check { name: "flow-of-chains", run: |draw| of_chain(draw, flow) },
-    Check { name: "lanes-of-chains", run: |draw| of_chain(draw, |draw, chain| lanes(draw, chain)) },
-    Check { name: "lanes-of-pairs", run: |draw| of_train(draw, pair) },
-    Check { name: "lanes-of-sets", run: |draw| of_train(draw, set) },
-    Check { name: "lanes-of-stages", run: |draw| of_train(draw, stages) },
+    Check { name: "integrators-of-chains", run: |draw| of_chain(draw, any_law, integrators) },
+    Check { name: "slopes-of-chains", run: |draw| of_chain(draw, any_law, slopes) },
+    Check { name: "flow-of-chains", run: |draw| of_chain(draw, any_law, flow) },
+    Check {
+        name: "lanes-of-chains",
+        run: |draw| of_chain(draw, flanks, |draw, chain| lanes(draw, chain, 1, false)),
+    },
+    Check { name: "lanes-of-pairs", run: |draw| of_train(draw, pair, false) },
+    Check { name: "lanes-of-sets", run: |draw| of_train(draw, set, true) },
+    Check { name: "lanes-of-stages", run: |draw| of_train(draw, stages, true) },
 ];
 
 type Compared = Result<Outcome, String>;
@@ -29,8 +32,12 @@ fn told(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-fn of_chain(draw: &mut Draw, compare: fn(&mut Draw, &Machine<Chain>) -> Compared) -> Outcome {
-    let chain = match Chain::draw(draw) {
+fn of_chain<N: Nonlinearity + std::fmt::Debug>(
+    draw: &mut Draw,
+    law: fn(&mut Draw, f64) -> Result<N, ParameterError>,
+    compare: fn(&mut Draw, &Machine<Chain<N>>) -> Compared,
+) -> Outcome {
+    let chain = match Chain::draw(draw, law) {
         Ok(chain) => chain,
         Err(error) => return Outcome::Fails(told(error)),
     };
@@ -39,13 +46,15 @@ fn of_chain(draw: &mut Draw, compare: fn(&mut Draw, &Machine<Chain>) -> Compared
     compare(draw, &chain).unwrap_or_else(|error| Outcome::Fails(format!("{error}; {text}")))
 }
 
-fn of_train(draw: &mut Draw, drawn: Drawn) -> Outcome {
+fn of_train(draw: &mut Draw, drawn: Drawn, is_in_si: bool) -> Outcome {
     let case = match drawn(draw) {
         Ok(case) => case,
         Err(error) => return Outcome::Fails(error),
     };
     draw.note(|| case.text.clone());
-    lanes(draw, &case.train).unwrap_or_else(|error| Outcome::Fails(format!("{error}; {}", case.text)))
+    let cycles = case.train.shape().cycles_in_a_period() as usize;
+    let compared = lanes(draw, &case.train, cycles, is_in_si);
+    compared.unwrap_or_else(|error| Outcome::Fails(format!("{error}; {}", case.text)))
 }
 
 fn random_state(draw: &mut Draw, dof: usize) -> State {
@@ -186,15 +195,22 @@ fn flow(draw: &mut Draw, chain: &Machine<Chain>) -> Compared {
     Ok(agree(apart < 1e-7 * growth + open, || format!("the matrices differ by {apart:.1e}")))
 }
 
-/// Steps of the fixed-step engines in a mesh cycle.
+/// Steps of the fixed-step engines in a turn of the waves of a model without units.
 const STEPS: usize = 64;
 
 /// One sweep over the speed by lanes with the best and the plainest instructions, and each point alone: equal bits.
 /// `TableRk4` and `Rk4` with the same steps give the same motions up to rounding.
-fn lanes<G: Shape + Send + Sync>(draw: &mut Draw, machine: &Machine<G>) -> Compared {
+fn lanes<G: Shape + Send + Sync>(
+    draw: &mut Draw,
+    machine: &Machine<G>,
+    cycles: usize,
+    is_in_si: bool,
+) -> Compared {
     let speed = machine.constant("speed").map_err(told)?;
     let speeds: Vec<f64> = (0..5).map(|i| speed * (1.0 + 0.1 * f64::from(i) + 0.01 * draw.unit())).collect();
-    let steps = (machine.period() * speed / std::f64::consts::TAU).round().max(1.0) as usize * STEPS;
+    // Mesh cycles are long at low speeds, the fastest mode of a gear is not.
+    let per_cycle = if is_in_si { (128.0 * (400.0 / speed).max(1.0)) as usize } else { STEPS };
+    let steps = cycles * per_cycle;
     let points = || Axis::list("speed", &speeds).map(Points::on_axis).map_err(told);
     let lanes = LaneRk4::<4>::new(steps);
     let plain = InstructionSet::available().into_iter().next().ok_or("no instructions")?;

@@ -1,7 +1,7 @@
 //! Chains of masses with contacts between neighbours: random shapes.
 
 use crate::draw::Draw;
-use gear_dynamics::contact::{AsymmetricBacklash, Contact, MixedLaw, PieceChoice, PowerLaw};
+use gear_dynamics::contact::{AsymmetricBacklash, Contact, MixedLaw, Nonlinearity, PieceChoice, PowerLaw};
 use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side};
 use gear_dynamics::model::{Channel, Drives, Machine, Scalar, Shape, Size};
 use gear_dynamics::{Backlash, ParameterError, Wave};
@@ -9,9 +9,9 @@ use gear_dynamics::{Backlash, ParameterError, Wave};
 /// x_i'' + c x_i' + k x_i + γ x_i³ = F_i + P_i cos φ - W_i + W_{i+1},   W_i = s_i(φ) g(x_i - x_{i-1} - e_i(φ)),
 /// with x_0 = 0 and a contact law g of half width b: n masses and n contacts, dimensionless.
 #[derive(PartialEq)]
-pub struct Chain {
+pub struct Chain<N = MixedLaw> {
     masses: usize,
-    law: MixedLaw,
+    law: N,
     force: Wave,
     stiffness: Vec<Wave>,
     error: Vec<Wave>,
@@ -19,18 +19,29 @@ pub struct Chain {
 
 const NAMES: [&str; 7] = ["speed", "damping", "linear", "cubic", "half backlash", "mean force", "force"];
 
-impl Chain {
-    /// Draws a chain of 1 to 3 masses.
-    pub fn draw(draw: &mut Draw) -> Result<Machine<Chain>, ParameterError> {
+/// Dead zone with flanks of different slopes.
+pub fn flanks(_: &mut Draw, half_backlash: f64) -> Result<AsymmetricBacklash, ParameterError> {
+    AsymmetricBacklash::new(-half_backlash, half_backlash)?.with_slopes(0.5, 1.5)
+}
+
+/// One of several laws.
+pub fn any_law(draw: &mut Draw, half_backlash: f64) -> Result<MixedLaw, ParameterError> {
+    Ok(match draw.below(3) {
+        0 => MixedLaw::Backlash(Backlash::new(half_backlash)?),
+        1 => MixedLaw::Power(PowerLaw::new(half_backlash, draw.within(1.2, 3.0), 1.0)?),
+        _ => MixedLaw::Asymmetric(flanks(draw, half_backlash)?),
+    })
+}
+
+impl<N: Nonlinearity + std::fmt::Debug> Chain<N> {
+    /// Draws a chain of 1 to 3 masses with contacts of a law of the given half width.
+    pub fn draw(
+        draw: &mut Draw,
+        law: fn(&mut Draw, f64) -> Result<N, ParameterError>,
+    ) -> Result<Machine<Self>, ParameterError> {
         let masses = 1 + draw.below(3);
         let half_backlash = draw.scale(0.1, 2.0);
-        let law = match draw.below(3) {
-            0 => MixedLaw::Backlash(Backlash::new(half_backlash)?),
-            1 => MixedLaw::Power(PowerLaw::new(half_backlash, draw.within(1.2, 3.0), 1.0)?),
-            _ => MixedLaw::Asymmetric(
-                AsymmetricBacklash::new(-half_backlash, half_backlash)?.with_slopes(0.5, 1.5)?,
-            ),
-        };
+        let law = law(draw, half_backlash)?;
         let mut wave = |mean: f64, size: f64| {
             let terms = [(); 2].map(|()| [draw.within(-size, size), draw.within(-size, size)]);
             Fourier::new(mean, &terms).map(Wave::new)
@@ -55,13 +66,13 @@ impl Chain {
     }
 
     /// Its law and its constants.
-    pub fn describe(machine: &Machine<Chain>) -> String {
+    pub fn describe(machine: &Machine<Self>) -> String {
         let shape = machine.shape();
         format!("{} masses, {:?}, {:?}", shape.masses, shape.law, machine.constants())
     }
 }
 
-impl Shape for Chain {
+impl<N: Nonlinearity> Shape for Chain<N> {
     #[inline(always)]
     fn size(&self) -> Size {
         let n = self.masses;
