@@ -4,7 +4,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
-use gear_dynamics::model::Jacobian;
+use gear_dynamics::model::{Jacobian, Offers};
 use gear_dynamics::models::nfg::{NfgReading, Radius};
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::periodic::{FourierOrbit, Integrals};
@@ -85,9 +85,11 @@ impl Model for Duffing {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = u[0] - 0.05 * v[0] - q[0] - 0.1 * q[0] * q[0] * q[0];
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         (out.q[(0, 0)], out.v[(0, 0)]) = (-1.0 - 0.3 * q[0] * q[0], -0.05);
-        true
     }
 }
 

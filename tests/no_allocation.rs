@@ -3,6 +3,7 @@
 
 use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::model::Offers;
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::{Stats, Step};
@@ -58,15 +59,17 @@ impl Model for Ball {
     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = -1.0;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { stops: &[[true, false]], ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
     }
-    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
         v[0] = -v[0];
-        true
     }
 }
 

@@ -4,7 +4,7 @@
 
 use gear_dynamics::contact::{Contact, Piece, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Product, Side, Sum};
-use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::model::{Channel, Drives, Offers, Scalar, Size};
 use gear_dynamics::{Backlash, Machine, Model, Periodic, Shape, State, Wave};
 use std::f64::consts::{PI, TAU};
 
@@ -84,6 +84,9 @@ impl Model for Pair {
         let f = if q[0] > b { q[0] - b } else { 0.0 } - if q[0] < -b { -q[0] - b } else { 0.0 };
         a[0] = u[1] - 0.02 * v[0] - u[0] * f;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         2
     }
@@ -100,14 +103,13 @@ impl Model for Pair {
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
     }
     #[inline(always)]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let f = match pieces[0] {
             Piece::Lower => q[0] + Pair::HALF_WIDTH,
             Piece::Gap => 0.0,
             Piece::Upper => q[0] - Pair::HALF_WIDTH,
         };
         a[0] = u[1] - 0.02 * v[0] - u[0] * f;
-        true
     }
 }
 

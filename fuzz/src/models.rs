@@ -5,7 +5,7 @@ use crate::case::{Case, Stop};
 use crate::targets::{excitations, laws};
 use gear_dynamics::contact::{Contact, ContactDamping, MixedLaw, Piece};
 use gear_dynamics::excitation::{Side, Sum};
-use gear_dynamics::model::{Channel, Jacobian};
+use gear_dynamics::model::{Channel, Jacobian, Offers};
 use gear_dynamics::models::nfg::{
     CentreForcing, Damping, ErrorForcing, HalfWidth, NfgPair2, NfgReading, Radius,
 };
@@ -33,6 +33,9 @@ impl Model for Erased {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        self.model.offers()
+    }
     fn drives(&self) -> usize {
         self.model.drives()
     }
@@ -51,21 +54,14 @@ impl Model for Erased {
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.model.redrive(t, side, u);
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.model.impact(contact, on, u, q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, q, v);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel_on_pieces(pieces, u, q, v, a);
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        self.model.jacobian(pieces, u, q, v, out);
     }
     fn channels(&self) -> Vec<Channel> {
         self.model.channels()
@@ -176,6 +172,9 @@ impl Model for User {
         }
         self.held(piece, u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.pieces && self.contacts() > 0, ..Offers::default() }
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         match self.slip {
             Slip::DriveEdgeBehind => Some(t),
@@ -195,12 +194,8 @@ impl Model for User {
             out[0] = Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force };
         }
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        if self.pieces && self.stop.is_some() && self.dof > 0 {
-            self.held(pieces[0], u, q, v, a);
-            return true;
-        }
-        false
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.held(pieces[0], u, q, v, a);
     }
 }
 

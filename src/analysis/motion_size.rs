@@ -3,7 +3,6 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::{Model, State};
-use crate::model::offers::Offers;
 use crate::model::terms::Sizing;
 use crate::numeric::norms::remove;
 use crate::ode::step::{Observer, Step};
@@ -97,7 +96,7 @@ impl MotionSize {
     pub(crate) fn weigh_on_flanks<M: Model + ?Sized>(&mut self, model: &M, state: &State, step: f64) {
         let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
         self.weigh(sizing.at(None, *t, q, v, h));
-        if model.contacts() > 0 && Offers::of(model).fixed_pieces() {
+        if model.contacts() > 0 && model.offers().pieces {
             for flank in [Piece::Lower, Piece::Upper] {
                 self.weigh(sizing.at(Some(&vec![flank; model.contacts()]), *t, q, v, h));
             }

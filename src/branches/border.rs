@@ -11,6 +11,7 @@ use crate::linear::statics::static_state;
 use crate::model::equations::{Jacobian, Model, Periodic, State};
 use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
+use crate::model::slopes::{accelerate, offered};
 use crate::numeric::brent::Brent;
 use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::Variation;
@@ -131,9 +132,10 @@ impl Model for OnFlank<'_> {
         self.model.dof()
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        if self.pieces.is_empty() || !self.model.accel_on_pieces(&self.pieces, u, q, v, a) {
-            self.model.accel(u, q, v, a);
-        }
+        accelerate(self.model, Some(&self.pieces), u, q, v, a);
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: self.model.offers().jacobian, ..Offers::default() }
     }
     fn drives(&self) -> usize {
         self.model.drives()
@@ -144,9 +146,8 @@ impl Model for OnFlank<'_> {
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.model.next_edge(t)
     }
-    fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) -> bool {
-        let pieces = Some(self.pieces.as_slice()).filter(|pieces| !pieces.is_empty());
-        self.model.jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        self.model.jacobian(offered(self.model, Some(&self.pieces)), u, q, v, out);
     }
 }
 
@@ -199,10 +200,10 @@ pub(crate) fn border(
 ) -> Option<f64> {
     {
         let model = family.at(p).ok()?;
-        let offers = Offers::of(&*model);
+        let (contacts, offers) = (model.contacts(), model.offers());
         let is_symmetric =
             contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() == c.upper.is_finite());
-        if !is_symmetric || !offers.fixed_pieces() || !offers.rigid_edges().is_empty() {
+        if !is_symmetric || (contacts > 0 && !offers.pieces) || offers.first_stop().is_some() {
             return None;
         }
         without_gaps(&*model, multiple, Some(large), budget)?;

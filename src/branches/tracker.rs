@@ -17,7 +17,6 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::points::test_functions::Values;
-use crate::model::offers::Offers;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::collections::VecDeque;
@@ -120,7 +119,7 @@ impl Continuation {
     ) -> Result<Tracker<'f, C>, BranchError> {
         let model = engine.curve.family().at(point.p)?;
         let channels = chosen_channels(self.channels.as_deref(), &*model)?;
-        let rigid = Offers::of(&*model).rigid_edges();
+        let rigid = model.offers().rigid_edges(model.contacts());
         let measured = engine.curve.measure(&point, &channels)?;
         let reference = Reference::new(&*model, &measured);
         drop(model);

@@ -146,13 +146,14 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// At a rigid stop it tests the impact instead. Skipped: a deflection that does not depend on the
     /// coordinates, a gap without width, an edge near which another contact changes its piece.
     pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
+        let rigid = self.model.offers().rigid_edges(self.model.contacts());
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);
             let mut seen: [Vec<EdgeChange>; 2] = Default::default();
             for edge in line.edges() {
                 let on = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
-                if self.model.impact(contact, on, &self.u, &line.q, &mut self.state.v.clone()) {
+                if rigid.get(contact).is_some_and(|rigid| rigid[usize::from(on == Piece::Upper)]) {
                     findings.extend(self.stop(contact, &line, on, edge));
                     continue;
                 }

@@ -9,6 +9,17 @@ impl fmt::Display for Inconsistency {
             Inconsistency::NotFinite { what, index, t } => {
                 write!(f, "{what} {index} is NaN or infinite at t = {t} and the typical state")
             }
+            Inconsistency::Offers { method, declared: true } => {
+                write!(f, "offers: it declares {method}, but the model does not implement {method}")
+            }
+            Inconsistency::Offers { method, declared: false } => write!(
+                f,
+                "offers: the model implements {method}, but does not declare it; solvers call only what is \
+                 declared"
+            ),
+            Inconsistency::StopsOfNoContact { stops, contacts } => {
+                write!(f, "offers: it declares stops of {stops} contacts, but the model has {contacts}")
+            }
             Inconsistency::Jacobian { row, column, given, differences } => {
                 write!(
                     f,
@@ -24,8 +35,8 @@ impl fmt::Display for Inconsistency {
             Inconsistency::PiecesIgnored { contact, edge } => write!(
                 f,
                 "accel_on_pieces: with contact {contact} on the piece beyond its edge {edge} the result is \
-                 that of accel; each piece must be continued past its edge, or accel_on_pieces must return \
-                 false"
+                 that of accel; each piece must be continued past its edge, or offers must \
+                 not declare pieces"
             ),
             Inconsistency::ContactRate { contact, given, differences } => write!(
                 f,

@@ -3,16 +3,15 @@
 /// An inconsistency between two parts of a model. Its text names the part, the values and the requirement.
 ///
 /// ```
-/// use gear_dynamics::{check::{Inconsistency, check_model}, contact::Piece, model::Jacobian, Model, State};
+/// use gear_dynamics::{check::{Inconsistency, check_model}, contact::Piece, Model, State};
+/// use gear_dynamics::model::{Jacobian, Offers};
 /// struct Wrong;
 /// impl Model for Wrong {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-///     fn jacobian(
-///         &self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian,
-///     ) -> bool {
+///     fn offers(&self) -> Offers<'_> { Offers { jacobian: true, ..Offers::default() } }
+///     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
 ///         out.q[(0, 0)] = 1.0; // correct: -1
-///         true
 ///     }
 /// }
 /// let findings = check_model(&Wrong, &State::new(0.0, &[1.0], &[0.5]));
@@ -32,6 +31,21 @@ pub enum Inconsistency {
         index: usize,
         /// Time.
         t: f64,
+    },
+    /// A part that [`Model::offers`](crate::Model::offers) declares and the model does not implement, or that
+    /// the model implements and does not declare.
+    Offers {
+        /// Name of the method: "accel_on_pieces", "jacobian" or "impact".
+        method: &'static str,
+        /// Whether the part is declared.
+        declared: bool,
+    },
+    /// [`Offers::stops`](crate::model::Offers::stops) lists more contacts than the model has.
+    StopsOfNoContact {
+        /// Length of the list.
+        stops: usize,
+        /// Number of contacts.
+        contacts: usize,
     },
     /// An entry of the Jacobian differs from finite differences of `accel`.
     Jacobian {

@@ -6,6 +6,7 @@ pub(crate) mod drives;
 pub(crate) mod inconsistency;
 pub(crate) mod lines;
 pub(crate) mod near_a_state;
+pub(crate) mod offers;
 pub(crate) mod point;
 pub(crate) mod rates;
 pub(crate) mod tolerances;

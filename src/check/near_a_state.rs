@@ -12,6 +12,7 @@ use crate::ode::probe::Probe;
 /// none. The magnitude of the typical state sets the steps of finite differences.
 ///
 /// The checks compare:
+/// - what [`Model::offers`] declares with what the model implements;
 /// - the Jacobian with differences of `accel`, and `accel_on_pieces` with `accel`;
 /// - the rates of contacts and edges with differences of deflections and edges in time;
 /// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
@@ -32,6 +33,9 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
     }
     let mut at = CheckPoint::new(model, typical);
     at.finite(&mut findings);
+    if findings.is_empty() {
+        at.offers(&mut findings);
+    }
     if findings.is_empty() {
         at.measure();
         at.jacobian(&mut findings);

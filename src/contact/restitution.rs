@@ -10,18 +10,18 @@ use crate::error::{ParameterError, check};
 /// sequence of ever lower rebounds, for e = 0 at the first impact, unless the stop moves away.
 ///
 /// ```
-/// use gear_dynamics::{contact::{Contact, Piece, Restitution}, Dop853, Integrator, Model, State};
+/// use gear_dynamics::{contact::{Contact, Piece, Restitution}, model::Offers, Dop853, Integrator, Model, State};
 /// struct Ball(Restitution); // q'' = -1 above a floor at q = 0
 /// impl Model for Ball {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
+///     fn offers(&self) -> Offers<'_> { Offers { stops: &[[true, false]], ..Offers::default() } }
 ///     fn contacts(&self) -> usize { 1 }
 ///     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
 ///         out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
 ///     }
-///     fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+///     fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
 ///         v[0] = self.0.rebound(v[0], 0.0);
-///         true
 ///     }
 /// }
 /// let ball = Ball(Restitution::new(0.5)?);

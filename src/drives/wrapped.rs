@@ -5,6 +5,7 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Channel, Jacobian, Model};
 use crate::model::expansion::expand::{Expand, Recorded};
+use crate::model::offers::Offers;
 use crate::model::terms::Terms;
 use crate::series::Series;
 use crate::tape::recording::Recording;
@@ -87,6 +88,9 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        self.model.offers()
+    }
     fn drives(&self) -> usize {
         self.model.drives()
     }
@@ -103,18 +107,11 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
         self.model.contact(u, q, v, out);
     }
     #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel_on_pieces(pieces, u, q, v, a);
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        self.model.jacobian(pieces, u, q, v, out);
     }
     fn expand(&self) -> Option<&dyn Expand> {
         self.model.expand().and(Some(self))
@@ -122,8 +119,8 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn terms(&self) -> Option<&dyn Terms> {
         self.model.terms()
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.model.impact(contact, on, u, q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, q, v);
     }
     fn channels(&self) -> Vec<Channel> {
         self.model.channels()

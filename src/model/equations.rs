@@ -6,6 +6,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::expansion::expand::Expand;
+use crate::model::offers::Offers;
 use crate::model::terms::Terms;
 use nalgebra::DMatrix;
 
@@ -13,21 +14,19 @@ use nalgebra::DMatrix;
 /// acceleration.
 ///
 /// ```
-/// use gear_dynamics::{contact::Piece, model::Jacobian, Model};
+/// use gear_dynamics::{contact::Piece, model::{Jacobian, Offers}, Model};
 /// struct Oscillator; // q'' = -4 q - 0.5 q'
 /// impl Model for Oscillator {
 ///     fn dof(&self) -> usize { 1 }
 ///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = -4.0 * q[0] - 0.5 * v[0]; }
-///     fn jacobian(
-///         &self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian,
-///     ) -> bool {
+///     fn offers(&self) -> Offers<'_> { Offers { jacobian: true, ..Offers::default() } }
+///     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
 ///         out.q[(0, 0)] = -4.0;
 ///         out.v[(0, 0)] = -0.5;
-///         true
 ///     }
 /// }
 /// let mut jacobian = Jacobian::new(1);
-/// assert!(Oscillator.jacobian(None, &[0.0], &[1.0], &[0.0], &mut jacobian));
+/// Oscillator.jacobian(None, &[0.0], &[1.0], &[0.0], &mut jacobian);
 /// assert_eq!((-jacobian.q[(0, 0)]).sqrt(), 2.0); // undamped natural frequency
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -143,39 +142,35 @@ pub trait Model {
         None
     }
 
-    /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`.
-    ///
-    /// For a stop the method replaces the velocities `v` before the impact by those after it and returns
-    /// `true`; the contact stays in its gap. If the edge is no stop, it returns `false`, and the contact
-    /// crosses the edge. Default: `false`. See [`Restitution`](crate::contact::Restitution).
-    ///
-    /// Whether an edge is a stop must depend on the contact and the flank alone. The deflection at a stop
-    /// must depend on drives and coordinates, not on velocities. `accel` must continue smoothly past the
-    /// stop, as far as the stages of one step reach.
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        let _ = (contact, on, u, q, v);
-        false
+    /// Declares which of the three following parts the model implements. The answer must always be the same.
+    /// Default: none.
+    fn offers(&self) -> Offers<'_> {
+        Offers::default()
     }
-
-    /// Writes q'' with every contact on a given piece, continued smoothly past its edges. `false`: not
-    /// available; solvers then locate edges by repeating steps. Default: `false`. The answer must not depend
-    /// on the arguments: solvers ask once.
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let _ = (pieces, u, q, v, a);
-        false
+    /// Writes q'' with every contact on a given piece, continued smoothly past its edges. It is called if
+    /// [`Offers::pieces`] declares it. Default: NaN.
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let _ = (pieces, u, q, v);
+        a.fill(f64::NAN);
     }
-    /// Writes ∂a/∂q and ∂a/∂v: evaluated by deflection for `None`, or with every contact on a given piece.
-    /// `false`: not available; differences are used instead. Default: `false`.
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        let _ = (pieces, u, q, v, out);
-        false
+    /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is called
+    /// if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise with every
+    /// contact on a given piece, for a model that also offers `pieces`. Default: NaN.
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        let _ = (pieces, u, q, v);
+        out.q.fill(f64::NAN);
+        out.v.fill(f64::NAN);
+    }
+    /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`: replaces the
+    /// velocities `v` before the impact by those after it. The contact stays in its gap. It is called for the
+    /// stops that [`Offers::stops`] declares; a contact crosses any other edge. Default: NaN. See
+    /// [`Restitution`](crate::contact::Restitution).
+    ///
+    /// The deflection at a stop must depend on drives and coordinates, not on velocities. `accel` must
+    /// continue smoothly past the stop, as far as the stages of one step reach.
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        let _ = (contact, on, u, q);
+        v.fill(f64::NAN);
     }
 
     /// Channels of this model in addition to those that every model has (see
@@ -236,21 +231,17 @@ impl<M: Model + ?Sized> Model for &M {
     fn terms(&self) -> Option<&dyn Terms> {
         (**self).terms()
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        (**self).impact(contact, on, u, q, v)
+    fn offers(&self) -> Offers<'_> {
+        (**self).offers()
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        (**self).accel_on_pieces(pieces, u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        (**self).accel_on_pieces(pieces, u, q, v, a);
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        (**self).jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        (**self).jacobian(pieces, u, q, v, out);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        (**self).impact(contact, on, u, q, v);
     }
     fn channels(&self) -> Vec<Channel> {
         (**self).channels()

@@ -13,6 +13,7 @@ use crate::model::expansion::expand::Expand;
 use crate::model::expansion::turning_waves::TurningWaves;
 use crate::model::expansion::wave_table::WaveTable;
 use crate::model::jacobian::dual_jacobian;
+use crate::model::offers::Offers;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::model::terms::Terms;
 use crate::scalar::Scalar;
@@ -353,20 +354,15 @@ impl<G: Shape> Model for Machine<G> {
         }
     }
     #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.shape().accel(&FixedPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
-        true
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, stops: self.shape().stops() }
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    #[inline]
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.shape().accel(&FixedPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
-        true
     }
     fn expand(&self) -> Option<&dyn Expand> {
         Some(self)
@@ -377,8 +373,8 @@ impl<G: Shape> Model for Machine<G> {
     fn terms(&self) -> Option<&dyn Terms> {
         Some(self)
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v);
     }
     fn channels(&self) -> Vec<Channel> {
         self.shape().channels()

@@ -20,6 +20,7 @@ pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
 pub use crate::model::expansion::every_piece::EveryPiece;
 pub use crate::model::expansion::expand::{Expand, Recorded};
 pub use crate::model::machine::Machine;
+pub use crate::model::offers::Offers;
 pub use crate::model::shape::{Drives, Shape, Size};
 pub use crate::model::terms::{Terms, TermsRoom};
 pub use crate::scalar::{Scalar, keep_rolled};

@@ -4,8 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::model::offers::Offers;
-use crate::model::slopes::{Slopes, accelerate};
+use crate::model::slopes::{Slopes, accelerate, offered};
 use crate::numeric::norms;
 use crate::numeric::spread::golden;
 use faer::Mat;
@@ -37,7 +36,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
-    let (mut exact, mut a, rest) = (true, vec![0.0; n], vec![0.0; n]);
+    let (exact, mut a, rest) = (model.offers().jacobian, vec![0.0; n], vec![0.0; n]);
     // Jacobians, each divided by its largest entry.
     let mut jacobians = Vec::new();
     let mut free = Free::whole(n);
@@ -48,7 +47,9 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
         jacobians.push(directions_of_stops(model, &u, &q));
         slopes.scale.fill(*size);
         for flank in &flanks {
-            exact &= model.jacobian(Some(flank), &u, &q, &v, &mut slopes.jacobian);
+            if exact {
+                model.jacobian(offered(model, Some(flank)), &u, &q, &v, &mut slopes.jacobian);
+            }
             for velocity in [false, true] {
                 let mut rounding = 0.0;
                 if !exact {
@@ -207,7 +208,7 @@ const ROUNDING: f64 = 2e-10;
 /// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other
 /// contacts are 0.
 fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
-    let (n, rigid) = (q.len(), Offers::of(model).rigid_edges());
+    let (n, rigid) = (q.len(), model.offers().rigid_edges(model.contacts()));
     let mut contacts = vec![Contact::default(); rigid.len()];
     let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {
         if !contacts.is_empty() {

@@ -267,14 +267,17 @@ pub trait Shape: PartialEq {
         Ok(())
     }
 
+    /// Whether the lower and the upper edge of each contact are rigid stops. Contacts past the end of the list
+    /// have no stop. Default: none. Lanes and drive tables reject a shape with stops.
+    fn stops(&self) -> &[[bool; 2]] {
+        &[]
+    }
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`: replaces the
-    /// velocities `v` and returns `true`. `false`: the edge is no stop. Default: `false`.
-    ///
-    /// Lanes and drive tables reject a shape with stops. See [`Model::impact`](crate::Model::impact) and
-    /// [`Restitution`](crate::contact::Restitution).
-    fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) -> bool {
-        let _ = (contact, on, u, q, v);
-        false
+    /// velocities `v`. It is called for the [`stops`](Shape::stops). Default: NaN. See
+    /// [`Model::impact`](crate::Model::impact) and [`Restitution`](crate::contact::Restitution).
+    fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) {
+        let _ = (contact, on, u, q);
+        v.fill(f64::NAN);
     }
 
     /// Channels of this model in addition to those that every model has. Default: none.

@@ -2,7 +2,6 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::{Jacobian, Model};
-use crate::model::offers::Offers;
 
 /// Evaluates the Jacobian of a model. Arrays for differences are allocated when they are first needed.
 pub(crate) struct Slopes<'m, M: ?Sized> {
@@ -33,7 +32,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     /// also shows the error of the differences.
     pub(crate) fn new(model: &'m M, scale: Vec<f64>, tolerance: f64) -> Self {
         let (n, step) = (model.dof(), (1e-3 * tolerance).cbrt().clamp(5e-6, 1e-3));
-        let (jacobian, differenced) = (Jacobian::new(n), !Offers::of(model).jacobian());
+        let (jacobian, differenced) = (Jacobian::new(n), !model.offers().jacobian);
         let room = if differenced { n } else { 0 };
         Slopes {
             model,
@@ -71,8 +70,10 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         q: &[f64],
         v: &[f64],
     ) {
-        if self.differenced || !model.jacobian(pieces, u, q, v, &mut self.jacobian) {
+        if self.differenced {
             self.differences(model, pieces, u, q, v);
+        } else {
+            model.jacobian(offered(model, pieces), u, q, v, &mut self.jacobian);
         }
     }
 
@@ -86,9 +87,6 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
         v: &[f64],
     ) {
         let n = q.len();
-        // The arrays are still empty if the model provides some Jacobians, but not this one.
-        self.y.resize(2 * n, 0.0);
-        self.a.iter_mut().for_each(|a| a.resize(n, 0.0));
         self.y[..n].copy_from_slice(q);
         self.y[n..].copy_from_slice(v);
         for (k, size) in self.scale.iter().enumerate() {
@@ -109,8 +107,12 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 }
 
-/// Writes q'' on given pieces if the model can evaluate them, by deflection otherwise. `false`: pieces are
-/// given, but the model cannot evaluate them.
+/// The pieces if the model can evaluate its accelerations on them.
+pub(crate) fn offered<'p, M: Model + ?Sized>(model: &M, pieces: Option<&'p [Piece]>) -> Option<&'p [Piece]> {
+    pieces.filter(|_| model.offers().pieces)
+}
+
+/// Writes q'' on given pieces if the model can evaluate them, by deflection otherwise.
 #[inline]
 pub(crate) fn accelerate<M: Model + ?Sized>(
     model: &M,
@@ -119,12 +121,9 @@ pub(crate) fn accelerate<M: Model + ?Sized>(
     q: &[f64],
     v: &[f64],
     a: &mut [f64],
-) -> bool {
-    if let Some(pieces) = pieces
-        && model.accel_on_pieces(pieces, u, q, v, a)
-    {
-        return true;
+) {
+    match offered(model, pieces) {
+        Some(pieces) => model.accel_on_pieces(pieces, u, q, v, a),
+        None => model.accel(u, q, v, a),
     }
-    model.accel(u, q, v, a);
-    pieces.is_none()
 }

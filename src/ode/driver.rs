@@ -2,7 +2,6 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::{Model, State};
-use crate::model::offers::Offers;
 use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::{Found, Locator};
@@ -30,7 +29,7 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
     if !limits.locate
-        && let Some(contact) = Offers::of(model).first_stop()
+        && let Some(contact) = model.offers().first_stop()
     {
         return Err(IntegrateError::StopNotLocated { contact });
     }
@@ -153,7 +152,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             locator.classify(&mut e, true);
             e.check_gaps(e.t)?;
             locator.check_stops(e.t)?;
-            e.on_fixed_pieces = Offers::of(model).fixed_pieces();
+            e.on_fixed_pieces = model.offers().pieces;
         }
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {

@@ -137,31 +137,25 @@ fn jumping_forces_have_an_exact_jacobian() {
             self.contact(u, q, v, &mut contact);
             self.accel_on_pieces(&[contact[0].piece()], u, q, v, a);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { pieces: true, jacobian: true, ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             1
         }
         fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             self.0.contact(u, q, v, out);
         }
-        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             self.0.accel_on_pieces(pieces, u, q, v, a);
             a[0] -= if pieces[0] == Piece::Gap { 0.0 } else { 0.05 * v[0] };
-            true
         }
-        fn jacobian(
-            &self,
-            pieces: Option<&[Piece]>,
-            u: &[f64],
-            q: &[f64],
-            v: &[f64],
-            out: &mut Jacobian,
-        ) -> bool {
+        fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
             let mut contact = [Contact::default()];
             self.contact(u, q, v, &mut contact);
             self.0.jacobian(pieces, u, q, v, out);
             out.v[(0, 0)] -=
                 if pieces.map_or(contact[0].piece(), |p| p[0]) == Piece::Gap { 0.0 } else { 0.05 };
-            true
         }
     }
     impl Periodic for Touching {
@@ -552,20 +546,22 @@ impl Model for Stepped {
         let tooth = Backlash::new(1.0).unwrap().at(q[0]);
         a[0] = 0.2 - 0.1 * v[0] - u[0] * tooth;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let tooth = match pieces[0] {
             Piece::Lower => q[0] + 1.0,
             Piece::Gap => 0.0,
             Piece::Upper => q[0] - 1.0,
         };
         a[0] = 0.2 - 0.1 * v[0] - u[0] * tooth;
-        true
     }
 }
 
@@ -928,10 +924,12 @@ fn barely_held_motions_need_a_jacobian() {
             a[0] = u[0].cos() - 4.0 * (q[0] - q[1]) - 0.1 * (v[0] - v[1]) + 1e-7;
             a[1] = 4.0 * (q[0] - q[1]) + 0.1 * (v[0] - v[1]) - 4e-7 * q[1];
         }
-        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        fn offers(&self) -> Offers<'_> {
+            Offers { jacobian: self.jacobian, ..Offers::default() }
+        }
+        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
             out.q.copy_from_slice(&[-4.0, 4.0, 4.0, -4.0 - 4e-7]);
             out.v.copy_from_slice(&[-0.1, 0.1, 0.1, -0.1]);
-            self.jacobian
         }
     }
     impl Periodic for Soft {

@@ -51,9 +51,11 @@ impl Shape for Stop {
         let force = cos + second * (double * shift.cos() - sine * shift.sin());
         a[0] = amplitude * force - damping * v[0] - q[0] - cubic * q[0] * q[0] * q[0];
     }
-    fn impact(&self, _: usize, on: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
+    fn stops(&self) -> &[[bool; 2]] {
+        &[[true, true]]
+    }
+    fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) {
         v[0] = self.restitution.rebound(v[0], 0.0);
-        on != Piece::Gap
     }
 }
 

@@ -96,6 +96,9 @@ impl Model for Pair {
         let (x, rate) = (q[0] - q[1], v[0] - v[1]);
         self.turn(self.law(self.piece(u, x), u, x, rate), u, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.slip != Slip::NoContacts, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         4
     }
@@ -160,14 +163,10 @@ impl Model for Pair {
             },
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        if self.slip == Slip::NoContacts {
-            return false;
-        }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let (x, rate) = (q[0] - q[1], v[0] - v[1]);
         let piece = if self.slip == Slip::PiecesIgnored { self.piece(u, x) } else { pieces[0] };
         self.turn(self.law(piece, u, x, rate), u, v, a);
-        true
     }
 }
 
@@ -234,6 +233,81 @@ fn unannounced_jumps_are_found_without_a_period() {
         let phase = (t / unit / TAU).rem_euclid(1.0);
         assert!([0.0, 0.37, 1.0].iter().any(|edge| (phase - edge).abs() < 1e-6), "{unit}: {t}");
     }
+}
+
+/// What a model declares and what it implements: each difference is named, and nothing else is reported.
+#[test]
+fn declared_and_implemented_parts_are_compared() {
+    /// A ball over a rigid floor.
+    struct Bare;
+    /// The same ball with the methods of all parts.
+    struct Ball<'s>(Offers<'s>);
+    impl Model for Bare {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = -1.0;
+        }
+        fn offers(&self) -> Offers<'_> {
+            ALL
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
+        }
+    }
+    impl Model for Ball<'_> {
+        fn dof(&self) -> usize {
+            Bare.dof()
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            Bare.accel(u, q, v, a);
+        }
+        fn offers(&self) -> Offers<'_> {
+            self.0
+        }
+        fn contacts(&self) -> usize {
+            Bare.contacts()
+        }
+        fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            Bare.contact(u, q, v, out);
+        }
+        fn accel_on_pieces(&self, _: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            Bare.accel(u, q, v, a);
+        }
+        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
+            out.q.fill(0.0);
+            out.v.fill(0.0);
+        }
+        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
+            v[0] *= -0.8;
+        }
+    }
+    const ALL: Offers<'_> = Offers { pieces: true, jacobian: true, stops: &[[true, false]] };
+    let state = State::new(0.0, &[1.0], &[0.0]);
+    let found = |model: &dyn Model| -> Vec<String> {
+        check_model(model, &state).iter().map(|found| found.to_string()).collect()
+    };
+    assert_eq!(found(&Ball(ALL)), [""; 0]);
+    let missing = |method| format!("offers: it declares {method}, but the model does not implement {method}");
+    assert_eq!(found(&Bare), ["accel_on_pieces", "jacobian", "impact"].map(missing));
+    let hidden =
+        [Offers { pieces: false, ..ALL }, Offers { jacobian: false, ..ALL }, Offers { stops: &[], ..ALL }];
+    for (offers, method) in hidden.into_iter().zip(["accel_on_pieces", "jacobian", "impact"]) {
+        let said = found(&Ball(offers));
+        let expected = format!("offers: the model implements {method}, but does not declare it");
+        assert!(said.len() == 1 && said[0].starts_with(&expected), "{said:?}");
+    }
+    assert_eq!(
+        found(&Ball(Offers { stops: &[[true, false]; 3], ..ALL })),
+        ["offers: it declares stops of 3 contacts, but the model has 1"]
+    );
+    // A solver says at once that a declared part is missing.
+    let failed = Dop853::new().end(&Bare, &state, 1.0).unwrap_err();
+    assert!(matches!(failed, IntegrateError::NotFinite { .. }), "{failed}");
 }
 
 /// Smooth laws need no contact: cubic, rounded, Hertzian.

@@ -98,6 +98,9 @@ impl Model for Flawed {
             a[0] = f64::NAN;
         }
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         3
     }
@@ -126,14 +129,13 @@ impl Model for Flawed {
             force,
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let f = match pieces[0] {
             Piece::Lower => q[0] + u[1],
             Piece::Gap => 0.0,
             Piece::Upper => q[0] - u[1],
         };
         a[0] = u[0] - 0.1 * v[0] - if self.0 == Wrong::Pieces { 1.1 * f } else { f };
-        true
     }
 }
 
@@ -157,6 +159,9 @@ impl Model for InUnit {
         self.model.accel(u, q, &[v[0] * self.unit], a);
         a[0] /= self.unit * self.unit;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         3
     }
@@ -171,10 +176,9 @@ impl Model for InUnit {
         out[0].lower_rate /= self.unit;
         out[0].upper_rate /= self.unit;
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel_on_pieces(pieces, u, q, &[v[0] * self.unit], a);
         a[0] /= self.unit * self.unit;
-        true
     }
 }
 
@@ -251,9 +255,11 @@ fn two_masses_on_one_contact_are_consistent() {
         fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
             self.turn(Two::force(q, None), a);
         }
-        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+        fn offers(&self) -> Offers<'_> {
+            Offers { pieces: true, ..Offers::default() }
+        }
+        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
             self.turn(Two::force(q, Some(pieces[0])), a);
-            true
         }
         fn contacts(&self) -> usize {
             1

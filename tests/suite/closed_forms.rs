@@ -35,30 +35,24 @@ impl Model for Loaded {
         GAP.accel(u, q, v, a);
         a[0] += self.force + self.amplitude * (self.omega * u[0]).cos();
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         GAP.contact(u, q, v, out);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         GAP.accel_on_pieces(pieces, u, q, v, a);
         a[0] += self.force + self.amplitude * (self.omega * u[0]).cos();
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         let mut contact = [Contact::default()];
         self.contact(u, q, v, &mut contact);
         let piece = pieces.map_or(contact[0].piece(), |pieces| pieces[0]);
         out.q[(0, 0)] = if piece == Piece::Gap { 0.0 } else { -1.0 };
-        true
     }
 }
 

@@ -32,6 +32,10 @@ impl Model for Ball {
         let piece = if q[0] < 0.0 && self.stop.is_none() { Piece::Lower } else { Piece::Gap };
         self.accel_on_pieces(&[piece], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        let stops: &[[bool; 2]] = if self.stop.is_some() { &[[true, false]] } else { &[] };
+        Offers { pieces: true, stops, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -40,17 +44,12 @@ impl Model for Ball {
         let force = if self.stop.is_some() { 0.0 } else { self.force(free.piece(), q[0], v[0]) };
         out[0] = Contact { force, ..free };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = -self.gravity - self.force(pieces[0], q[0], v[0]) / self.mass;
-        true
     }
-    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
-        match self.stop {
-            Some(restitution) => {
-                v[0] = restitution.rebound(v[0], 0.0);
-                true
-            }
-            None => false,
+    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
+        if let Some(restitution) = self.stop {
+            v[0] = restitution.rebound(v[0], 0.0);
         }
     }
 }

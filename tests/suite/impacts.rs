@@ -55,15 +55,17 @@ impl Model for Oscillator {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = self.amplitude * (self.omega * u[0]).cos() - self.c * v[0] - self.k * q[0];
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { stops: &[[true, true]], ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         out[0] = Contact { deflection: q[0], rate: v[0], upper: self.stop, ..Contact::default() };
     }
-    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
         v[0] = self.restitution.rebound(v[0], 0.0);
-        true
     }
 }
 
@@ -106,6 +108,9 @@ impl Model for Ball {
     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = -self.gravity;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { stops: &[[true, true]], ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         2
     }
@@ -119,9 +124,8 @@ impl Model for Ball {
         out[0] =
             Contact { deflection: q[0], rate: v[0], lower: u[0], lower_rate: u[1], ..Contact::default() };
     }
-    fn impact(&self, _: usize, _: Piece, u: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+    fn impact(&self, _: usize, _: Piece, u: &[f64], _: &[f64], v: &mut [f64]) {
         v[0] = self.restitution.rebound(v[0], u[1]);
-        true
     }
 }
 
@@ -227,6 +231,9 @@ fn an_elastic_stop_keeps_the_energy() {
         fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
             (a[0], a[1]) = (-q[0], -2.0 * q[1]);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { stops: &[[false, true], [true, false]], ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             2
         }
@@ -235,14 +242,13 @@ fn an_elastic_stop_keeps_the_energy() {
             out[1] =
                 Contact { deflection: q[1] - q[0], rate: v[1] - v[0], lower: -0.3, ..Contact::default() };
         }
-        fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
             match (contact, on) {
                 (0, Piece::Upper) => v[1] = self.0.rebound(v[1], 0.0),
                 // The masses are 1 and 2.
                 (1, Piece::Lower) => self.0.impulse(v[1] - v[0], &[-1.0, 1.0], &[-1.0, 0.5], v),
-                _ => return false,
+                _ => {}
             }
-            true
         }
     }
     let energy =
@@ -276,6 +282,9 @@ fn impacts_at_one_instant_follow_each_other() {
         fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
             a.fill(0.0);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { stops: &[[true, true]; 2], ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             2
         }
@@ -289,10 +298,9 @@ fn impacts_at_one_instant_follow_each_other() {
                 };
             }
         }
-        fn impact(&self, i: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        fn impact(&self, i: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
             let v = &mut v[i..i + 2];
             self.0.impulse(v[1] - v[0], &[-1.0, 1.0], &[-1.0, 1.0], v);
-            true
         }
     }
     let start = State::new(0.0, &[-1.0, 1.0, 2.0], &[1.0, 0.0, 0.0]);
@@ -374,6 +382,9 @@ impl Model for Links {
         let force = [-2.0 * q[0].sin() - sine * v[1] * v[1], sine * v[0] * v[0] - q[1].sin()];
         a.copy_from_slice(&Links::mobility(q, force));
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { stops: &[[true, true]], ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -389,11 +400,10 @@ impl Model for Links {
             ..Contact::default()
         };
     }
-    fn impact(&self, _: usize, _: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
+    fn impact(&self, _: usize, _: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
         let b = [q[0].cos(), q[1].cos()];
         let rate = b[0] * v[0] + b[1] * v[1];
         self.restitution.impulse(rate - Links::wall(u).1, &b, &Links::mobility(q, b), v);
-        true
     }
 }
 
@@ -412,6 +422,9 @@ impl Model for Padded {
         let pad = if q[0] > 0.5 { 20.0 * (q[0] - 0.5) + 3.0 * v[0] } else { 0.0 };
         a[0] = 1.2 * (1.3 * u[0]).cos() - q[0] - pad;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.pieces, stops: &[[false; 2], [false, true]], ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         2
     }
@@ -419,16 +432,12 @@ impl Model for Padded {
         out[0] = Contact { deflection: q[0], rate: v[0], upper: 0.5, ..Contact::default() };
         out[1] = Contact { upper: 0.6, ..out[0] };
     }
-    fn impact(&self, contact: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
-        if (contact, on) == (1, Piece::Upper) {
-            v[0] = self.restitution.rebound(v[0], 0.0);
-        }
-        (contact, on) == (1, Piece::Upper)
+    fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
+        v[0] = self.restitution.rebound(v[0], 0.0);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let pad = if pieces[0] == Piece::Upper { 20.0 * (q[0] - 0.5) + 3.0 * v[0] } else { 0.0 };
         a[0] = 1.2 * (1.3 * u[0]).cos() - q[0] - pad;
-        self.pieces
     }
 }
 
@@ -698,15 +707,17 @@ fn what_rests_on_a_stop_ends_the_run_with_what_there_is() {
                 fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
                     self.0.accel(u, q, v, a);
                 }
+                fn offers(&self) -> Offers<'_> {
+                    Offers { stops: &[[true, true]], ..Offers::default() }
+                }
                 fn contacts(&self) -> usize {
                     1
                 }
                 fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
                     out[0] = Contact { deflection: q[0], rate: v[0], lower: self.1, ..Contact::default() };
                 }
-                fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+                fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
                     v[0] = self.0.restitution.rebound(v[0], 0.0);
-                    true
                 }
             }
             let on = On(Ball { ..Ball::new(0.0, e) }, floor);
@@ -788,6 +799,9 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
         fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             self.0.accel(u, q, v, a);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { stops: &[[true, true]], ..Offers::default() }
+        }
         fn drives(&self) -> usize {
             2
         }
@@ -800,9 +814,8 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
         fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             self.0.contact(u, q, v, out);
         }
-        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
             v[0] *= self.1;
-            true
         }
     }
     for factor in [0.8, -1.1, 1.0] {

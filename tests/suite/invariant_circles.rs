@@ -3,6 +3,7 @@
 use crate::api::*;
 use crate::common::two_tones::{SlippingPair, TwoToneDuffing, round, van_der_pol};
 use crate::data::read;
+use gear_dynamics::model::Offers;
 use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -189,6 +190,9 @@ fn self_excited_pair_that_loses_contact() {
         fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             self.accel_on_pieces(&[Chatter::piece(q[0])], u, q, v, a);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { pieces: true, jacobian: true, ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             1
         }
@@ -203,22 +207,13 @@ fn self_excited_pair_that_loses_contact() {
                 ..Contact::default()
             };
         }
-        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             let drive = 0.1 * (1.7 * u[0]).cos() - 1.0;
             a[0] = drive + 0.2 * (1.0 - v[0] * v[0]) * v[0] - Chatter::force(pieces[0], q[0])[0];
-            true
         }
-        fn jacobian(
-            &self,
-            pieces: Option<&[Piece]>,
-            _: &[f64],
-            q: &[f64],
-            v: &[f64],
-            out: &mut Jacobian,
-        ) -> bool {
+        fn jacobian(&self, pieces: Option<&[Piece]>, _: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
             let piece = pieces.map_or(Chatter::piece(q[0]), |pieces| pieces[0]);
             (out.q[(0, 0)], out.v[(0, 0)]) = (-Chatter::force(piece, q[0])[1], 0.2 - 0.6 * v[0] * v[0]);
-            true
         }
     }
     impl Periodic for Chatter {

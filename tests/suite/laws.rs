@@ -40,6 +40,9 @@ impl<N: Nonlinearity> Model for Mass<N> {
         let e = self.edges();
         a[0] = -self.stiffness / self.mass * self.law.force(q[0], v[0], e.lower, e.upper);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         self.law.switches()
     }
@@ -48,10 +51,9 @@ impl<N: Nonlinearity> Model for Mass<N> {
         self.accel(u, q, v, &mut a);
         self.tell([q[0], v[0], a[0]], -self.mass * a[0], out);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let e = self.edges();
         a[0] = -self.stiffness / self.mass * self.law.force_on_all(pieces, q[0], v[0], e.lower, e.upper);
-        true
     }
 }
 
@@ -277,6 +279,9 @@ impl Model for Driven {
         self.of.accel(u, q, v, a);
         a[0] += self.drive(u[0], v[0]);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         self.of.contacts()
     }
@@ -286,10 +291,9 @@ impl Model for Driven {
         self.of.accel(u, q, v, &mut of_law);
         self.of.tell([q[0], v[0], a[0]], -self.of.mass * of_law[0], out);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.of.accel_on_pieces(pieces, u, q, v, a);
         a[0] += self.drive(u[0], v[0]);
-        true
     }
 }
 

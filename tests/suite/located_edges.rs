@@ -51,15 +51,17 @@ impl Model for Thrown {
     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = -1.0 - 1e4 * (q[0] - 1.0).max(0.0);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -1e3, upper: 1.0, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = if pieces[0] == Piece::Upper { -1.0 - 1e4 * (q[0] - 1.0) } else { -1.0 };
-        true
     }
 }
 
@@ -123,6 +125,9 @@ fn contacts_that_cross_together() {
             FreeDeadZone { b: 1.0 }.accel(u, &q[..1], &v[..1], left);
             FreeDeadZone { b: 1.0 }.accel(u, &q[1..], &v[1..], right);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { pieces: true, ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             2
         }
@@ -131,7 +136,7 @@ fn contacts_that_cross_together() {
                 FreeDeadZone { b: 1.0 }.contact(u, &q[i..=i], &v[i..=i], &mut out[i..=i]);
             }
         }
-        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             for i in 0..2 {
                 FreeDeadZone { b: 1.0 }.accel_on_pieces(
                     &pieces[i..=i],
@@ -141,7 +146,6 @@ fn contacts_that_cross_together() {
                     &mut a[i..=i],
                 );
             }
-            true
         }
     }
     let start = State::new(0.0, &[3.0, -3.0], &[0.0, 0.0]);
@@ -203,6 +207,9 @@ fn a_stall_is_a_typed_error() {
         fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
             a[0] = if q[0] > 0.0 { -1.0 } else { 1.0 };
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { pieces: true, ..Offers::default() }
+        }
         fn contacts(&self) -> usize {
             1
         }
@@ -211,9 +218,8 @@ fn a_stall_is_a_typed_error() {
             let rate = if q[0] > 0.0 { -1.0 } else { 1.0 };
             out[0] = Contact { deflection: q[0], rate, lower: 0.0, upper: 0.0, ..Contact::default() };
         }
-        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+        fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
             a[0] = if pieces[0] == Piece::Upper { -1.0 } else { 1.0 };
-            true
         }
     }
     let failed = Dop853::new().trajectory(&Stuck, &State::new(0.0, &[0.5], &[0.0]), 10.0).unwrap_err();
@@ -400,6 +406,9 @@ impl Model for Couple {
         self.contact(u, q, v, &mut contact);
         self.accel_on_pieces(&[contact[0].piece()], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -407,7 +416,7 @@ impl Model for Couple {
         let (deflection, rate) = (0.05 * (q[0] - q[1]), 0.05 * (v[0] - v[1]));
         out[0] = Contact { deflection, rate, lower: -1e-5, upper: 1e-5, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let d = 0.05 * (q[0] - q[1]);
         let force = match pieces[0] {
             Piece::Lower => d + 1e-5,
@@ -417,7 +426,6 @@ impl Model for Couple {
         let force =
             1e3 * force + 5.0 * (v[0] - v[1]) * f64::from(pieces[0] != Piece::Gap) + 1e-2 * u[0].cos();
         a.copy_from_slice(&[-force, force]);
-        true
     }
 }
 
@@ -483,6 +491,9 @@ impl Model for Crest {
     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = 0.0;
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -498,8 +509,7 @@ impl Model for Crest {
             ..Contact::default()
         };
     }
-    fn accel_on_pieces(&self, _: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, _: &[Piece], _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = 0.0;
-        true
     }
 }

@@ -89,6 +89,9 @@ impl Model for Stops {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = self.held(|i| Stops::of(&self.all[i], u, q[0], v[0]).piece(), u, q[0], v[0]);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         self.all.len()
     }
@@ -97,9 +100,8 @@ impl Model for Stops {
             *contact = Stops::of(stop, u, q[0], v[0]);
         }
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = self.held(|i| pieces[i], u, q[0], v[0]);
-        true
     }
     fn expand(&self) -> Option<&dyn Expand> {
         Some(self)

@@ -344,9 +344,11 @@ impl Model for Cubic {
             - self.stiffness * q[0]
             - q[0].powi(3);
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         (out.q[(0, 0)], out.v[(0, 0)]) = (-self.stiffness - 3.0 * q[0] * q[0], -self.damping);
-        true
     }
 }
 

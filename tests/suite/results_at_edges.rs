@@ -27,6 +27,9 @@ impl Model for Stop {
     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = -self.force(if q[0] > 1.0 { Piece::Upper } else { Piece::Gap }, q[0], v[0]);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.offers_pieces, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -34,9 +37,8 @@ impl Model for Stop {
         let free = Contact { deflection: q[0], rate: v[0], lower: -5.0, upper: 1.0, ..Contact::default() };
         out[0] = Contact { force: self.force(free.piece(), q[0], v[0]), ..free };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = -self.force(pieces[0], q[0], v[0]);
-        self.offers_pieces
     }
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("twice the force", "")]
@@ -88,6 +90,9 @@ impl Model for Oscillator {
         let b = self.half_width;
         a[0] = self.load * u[0].cos() - (q[0] - b).max(0.0) + (-b - q[0]).max(0.0);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -96,14 +101,13 @@ impl Model for Oscillator {
         let force = (q[0] - b).max(0.0) - (-b - q[0]).max(0.0);
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = self.load * u[0].cos()
             - match pieces[0] {
                 Piece::Lower => q[0] + self.half_width,
                 Piece::Gap => 0.0,
                 Piece::Upper => q[0] - self.half_width,
             };
-        true
     }
 }
 

@@ -17,10 +17,12 @@ impl Model for Swing {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = u[0].cos() - 0.3 * v[0] - self.stiffness * q[0];
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
         out.q[0] = if self.no_slope { f64::NAN } else { -self.stiffness };
         out.v[0] = -0.3;
-        true
     }
 }
 

@@ -434,6 +434,9 @@ fn lanes_refuse_rigid_stops() {
             let [weight] = u.constants();
             a[0] = -weight;
         }
+        fn stops(&self) -> &[[bool; 2]] {
+            &[[true, false]]
+        }
         fn contact<S: Scalar, L: PieceChoice<S>>(
             &self,
             _: &L,
@@ -444,9 +447,8 @@ fn lanes_refuse_rigid_stops() {
         ) -> Contact<S> {
             Contact { deflection: q[0], rate: v[0], lower: S::from(0.0), ..Contact::default() }
         }
-        fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) -> bool {
+        fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) {
             v[0] = -v[0];
-            true
         }
     }
     let family = |p: &Point<'_>| Machine::with_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);

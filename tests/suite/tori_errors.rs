@@ -126,12 +126,14 @@ fn iterations_that_fail_keep_the_last_iterate() {
         fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             self.0.accel(u, q, v, a);
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { jacobian: true, ..Offers::default() }
+        }
         fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
             self.0.drive(t, side, u);
         }
-        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
             out.q[(0, 0)] = f64::NEG_INFINITY;
-            true
         }
     }
     impl QuasiPeriodic for Steep {
@@ -162,6 +164,9 @@ fn rigid_stops_are_refused() {
         fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
             a[0] = u[0] - 1.0;
         }
+        fn offers(&self) -> Offers<'_> {
+            Offers { stops: &[[true, false]], ..Offers::default() }
+        }
         fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
             self.drive_at(&[t, 3f64.sqrt() * t], side, u);
         }
@@ -171,9 +176,8 @@ fn rigid_stops_are_refused() {
         fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, ..Contact::default() };
         }
-        fn impact(&self, _: usize, on: Piece, _: &[f64], _: &[f64], v: &mut [f64]) -> bool {
+        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
             v[0] *= -0.5;
-            on == Piece::Lower
         }
     }
     impl QuasiPeriodic for Ball {

@@ -52,6 +52,16 @@ impl Jumping {
     fn width(&self, t: f64) -> (f64, f64) {
         (1.0 + self.swing * (3.0 * t).sin(), 3.0 * self.swing * (3.0 * t).cos())
     }
+    fn piece(&self, u: &[f64], q: &[f64]) -> Piece {
+        let b = self.width(u[0]).0;
+        if q[0] > b {
+            Piece::Upper
+        } else if q[0] < -b {
+            Piece::Lower
+        } else {
+            Piece::Gap
+        }
+    }
 }
 
 impl Model for Jumping {
@@ -59,15 +69,10 @@ impl Model for Jumping {
         1
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        let b = self.width(u[0]).0;
-        let piece = if q[0] > b {
-            Piece::Upper
-        } else if q[0] < -b {
-            Piece::Lower
-        } else {
-            Piece::Gap
-        };
-        self.accel_on_pieces(&[piece], u, q, v, a);
+        self.accel_on_pieces(&[self.piece(u, q)], u, q, v, a);
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: self.jacobian, ..Offers::default() }
     }
     fn contacts(&self) -> usize {
         1
@@ -84,7 +89,7 @@ impl Model for Jumping {
             force: 0.0,
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let b = self.width(u[0]).0;
         let tooth = |edge: f64| 4.0 * (q[0] - edge) + 0.6 * v[0];
         a[0] = 0.3 + 0.5 * (0.9 * u[0]).cos()
@@ -93,22 +98,11 @@ impl Model for Jumping {
                 Piece::Gap => 0.0,
                 Piece::Upper => tooth(b),
             };
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        _: &[f64],
-        _: &[f64],
-        _: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        if let (true, Some(pieces)) = (self.jacobian, pieces) {
-            let touching = if pieces[0] == Piece::Gap { 0.0 } else { 1.0 };
-            (out.q[(0, 0)], out.v[(0, 0)]) = (-4.0 * touching, -0.6 * touching);
-            return true;
-        }
-        false
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
+        let piece = pieces.map_or_else(|| self.piece(u, q), |pieces| pieces[0]);
+        let touching = if piece == Piece::Gap { 0.0 } else { 1.0 };
+        (out.q[(0, 0)], out.v[(0, 0)]) = (-4.0 * touching, -0.6 * touching);
     }
 }
 

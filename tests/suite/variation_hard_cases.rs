@@ -19,12 +19,14 @@ impl Model for Still {
         a[0] = c - 0.1 * v[0] - q[0];
         a[1] = 1.0 + self.0 * c - 0.1 * v[1] - q[1];
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
         out.q.fill_with_identity();
         out.v.fill_with_identity();
         out.q.neg_mut();
         out.v *= -0.1;
-        true
     }
 }
 
@@ -116,15 +118,17 @@ impl Model for Jumping {
         self.contact(u, q, v, &mut out);
         a[0] = Jumping::on(out[0].piece(), u[0], q[0], v[0]);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.pieces, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = Jumping::on(pieces[0], u[0], q[0], v[0]);
-        self.pieces
     }
 }
 
@@ -172,6 +176,9 @@ impl Model for Friction {
         let s = self.sliding(u[0], q[0], v[0]);
         a[0] = Friction::on(if s == 0.0 { 0.0 } else { s.signum() }, u[0], q[0], v[0]);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -187,14 +194,13 @@ impl Model for Friction {
             ..Contact::default()
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let sign = match pieces[0] {
             Piece::Lower => -1.0,
             Piece::Gap => 0.0,
             Piece::Upper => 1.0,
         };
         a[0] = Friction::on(sign, u[0], q[0], v[0]);
-        true
     }
 }
 
@@ -242,6 +248,9 @@ impl Model for Leaning {
         self.contact(u, q, v, &mut contact);
         self.accel_on_pieces(&[contact[0].piece()], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -257,14 +266,13 @@ impl Model for Leaning {
             force: 0.0,
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let sign = match pieces[0] {
             Piece::Lower => -1.0,
             Piece::Gap => 0.0,
             Piece::Upper => 1.0,
         };
         a[0] = 2.0 * (1.3 * u[0]).cos() - 0.05 * v[0] - q[0] - 0.3 * sign;
-        true
     }
 }
 

@@ -16,7 +16,6 @@ use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::contact::piece::Piece;
-use crate::model::offers::Offers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -116,7 +115,9 @@ impl Continuation {
         let measured = measure(&orbits, p, &passage, &[])?;
         let boundary = boundary_of(kind, &measured)?;
         let range = measured.ranges.iter().take(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
-        let rigid = Offers::of(&*slice.model([p, other])?).rigid_edges();
+        let model = slice.model([p, other])?;
+        let rigid = model.offers().rigid_edges(model.contacts());
+        drop(model);
         if let Boundary::Grazing(own) = &boundary {
             let grazed = grazed_stops(&rigid, &measured.trace, range);
             let edge = usize::from(!own.lower);
@@ -130,7 +131,7 @@ impl Continuation {
         let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
         let model = slice.model([p, other])?;
-        let rigid = Offers::of(&*model).rigid_edges(); // without those that are left out
+        let rigid = model.offers().rigid_edges(model.contacts()); // without those that are left out
         let reference = Reference::of_any_orbit(&*model, &measured);
         drop(model);
         let motion = reference.motion(&measured);

@@ -125,7 +125,7 @@ impl Slice<'_> {
     pub(crate) fn model(&self, values: [f64; 2]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         let model = self.plane.at(values)?;
         let stops = self.left_out.borrow().clone();
-        Ok(if stops.is_empty() { model } else { Box::new(WithoutStops { model, stops }) })
+        Ok(if stops.is_empty() { model } else { Box::new(WithoutStops::new(model, &stops)) })
     }
 }
 

@@ -6,17 +6,29 @@ use crate::excitation::side::Side;
 use crate::model::constants::Constants;
 use crate::model::equations::{Channel, Jacobian, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use crate::model::offers::Offers;
 use crate::model::terms::Terms;
-use std::rc::Rc;
 
 /// A model without the impacts on some of its rigid stops.
 ///
 /// Along the grazing of a stop the orbits touch it. Rounding would decide whether they strike it, and an impact of
 /// any speed changes their derivatives without bound. Without the stop the orbit and the distance are smooth.
 pub(crate) struct WithoutStops<'m> {
-    pub(crate) model: Box<dyn Periodic + 'm>,
-    /// Contacts and their flanks.
-    pub(crate) stops: Rc<[(usize, Piece)]>,
+    model: Box<dyn Periodic + 'm>,
+    /// The stops that are left.
+    stops: Vec<[bool; 2]>,
+}
+
+impl<'m> WithoutStops<'m> {
+    /// `out`: the contacts and flanks whose stops are left out.
+    pub(crate) fn new(model: Box<dyn Periodic + 'm>, out: &[(usize, Piece)]) -> Self {
+        let mut stops = model.offers().rigid_edges(model.contacts());
+        for (contact, rigid) in stops.iter_mut().enumerate() {
+            rigid[0] &= !out.contains(&(contact, Piece::Lower));
+            rigid[1] &= !out.contains(&(contact, Piece::Upper));
+        }
+        WithoutStops { model, stops }
+    }
 }
 
 impl Model for WithoutStops<'_> {
@@ -25,6 +37,9 @@ impl Model for WithoutStops<'_> {
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { stops: &self.stops, ..self.model.offers() }
     }
     fn drives(&self) -> usize {
         self.model.drives()
@@ -56,21 +71,14 @@ impl Model for WithoutStops<'_> {
     fn terms(&self) -> Option<&dyn Terms> {
         self.model.terms()
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        !self.stops.contains(&(contact, on)) && self.model.impact(contact, on, u, q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, q, v);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel_on_pieces(pieces, u, q, v, a);
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        self.model.jacobian(pieces, u, q, v, out);
     }
     fn channels(&self) -> Vec<Channel> {
         self.model.channels()

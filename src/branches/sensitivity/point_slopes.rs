@@ -83,7 +83,7 @@ fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -
         Some(PointKind::Grazing { contact, edge, .. })
             if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
         {
-            Box::new(WithoutStops { model, stops: [(*contact, *edge)].into() })
+            Box::new(WithoutStops::new(model, &[(*contact, *edge)]))
         }
         _ => model,
     }

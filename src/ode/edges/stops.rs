@@ -2,7 +2,6 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Model;
-use crate::model::offers::Offers;
 use crate::ode::edges::exit::Exit;
 
 /// Maximum number of impacts that follow from one another at one instant, per contact of the model.
@@ -79,7 +78,7 @@ pub(crate) struct Stops {
 impl Stops {
     /// The rigid stops of `model`; none if edges are not located.
     pub(crate) fn new<M: Model + ?Sized, const LOCATE: bool>(model: &M) -> Self {
-        let rigid = if LOCATE { Offers::of(model).rigid_edges() } else { Vec::new() };
+        let rigid = if LOCATE { model.offers().rigid_edges(model.contacts()) } else { Vec::new() };
         let contacts = rigid.len();
         Stops {
             v: vec![0.0; if contacts > 0 { model.dof() } else { 0 }],

@@ -2,7 +2,7 @@
 
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::Expand;
-use crate::model::offers::Offers;
+use crate::model::slopes::accelerate;
 use crate::ode::driver::{LAST_TIME, edge_after};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
@@ -64,7 +64,7 @@ impl Prepared {
         if let Some(what) = recorded.0.kink() {
             return Err(IntegrateError::NoSeries { what });
         }
-        if !Offers::of(model).fixed_pieces() {
+        if model.contacts() > 0 && !model.offers().pieces {
             return Err(IntegrateError::NoSeries { what: "a model without `accel_on_pieces`" });
         }
         let Tape { dof, drives, distances, .. } = &recorded.0;
@@ -329,7 +329,7 @@ impl<'r> Run<'r> {
             let [held, real] = &mut self.accelerations;
             c.acceleration(h, held);
             let (q, v) = self.e.y1.slice().split_at(n);
-            self.e.model.accel_on_pieces(&self.e.pieces, self.e.nodes.end(), q, v, real);
+            accelerate(self.e.model, Some(&self.e.pieces), self.e.nodes.end(), q, v, real);
             if self.pace.tolerates(h, held, real) {
                 return Ok(h);
             }

@@ -1,7 +1,6 @@
 //! Requirements of a balance on its model.
 
 use crate::model::equations::{Model, Periodic};
-use crate::model::offers::Offers;
 use crate::model::rigid::rigid_motions;
 use crate::periodic::balance::balance_error::BalanceError;
 
@@ -15,5 +14,5 @@ pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f6
 
 /// Error if the model has a rigid stop: a Fourier series cannot represent velocities that jump.
 pub(crate) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
-    Offers::of(model).first_stop().map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
+    model.offers().first_stop().map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

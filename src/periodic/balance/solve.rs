@@ -3,7 +3,6 @@
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
-use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
@@ -60,7 +59,7 @@ impl Balance {
     fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !Offers::of(model).fixed_pieces() {
+        if model.contacts() > 0 && !model.offers().pieces {
             return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         let width = self.harmonics.unknowns();
@@ -195,7 +194,7 @@ impl Balance {
         near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
         crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !Offers::of(model).fixed_pieces() {
+        if model.contacts() > 0 && !model.offers().pieces {
             return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         let mut equations = self.equations(model, near)?.on_fixed_pieces(&vec![flank; model.contacts()]);

@@ -7,6 +7,7 @@ use crate::model::constants::Constants;
 use crate::model::equations::{Jacobian, Model};
 use crate::model::expansion::expand::Expand;
 use crate::model::offers::Offers;
+use crate::model::slopes::{accelerate, offered};
 use crate::model::terms::Terms;
 use std::cell::RefCell;
 
@@ -82,8 +83,7 @@ pub(crate) fn gradient(
 impl<'m, M: Model + ?Sized> Continued<'m, M> {
     pub(crate) fn new(model: &'m M, scale: &'m [f64]) -> Self {
         let (n, contacts) = (model.dof(), model.contacts());
-        let offers = Offers::of(model);
-        let own = offers.fixed_pieces();
+        let own = model.contacts() == 0 || model.offers().pieces;
         let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
         let room = Room {
             contacts: vec![Contact::default(); room],
@@ -93,7 +93,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             further: vec![0.0; m],
             a: vec![0.0; m / 2],
         };
-        Continued { model, own, rigid: offers.rigid_edges(), scale, room: RefCell::new(room) }
+        Continued { model, own, rigid: model.offers().rigid_edges(contacts), scale, room: RefCell::new(room) }
     }
 
     /// Computes `inside` = y_i and `further` = y_i + φ Δ and returns φ; `None` if the state is inside all
@@ -179,6 +179,9 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..self.model.offers() }
+    }
     fn drives(&self) -> usize {
         self.model.drives()
     }
@@ -203,40 +206,31 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     fn terms(&self) -> Option<&dyn Terms> {
         if self.own { self.model.terms() } else { None }
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.model.impact(contact, on, u, q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, q, v);
     }
     #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         if self.own {
-            return self.model.accel_on_pieces(pieces, u, q, v, a);
+            return accelerate(self.model, Some(pieces), u, q, v, a);
         }
         let room = &mut *self.room.borrow_mut();
         let Some(share) = self.move_inside(room, pieces, u, q, v) else {
-            self.model.accel(u, q, v, a);
-            return true;
+            return self.model.accel(u, q, v, a);
         };
         let n = q.len();
         self.model.accel(u, &room.inside[..n], &room.inside[n..], a);
         self.model.accel(u, &room.further[..n], &room.further[n..], &mut room.a);
         a.iter_mut().zip(&room.a).for_each(|(a, further)| *a += (*a - further) / share);
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         let Some(fixed) = pieces.filter(|_| !self.own) else {
-            return self.model.jacobian(pieces, u, q, v, out);
+            return self.model.jacobian(offered(self.model, pieces), u, q, v, out);
         };
         let room = &mut *self.room.borrow_mut();
         match self.move_inside(room, fixed, u, q, v) {
-            None => self.model.jacobian(pieces, u, q, v, out),
-            Some(_) => self.model.jacobian(pieces, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
+            None => self.model.jacobian(None, u, q, v, out),
+            Some(_) => self.model.jacobian(None, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
         }
     }
 }

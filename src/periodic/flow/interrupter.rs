@@ -3,7 +3,6 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::model::offers::Offers;
 use crate::ode::budget::Meter;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::continued::Continued;
@@ -78,7 +77,7 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             v: vec![0.0; n * (1 + tangent.columns)],
             forced: tangent.forced,
             by_drives: vec![0.0; tangent.forced.len()],
-            rigid: Offers::of(model).rigid_edges(),
+            rigid: model.offers().rigid_edges(model.contacts()),
             rests: None,
             impact: Impact::new(model),
         }

@@ -223,14 +223,14 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let by_velocity = self.slope(contact, lower);
         self.move_onto(distance(&c, lower));
         let (on_edge, v) = self.on_edge.split_at(n);
-        let known = self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
+        self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
         self.pieces[contact] = to;
-        let known = known && self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
+        self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
         let rate = match by_velocity {
             true => self.rate(contact, lower, times),
             false => c.rate - edge_rate(&c, lower),
         };
-        if !known || rate == 0.0 {
+        if rate == 0.0 {
             return false;
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);

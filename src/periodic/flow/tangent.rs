@@ -6,6 +6,7 @@ use crate::excitation::side::Side;
 use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::{Expand, Recorded};
+use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
@@ -300,12 +301,10 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         }
     }
 
-    fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn evaluate(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let n = self.n;
         let ((q, dq), (v, dv), (a, da)) = (q.split_at(n), v.split_at(n), a.split_at_mut(n));
-        if !accelerate(&self.model, pieces, u, q, v, a) {
-            return false;
-        }
+        accelerate(&self.model, pieces, u, q, v, a);
         let mut slopes = self.slopes.borrow_mut();
         slopes.read(&self.model, pieces, u, q, v);
         let (by_q, by_v) = (slopes.jacobian.q.as_slice(), slopes.jacobian.v.as_slice());
@@ -332,7 +331,6 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
                 }
             }
         }
-        true
     }
 }
 
@@ -343,6 +341,9 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     #[inline]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.evaluate(None, u, q, v, a);
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: false, ..self.model.offers() }
     }
     fn drives(&self) -> usize {
         self.model.drives()
@@ -365,12 +366,12 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
         Some(self)
     }
     /// The impact of the motion alone; [`Saltation`] computes the jump of the differences.
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n])
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n]);
     }
     #[inline]
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.evaluate(Some(pieces), u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.evaluate(Some(pieces), u, q, v, a);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::machine::Machine;
-use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::numeric::spread::golden;
 use crate::ode::integrate_error::IntegrateError;
@@ -31,7 +30,7 @@ pub(crate) fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointEr
 
 /// Refuses a model with a rigid stop: an impact needs a located edge, and fixed steps do not locate edges.
 pub(crate) fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
-    match Offers::of(model).first_stop() {
+    match model.offers().first_stop() {
         Some(contact) => Err(IntegrateError::StopNotLocated { contact }.into()),
         None => Ok(()),
     }

@@ -2,7 +2,6 @@
 
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::model::offers::Offers;
 use crate::ode::budget::{Budget, Meter};
 use crate::periodic::balance::equations::metered::Metered;
 use crate::roots::newton::Newton;
@@ -133,7 +132,7 @@ impl TorusBalance {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
-        if !Offers::of(model).fixed_pieces() {
+        if model.contacts() > 0 && !model.offers().pieces {
             return Err(TorusError::NotAvailable);
         }
         let meter = self.budget.begin();
@@ -181,7 +180,7 @@ impl TorusBalance {
         if guess.dof() != model.dof() {
             return Err(TorusError::Coordinates { expected: model.dof(), found: guess.dof() });
         }
-        if let Some(contact) = Offers::of(model).first_stop() {
+        if let Some(contact) = model.offers().first_stop() {
             return Err(TorusError::RigidStop { contact });
         }
         let highest = frequencies.iter().fold(0.0f64, |m, w| m.max(*w));

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Jacobian, Model, Periodic};
+use crate::model::offers::Offers;
 use crate::model::terms::Terms;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
@@ -79,6 +80,9 @@ impl Model for FromAngle<'_> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        self.model.offers()
+    }
     fn drives(&self) -> usize {
         self.model.drives()
     }
@@ -94,21 +98,14 @@ impl Model for FromAngle<'_> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) -> bool {
-        self.model.impact(contact, on, u, q, v)
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        self.model.impact(contact, on, u, q, v);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.model.accel_on_pieces(pieces, u, q, v, a)
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.model.accel_on_pieces(pieces, u, q, v, a);
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
-        self.model.jacobian(pieces, u, q, v, out)
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        self.model.jacobian(pieces, u, q, v, out);
     }
     fn terms(&self) -> Option<&dyn Terms> {
         self.model.terms()

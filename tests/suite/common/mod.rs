@@ -82,6 +82,9 @@ impl Model for FreeDeadZone {
     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = -((q[0] - self.b).max(0.0) - (-self.b - q[0]).max(0.0));
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -97,13 +100,12 @@ impl Model for FreeDeadZone {
             ..Contact::default()
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = match pieces[0] {
             Piece::Lower => -(q[0] + self.b),
             Piece::Gap => 0.0,
             Piece::Upper => -(q[0] - self.b),
         };
-        true
     }
 }
 
@@ -125,15 +127,17 @@ impl Model for Impact {
         FreeDeadZone { b: 1.0 }.accel(u, q, v, a);
         a[0] += 0.25 + 0.25 * (0.7 * u[0]).cos() - 0.1 * v[0];
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         FreeDeadZone { b: 1.0 }.contact(u, q, v, out);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         FreeDeadZone { b: 1.0 }.accel_on_pieces(pieces, u, q, v, a);
         a[0] += 0.25 + 0.25 * (0.7 * u[0]).cos() - 0.1 * v[0];
-        true
     }
 }

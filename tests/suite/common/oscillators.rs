@@ -16,9 +16,11 @@ impl Model for Duffing {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = 0.18 * (self.omega * u[0]).cos() - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3);
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         (out.q[(0, 0)], out.v[(0, 0)]) = (-1.0 - 0.3 * q[0] * q[0], -0.05);
-        true
     }
 }
 
@@ -72,6 +74,9 @@ impl Model for DeadZone {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.accel_on_pieces(&[piece_of(q[0])], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         1
     }
@@ -85,22 +90,13 @@ impl Model for DeadZone {
             ..Contact::default()
         };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let (stiffness, force) = self.forces(u[0]);
         a[0] = force - 2.0 * self.zeta * v[0] - stiffness * tooth(pieces[0], q[0]).0;
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        _: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         let piece = pieces.map_or(piece_of(q[0]), |pieces| pieces[0]);
         (out.q[(0, 0)], out.v[(0, 0)]) = (-self.forces(u[0]).0 * tooth(piece, q[0]).1, -2.0 * self.zeta);
-        true
     }
 }
 
@@ -182,6 +178,9 @@ impl Model for Idler {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.accel_on_pieces(&[piece_of(q[0]), piece_of(q[1])], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
     fn contacts(&self) -> usize {
         2
     }
@@ -190,11 +189,10 @@ impl Model for Idler {
             *out = Contact { deflection: q[i], rate: v[i], lower: -1.0, upper: 1.0, ..Contact::default() };
         }
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let k = self.stiffness(u[0]);
         let w = [0, 1].map(|i| [0.1, 0.12][i] - 0.06 * v[i] - k[i] * tooth(pieces[i], q[i]).0);
         a.copy_from_slice(&Idler::inverse(w));
-        true
     }
 }
 

@@ -65,6 +65,9 @@ impl<const N: usize, const M: usize> Model for Train<N, M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.turn(None, u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         2
     }
@@ -79,18 +82,10 @@ impl<const N: usize, const M: usize> Model for Train<N, M> {
             *out = self.reading(i, u, q, v, None);
         }
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.turn(Some(pieces), u, q, v, a);
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         for j in 0..N {
             for k in 0..N {
                 let shaft = if j == k { self.shaft[j] } else { 0.0 };
@@ -105,7 +100,6 @@ impl<const N: usize, const M: usize> Model for Train<N, M> {
                 (out.q[(j, k)], out.v[(j, k)]) = (by_q / self.inertia[j], by_v / self.inertia[j]);
             }
         }
-        true
     }
 }
 

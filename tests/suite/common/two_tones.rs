@@ -14,12 +14,14 @@ impl Model for TwoToneDuffing {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = u[0] - 0.1 * v[0] - q[0] - 0.2 * q[0].powi(3);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.drive_at(&[0.7 * t, 0.7 * 3f64.sqrt() * t], side, u);
     }
-    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) -> bool {
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         (out.q[(0, 0)], out.v[(0, 0)]) = (-1.0 - 0.6 * q[0] * q[0], -0.1);
-        true
     }
 }
 
@@ -158,6 +160,9 @@ impl Model for SlippingPair {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.accel_on_pieces(&[SlippingPair::piece(q[0])], u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         2
     }
@@ -172,21 +177,12 @@ impl Model for SlippingPair {
         out[0] =
             Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = u[1] - self.damping * v[0] - u[0] * SlippingPair::tooth(pieces[0], q[0]).0;
-        true
     }
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        _: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], _: &[f64], out: &mut Jacobian) {
         let piece = pieces.map_or(SlippingPair::piece(q[0]), |pieces| pieces[0]);
         (out.q[(0, 0)], out.v[(0, 0)]) = (-u[0] * SlippingPair::tooth(piece, q[0]).1, -self.damping);
-        true
     }
 }
 

@@ -5,6 +5,7 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::constants::DriveSlope;
 use crate::model::equations::{Jacobian, Model, Periodic};
+use crate::model::offers::Offers;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -65,6 +66,9 @@ impl Model for AlongConstant<'_> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.write(None, u, q, v, a);
     }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, jacobian: true, ..Offers::default() }
+    }
     fn drives(&self) -> usize {
         self.model.drives()
     }
@@ -80,20 +84,12 @@ impl Model for AlongConstant<'_> {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
     }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.write(Some(pieces), u, q, v, a);
-        true
     }
     /// Only for accelerations that are linear in coordinates and velocities: by differences with step 1,
     /// which are then exact, and the velocity part of σ from the Jacobian of the model.
-    fn jacobian(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-        out: &mut Jacobian,
-    ) -> bool {
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         let Scratch { jacobian, y, a: [here, there] } = &mut *self.scratch.borrow_mut();
         let n = q.len();
         self.model.jacobian(pieces, u, q, v, jacobian);
@@ -113,7 +109,6 @@ impl Model for AlongConstant<'_> {
                 }
             }
         }
-        true
     }
 }
 

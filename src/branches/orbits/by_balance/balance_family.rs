@@ -5,7 +5,6 @@ use crate::branches::orbits::by_balance::along_constant::AlongConstant;
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
-use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
@@ -64,7 +63,7 @@ impl<'f> BalanceFamily<dyn Periodic + 'f> for Plain<'f> {
     }
     fn slope(&self, model: &Rc<dyn Periodic + 'f>) -> Option<(Rc<dyn Periodic + 'f>, f64)> {
         let constant = self.0.constant()?;
-        if !Offers::of(&**model).jacobian() {
+        if !model.offers().jacobian {
             return None;
         }
         let slope = AlongConstant::new(model, constant)?;

@@ -5,7 +5,6 @@ use crate::error::check;
 use crate::model::couplings::Couplings;
 use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
-use crate::model::offers::Offers;
 use crate::model::shape::Shape;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
@@ -89,7 +88,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
         let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);
         let contacts = model.contacts();
-        let has_fixed_pieces = contacts > 0 && Offers::of(model).fixed_pieces();
+        let has_fixed_pieces = contacts > 0 && model.offers().pieces;
         let couplings = Couplings::find(&mut slopes, has_fixed_pieces);
         let demand =
             Demand { model, harmonics, integrals, near, finer, size: &size, rates: &rates, has_fixed_pieces };

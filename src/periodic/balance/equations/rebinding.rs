@@ -2,7 +2,6 @@
 
 use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
-use crate::model::offers::Offers;
 use crate::model::slopes::Slopes;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::integration::integration_trait::Integration;
@@ -103,7 +102,7 @@ impl<M: Periodic + ?Sized> Unbound<M> {
         grid.redrive(constants);
         layout.omega = TAU / grid.span();
         if integration.needs_slopes() {
-            let has_fixed_pieces = model.contacts() > 0 && Offers::of(model).fixed_pieces();
+            let has_fixed_pieces = model.contacts() > 0 && model.offers().pieces;
             if !couplings.reread(slopes, has_fixed_pieces, SAME) {
                 return None;
             }

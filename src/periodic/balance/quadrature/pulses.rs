@@ -2,7 +2,6 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
-use crate::model::offers::Offers;
 use crate::numeric::gauss::ten;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -40,8 +39,7 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     let (size, period) = (sizes(near), model.period());
     let rates: Vec<f64> =
         size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
-    let fixed = (model.contacts() > 0 && Offers::of(model).fixed_pieces())
-        .then(|| vec![Piece::Upper; model.contacts()]);
+    let fixed = (model.contacts() > 0 && model.offers().pieces).then(|| vec![Piece::Upper; model.contacts()]);
     let mut drives = DriveSampler::new(model, [&size, &rates], vec![fixed]);
     let mut breaks = drive_edges(model, period);
     breaks.extend([0.0, period]);

@@ -4,7 +4,6 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::{Budget, Exhausted, Meter};
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -84,7 +83,7 @@ impl FourierOrbit {
 
     fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
         let n = self.dof();
-        if model.dof() != n || Offers::of(model).first_stop().is_some() {
+        if model.dof() != n || model.offers().first_stop().is_some() {
             return None;
         }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
