@@ -78,8 +78,8 @@ pub(crate) struct Stops {
 
 impl Stops {
     /// The rigid stops of `model`; none if edges are not located.
-    pub(crate) fn new<M: Model + ?Sized, const LOCATE: bool>(model: &M) -> Self {
-        let rigid = if LOCATE { Offers::of(model).rigid_edges() } else { Vec::new() };
+    pub(crate) fn new<M: Model + ?Sized>(model: &M, locate: bool) -> Self {
+        let rigid = if locate { Offers::of(model).rigid_edges() } else { Vec::new() };
         let contacts = rigid.len();
         Stops {
             v: vec![0.0; if contacts > 0 { model.dof() } else { 0 }],
