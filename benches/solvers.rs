@@ -99,14 +99,14 @@ fn ratios() {
     let rk4 = Rk4::new(pair.step()).plain();
     let [median, least, most] =
         ratio(41, || drop(black_box(run(&rk4, &pair, &start, pair.end()))), || _ = black_box(by_hand(&pair)));
-    println!("\nRK4 through the traits / by hand: {median:.3} ({least:.3} .. {most:.3})");
+    println!("\nratio solvers rk4 hand {median:.3} ({least:.3} .. {most:.3})");
     let machine = pair.machine();
     let [median, least, most] = ratio(
         41,
         || drop(black_box(run(&rk4, &machine, &start, pair.end()))),
         || _ = black_box(by_hand(&pair)),
     );
-    println!("RK4 of a shape / by hand: {median:.3} ({least:.3} .. {most:.3})");
+    println!("ratio solvers rk4 of a shape hand {median:.3} ({least:.3} .. {most:.3})");
     let ours = run(&adaptive(), &pair, &start, pair.end());
     let (hand, evaluations, crossings) = hand_dop853::run(&pair, -6.4e-4, 0.0, pair.end(), 1e-8, 1e-12);
     let [median, least, most] = ratio(
@@ -116,7 +116,7 @@ fn ratios() {
     );
     let per = evaluations as f64 / ours.stats.evaluations as f64;
     println!(
-        "DOP853 with edges / by hand, per evaluation: {:.3} ({:.3} .. {:.3}); {} against {evaluations} \
+        "ratio solvers dop853 hand per evaluation {:.3} ({:.3} .. {:.3}); {} against {evaluations} \
          evaluations, {} against {crossings} edges, difference at the end {:.3e}",
         median * per,
         least * per,

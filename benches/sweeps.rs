@@ -109,9 +109,7 @@ fn report_speeds() {
         || drop(black_box(sweep.run(&LaneRk4::<16>::new(1000), family, start).expect("the rings run")));
     let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
-    println!(
-        "ring of 3 over 64 speeds, one table each / lanes on one table: {median:.1} ({least:.1} .. {most:.1})"
-    );
+    println!("ratio sweeps ring of 3 tables lanes {median:.1} ({least:.1} .. {most:.1})");
 }
 
 fn workload_c(c: &mut Criterion) {
@@ -149,14 +147,14 @@ fn main() {
     let [median, least, most] =
         one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));
     println!(
-        "best instructions / forced baseline: {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes are no \
+        "ratio sweeps best baseline instructions {median:.2} ({least:.2} .. {most:.2}); above 0.9 lanes are no \
          longer vector instructions"
     );
     // The gain of two threads, and for comparison that of two separate runs on one thread each, which is the
     // maximum that the machine offers at that moment.
     let alone = || one_thread(|| drop(run(&sweep, &lanes)));
     let [median, least, most] = ratio(21, alone, || threads(2, || drop(run(&sweep, &lanes))));
-    println!("one thread / two threads: {median:.2} ({least:.2} .. {most:.2})");
+    println!("ratio sweeps one two threads {median:.2} ({least:.2} .. {most:.2})");
     let apart = || {
         std::thread::scope(|s| {
             [(); 2].map(|()| s.spawn(alone)).into_iter().for_each(|job| job.join().expect("runs"))
@@ -164,5 +162,5 @@ fn main() {
     };
     let both = || threads(2, || (0..2).for_each(|_| drop(run(&sweep, &lanes))));
     let [median, least, most] = ratio(21, apart, both);
-    println!("two runs, one thread each / both on two threads: {median:.2} ({least:.2} .. {most:.2})");
+    println!("ratio sweeps apart both on two threads {median:.2} ({least:.2} .. {most:.2})");
 }

@@ -7,7 +7,7 @@ cd "$(dirname "$0")/../.."
 [ "$(id -u)" -ne 0 ] || export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
 cargo build --release -p sweep-mpi
-program=target/release/sweep-mpi
+program=${CARGO_TARGET_DIR:-target}/release/sweep-mpi
 serial=$("$program" --serial)
 for ranks in 1 2 3; do
   farmed=$(mpirun --oversubscribe ${MPIRUN_FLAGS:-} -n "$ranks" "$program")

@@ -5,5 +5,7 @@ pub(crate) mod brent;
 pub(crate) mod extremes;
 pub(crate) mod gauss;
 pub(crate) mod norms;
+#[cfg(feature = "serde")]
+pub(crate) mod not_finite;
 pub(crate) mod sine;
 pub(crate) mod spread;

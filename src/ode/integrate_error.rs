@@ -89,9 +89,11 @@ pub enum IntegrateError {
         /// Index of the coordinate or velocity, from 0.
         coordinate: usize,
     },
-    /// The model has no Taylor series. [`Dop853`](crate::Dop853) integrates any model.
-    #[error("the model has no Taylor series because of {what}: use Dop853")]
+    /// The model, or a part of it, has no Taylor series. [`Dop853`](crate::Dop853) integrates any model.
+    #[error("{place} has no Taylor series because of {what}: use Dop853")]
     NoSeries {
+        /// The acceleration or the edge without a series; the model, if it has none at all.
+        place: String,
         /// What has no series.
         what: &'static str,
     },

@@ -1,7 +1,6 @@
 //! Serialisation by `serde` of types whose parts must fit together: a stored form, checked when it is read.
 
 pub(crate) mod branch_end;
-pub(crate) mod not_finite;
 pub(crate) mod orbit_series;
 pub(crate) mod rows;
 pub(crate) mod shooting;

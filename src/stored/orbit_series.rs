@@ -2,10 +2,8 @@
 
 use crate::error::check;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::stored::not_finite::AnyNumber;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 
@@ -30,51 +28,6 @@ impl<'de> Deserialize<'de> for Harmonics {
     }
 }
 
-/// A note whose numbers need not be finite.
-#[derive(serde::Serialize, serde::Deserialize)]
-#[serde(rename = "BalanceNote")]
-enum StoredNote {
-    Unresolved { highest: usize, needed: AnyNumber },
-    Aliased { samples: usize, error: AnyNumber },
-    Coarse { integrals: Integrals, share: AnyNumber },
-    MeanAcceleration { share: AnyNumber },
-    Differences,
-}
-
-impl From<&BalanceNote> for StoredNote {
-    fn from(note: &BalanceNote) -> Self {
-        match *note {
-            BalanceNote::Unresolved { highest, needed } => {
-                StoredNote::Unresolved { highest, needed: AnyNumber(needed) }
-            }
-            BalanceNote::Aliased { samples, error } => {
-                StoredNote::Aliased { samples, error: AnyNumber(error) }
-            }
-            BalanceNote::Coarse { integrals, share } => {
-                StoredNote::Coarse { integrals, share: AnyNumber(share) }
-            }
-            BalanceNote::MeanAcceleration { share } => {
-                StoredNote::MeanAcceleration { share: AnyNumber(share) }
-            }
-            BalanceNote::Differences => StoredNote::Differences,
-        }
-    }
-}
-
-impl From<StoredNote> for BalanceNote {
-    fn from(note: StoredNote) -> Self {
-        match note {
-            StoredNote::Unresolved { highest, needed } => {
-                BalanceNote::Unresolved { highest, needed: needed.0 }
-            }
-            StoredNote::Aliased { samples, error } => BalanceNote::Aliased { samples, error: error.0 },
-            StoredNote::Coarse { integrals, share } => BalanceNote::Coarse { integrals, share: share.0 },
-            StoredNote::MeanAcceleration { share } => BalanceNote::MeanAcceleration { share: share.0 },
-            StoredNote::Differences => BalanceNote::Differences,
-        }
-    }
-}
-
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "FourierOrbit")]
 struct StoredFourierOrbit {
@@ -83,10 +36,11 @@ struct StoredFourierOrbit {
     /// One list for each coordinate.
     coefficients: Vec<Vec<f64>>,
     mean_acceleration: Vec<f64>,
-    notes: Vec<StoredNote>,
+    notes: Vec<BalanceNote>,
     iterations: usize,
     evaluations: usize,
-    residual: AnyNumber,
+    #[serde(with = "crate::numeric::not_finite::number")]
+    residual: f64,
 }
 
 impl Serialize for FourierOrbit {
@@ -96,10 +50,10 @@ impl Serialize for FourierOrbit {
             span: self.span(),
             coefficients: (0..self.dof()).map(|j| self.coefficients(j).to_vec()).collect(),
             mean_acceleration: self.mean_acceleration.clone(),
-            notes: self.notes.iter().map(StoredNote::from).collect(),
+            notes: self.notes.clone(),
             iterations: self.iterations,
             evaluations: self.evaluations,
-            residual: AnyNumber(self.residual),
+            residual: self.residual,
         };
         stored.serialize(serializer)
     }
@@ -116,10 +70,10 @@ impl<'de> Deserialize<'de> for FourierOrbit {
         check::quantities("mean acceleration", &mean_acceleration).map_err(D::Error::custom)?;
         Ok(FourierOrbit {
             mean_acceleration,
-            notes: stored.notes.into_iter().map(BalanceNote::from).collect(),
+            notes: stored.notes,
             iterations: stored.iterations,
             evaluations: stored.evaluations,
-            residual: stored.residual.0,
+            residual: stored.residual,
             ..orbit
         })
     }

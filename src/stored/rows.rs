@@ -1,6 +1,6 @@
 //! The stored form of rows.
 
-use crate::stored::not_finite::{AnyNumber, numbers, plain};
+use crate::numeric::not_finite::{AnyNumber, numbers, plain};
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::settings::sweep::Sweep;

@@ -2,10 +2,10 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
+use crate::numeric::not_finite::{AnyNumber, numbers, plain};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use crate::stored::not_finite::{AnyNumber, numbers, plain};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use serde::de::{Deserialize, Deserializer, Error};

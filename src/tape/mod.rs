@@ -8,4 +8,3 @@ pub(crate) mod form;
 pub(crate) mod node;
 pub(crate) mod operations;
 pub(crate) mod recording;
-pub(crate) mod tangent;

@@ -1,6 +1,7 @@
 //! The finished record of an algebra.
 
 use crate::tape::form::Form;
+use std::fmt;
 
 /// Index of a form in its tape.
 pub(crate) type FormId = usize;
@@ -64,6 +65,25 @@ impl Op {
     }
 }
 
+/// What a form of a tape returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Output {
+    /// The acceleration of a coordinate.
+    Acceleration(usize),
+    /// The distance of a contact from its lower edge (0) or its upper edge (1).
+    Distance(usize, usize),
+}
+
+impl fmt::Display for Output {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Output::Acceleration(j) => write!(f, "the acceleration of coordinate {j}"),
+            Output::Distance(contact, 0) => write!(f, "the lower edge of contact {contact}"),
+            Output::Distance(contact, _) => write!(f, "the upper edge of contact {contact}"),
+        }
+    }
+}
+
 /// The algebra of a model: accelerations and the distances of its contacts from their edges.
 ///
 /// Slots: coordinates, velocities and drives of the model, then one for each operation.
@@ -94,16 +114,26 @@ impl Tape {
         reads.max().unwrap_or(0)
     }
 
-    /// The forms that the tape returns.
-    fn outputs(&self) -> impl Iterator<Item = FormId> + '_ {
-        self.accelerations.iter().copied().chain(self.distances.iter().flatten().flatten().copied())
+    /// The forms that the tape returns, each with what it is.
+    fn outputs(&self) -> impl Iterator<Item = (FormId, Output)> + '_ {
+        let accelerations = self.accelerations.iter().enumerate();
+        let accelerations = accelerations.map(|(j, form)| (*form, Output::Acceleration(j)));
+        let distances = self.distances.iter().enumerate().flat_map(|(contact, forms)| {
+            let forms = forms.iter().enumerate();
+            forms.filter_map(move |(side, form)| Some(((*form)?, Output::Distance(contact, side))))
+        });
+        accelerations.chain(distances)
     }
 
     /// Which slots are needed for the accelerations and distances.
     pub(crate) fn needed(&self) -> Vec<bool> {
+        self.needed_for(self.outputs().map(|(form, _)| form).collect())
+    }
+
+    /// Which slots are needed for these forms.
+    fn needed_for(&self, mut open: Vec<FormId>) -> Vec<bool> {
         let inputs = self.inputs();
         let mut needed = vec![false; inputs + self.ops.len()];
-        let mut open: Vec<FormId> = self.outputs().collect();
         let mut seen = vec![false; self.forms.len()];
         while let Some(form) = open.pop() {
             if std::mem::replace(&mut seen[form], true) {
@@ -124,12 +154,18 @@ impl Tape {
         needed
     }
 
-    /// The first needed operation without a series.
-    pub(crate) fn kink(&self) -> Option<&'static str> {
-        let needed = self.needed();
-        self.ops.iter().zip(&needed[self.inputs()..]).find_map(|((op, _), needed)| match op {
-            Op::Kink(name) if *needed => Some(*name),
-            _ => None,
+    /// The first output that needs an operation without a series, and the name of that operation.
+    pub(crate) fn kink(&self) -> Option<(Output, &'static str)> {
+        let is_kink = |(op, _): &(Op, Option<Guard>)| matches!(op, Op::Kink(_));
+        if !self.ops.iter().any(is_kink) {
+            return None;
+        }
+        self.outputs().find_map(|(form, output)| {
+            let needed = self.needed_for(vec![form]);
+            self.ops.iter().zip(&needed[self.inputs()..]).find_map(|((op, _), needed)| match op {
+                Op::Kink(name) if *needed => Some((output, *name)),
+                _ => None,
+            })
         })
     }
 }

@@ -61,6 +61,8 @@
 //! | **Input** | |
 //! | errors for invalid input | `bad_input` |
 //! | largest counts and ranges of values | `input_ranges` |
+//! | **Documents** | |
+//! | tables of ARCHITECTURE.md and CONTRIBUTING.md against the files | `tables` |
 //!
 //! Helpers: `common` (small models with known solutions), `data` (reference data of tests/data), `benchmarks`
 //! (the problems of the benches).
@@ -117,6 +119,7 @@ mod solvers;
 mod stored_results;
 mod sweeps;
 mod symmetric_trains;
+mod tables;
 mod taylor;
 mod teeth;
 mod tori;

@@ -123,7 +123,8 @@ fn kinks_are_refused_by_name() {
         (refusal(Jump), "the step of something that varies"),
         (refusal(Drag), "an odd power of an absolute value that varies"),
     ] {
-        assert_eq!(error, IntegrateError::NoSeries { what });
+        let place = "the acceleration of coordinate 0".to_owned();
+        assert_eq!(error, IntegrateError::NoSeries { place, what });
         assert!(error.to_string().ends_with(&format!("because of {what}: use Dop853")), "{error}");
     }
     let end = end(&bare(1, Constants), &[1.0], &[0.0], 1.0);
@@ -157,6 +158,8 @@ fn models_without_series_are_refused() {
         ("order", Taylor::new().order(29)),
         ("rtol", Taylor::new().rtol(0.0)),
         ("rtol", Taylor::new().rtol(f64::NAN)),
+        ("rtol", Taylor::new().rtol(1e-300)),
+        ("rtol", Taylor::new().rtol(1e300)),
         ("atol", Taylor::new().atol(-1.0)),
         ("max_step", Taylor::new().max_step(0.0)),
     ] {

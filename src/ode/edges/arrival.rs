@@ -4,6 +4,7 @@ use crate::model::equations::Model;
 use crate::numeric::bracket::Bracket;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
@@ -18,47 +19,51 @@ fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M,
     e.attempt::<T, true>();
 }
 
-/// Repeats the step so that it ends on the edge at θ of the step. `false`: the end does not converge.
+/// Repeats the step so that it ends on the edge at θ of the step.
 ///
 /// On fixed pieces the trajectory is smooth past the edge: one repetition suffices if the acceleration is
 /// known to be continuous there. Otherwise the end t1 of the step is corrected until the distance d from the
 /// edge is within the slack: t1 ← t1 - d/d', Newton's method within a bracket. Without fixed pieces this is
 /// necessary because the kink at the edge makes the dense output inaccurate.
+///
+/// # Errors
+/// [`IntegrateError::EdgeStall`] if the end does not converge.
 pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     locator: &Locator,
     theta: f64,
     exit: Exit,
-) -> bool {
-    let t1 = e.t + theta * e.h();
-    let far = e.t1;
-    if t1 <= e.t {
-        return false;
+) -> Result<(), IntegrateError> {
+    let (start, far) = (e.ends.t, e.ends.t1);
+    let stall = Err(IntegrateError::EdgeStall { t: start, contact: exit.contact });
+    let t1 = start + theta * e.ends.h();
+    if t1 <= start {
+        return stall;
     }
     e.aim(t1);
     attempt_again::<T, M, V>(e);
     e.evaluations += T::EVALUATIONS;
-    e.contacts_at_end();
+    e.ends.contacts_at_end();
     if e.on_fixed_pieces && locator.jumps[exit.contact] == Some(false) {
-        return true;
+        return Ok(());
     }
     // The bracket starts as the full step. `None`: the distance there is not computed.
-    let mut bracket = Bracket { lo: e.t, hi: far };
+    let mut bracket = Bracket { lo: start, hi: far };
     let (mut at_lo, mut at_hi) = (None, None);
     for _ in 0..RESTEPS {
-        let (value, rate, slack) = locator.miss(&e.pieces, &e.contacts, exit);
+        let (value, rate, slack) = locator.miss(&e.ends.pieces, &e.ends.contacts, exit);
         // The distance cannot be smaller than the effect of rounding of the time and of the step.
-        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.t1.abs().max(e.h())) {
-            return true;
+        if value.abs() <= slack.max(rate.abs() * f64::EPSILON * e.ends.t1.abs().max(e.ends.h())) {
+            return Ok(());
         }
-        bracket.narrow(e.t1, value > 0.0);
+        bracket.narrow(e.ends.t1, value > 0.0);
         if value > 0.0 {
             at_lo = Some(value)
         } else {
             at_hi = Some(value)
         }
         let Bracket { lo, hi } = bracket;
-        let t1 = match (bracket.newton(e.t1, value, rate), at_lo, at_hi) {
+        let t1 = match (bracket.newton(e.ends.t1, value, rate), at_lo, at_hi) {
             (Some(newton), ..) => newton,
             (None, Some(a), Some(b)) => lo + (hi - lo) * a / (a - b),
             _ => bracket.middle(),
@@ -70,18 +75,18 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
             (Some(_), _) => lo,
             _ => hi,
         };
-        if last && closest == e.t1 {
-            return true;
+        if last && closest == e.ends.t1 {
+            return Ok(());
         }
         e.aim(if last { closest } else { t1 });
         attempt_again::<T, M, V>(e);
         e.evaluations += T::EVALUATIONS;
-        e.contacts_at_end();
+        e.ends.contacts_at_end();
         if last {
-            return true;
+            return Ok(());
         }
     }
-    false
+    stall
 }
 
 /// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of
@@ -91,9 +96,9 @@ pub(crate) fn note_jumps<M: Model + ?Sized, V: Vector>(
     locator: &mut Locator,
     crossings: &[Crossing],
 ) {
-    e.look.slice_mut().copy_from_slice(e.k[0].slice());
+    e.ends.look.slice_mut().copy_from_slice(e.k[0].slice());
     e.derivative_at_start();
-    let before = e.look.slice();
+    let before = e.ends.look.slice();
     let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     for crossing in crossings.iter().filter(|c| !c.rebounds) {

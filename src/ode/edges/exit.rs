@@ -16,6 +16,18 @@ pub(crate) struct Exit {
     pub(crate) to: Piece,
 }
 
+/// The first exit of a contact from its piece in a step.
+#[derive(Clone, Copy)]
+pub(crate) enum Found {
+    /// No contact leaves its piece.
+    Nothing,
+    /// The contact leaves its piece at this share θ of the step or, in a Taylor series, at this time after
+    /// the start of the step.
+    At(f64, Exit),
+    /// The contact leaves its piece at the start of the step.
+    AtOnce(Exit),
+}
+
 impl Exit {
     /// The exits from a piece: one from a flank, two from the gap.
     #[inline]

@@ -43,11 +43,11 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     [slack, close]: [f64; 2],
 ) -> Option<f64> {
     e.prepare_dense::<T>();
-    let from = e.pieces[exit.contact];
-    let h = e.h();
+    let from = e.ends.pieces[exit.contact];
+    let h = e.ends.h();
     let mut look = |theta: f64| {
         e.contacts_inside::<T>(theta);
-        exit.distance(from, &e.contacts[exit.contact], h)
+        exit.distance(from, &e.ends.contacts[exit.contact], h)
     };
     let (mut a, mut da) = (0.0, d0);
     // A contact that starts on its edge, or just past it, either has just entered or leaves at once. It

@@ -13,6 +13,7 @@ use crate::numeric::extremes::{larger, smaller};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{Edge, exits, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
+use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -102,8 +103,9 @@ impl Gaps {
         end: &[Contact],
         noise: &[f64],
     ) -> Resolved {
+        let (e, theta) = (&mut e.ends, T::NODES[T::PROBE]);
         let h = e.h();
-        let theta = e.contacts_at_probe::<T>();
+        e.contacts_at_node(T::PROBE, theta);
         let mut ratio = 0.0f64;
         let growth = (h / self.length).powi(4).min(FOURTH);
         let states = start.iter().zip(&e.contacts).zip(end).zip(&e.pieces);
@@ -156,7 +158,7 @@ impl Gaps {
     #[cold]
     fn look_closely<M: Model + ?Sized, V: Vector>(
         &mut self,
-        e: &mut Engine<'_, M, V>,
+        e: &mut Ends<'_, M, V>,
         end: &[Contact],
         noise: &[f64],
         ratio: f64,

@@ -3,11 +3,13 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::ode::edges::exit::{Exit, SLACK, exits, scale};
+use crate::ode::edges::exit::{Exit, Found, SLACK, exits, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
 use crate::ode::edges::hermite::Hermite;
 use crate::ode::edges::stops::Stops;
+use crate::ode::step::Crossing;
+use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -53,18 +55,6 @@ pub(crate) struct Locator {
     pub(crate) growth: f64,
 }
 
-/// Result of the search for edges in one step.
-pub(crate) enum Found {
-    /// No contact leaves its piece.
-    Nothing,
-    /// The contact leaves its piece at θ.
-    At(f64, Exit),
-    /// The contact leaves its piece at the start of the step.
-    AtOnce(Exit),
-    /// The step does not resolve the gaps and must be repeated with this factor times its length.
-    TooLong(f64),
-}
-
 impl Locator {
     /// Maximum number of changes of piece of one contact at one instant. A passage through the gap takes two.
     pub(crate) const STILL: u8 = 4;
@@ -86,7 +76,7 @@ impl Locator {
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
     /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
     /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its upper flank.
-    pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>, afresh: bool) {
+    pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
@@ -116,7 +106,7 @@ impl Locator {
 
     /// Makes the end of the step the start of the next one.
     #[inline(always)]
-    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
+    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
         self.start.copy_from_slice(&e.contacts);
         self.still.fill(0);
         if self.countdown == 0 {
@@ -128,7 +118,7 @@ impl Locator {
 
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.
     #[cold]
-    pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) {
+    pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
         self.countdown = LOOKS;
         e.rounding_of_contacts(&mut self.noise);
     }
@@ -150,6 +140,12 @@ impl Locator {
         pieces[exit.contact] = exit.to;
         self.still[exit.contact] += 1;
         self.still[exit.contact] <= Self::STILL
+    }
+
+    /// Whether one of the crossings is the first of its contact: whether the acceleration jumps there is not
+    /// known.
+    pub(crate) fn has_unknown_jump(&self, crossings: &[Crossing]) -> bool {
+        crossings.iter().any(|c| !c.rebounds && self.jumps[c.contact].is_none())
     }
 
     /// The exits of all other contacts that reach their edges together with the located one: within the
@@ -175,21 +171,23 @@ impl Locator {
     }
 
     /// The first exit inside the current step. On entry and on return of [`Found::Nothing`] or [`Found::At`],
-    /// `e.contacts` are the contacts at the end of the step, otherwise at some instant inside it.
+    /// the contacts of `e` are those at the end of the step, otherwise those at some instant inside it.
+    ///
+    /// `Err`: the step does not resolve the gaps and must be repeated with this factor times its length.
     pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,
-    ) -> Found {
+    ) -> Result<Found, f64> {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         // The search evaluates contacts inside the step in `e.contacts`.
-        std::mem::swap(&mut self.end, &mut e.contacts);
+        std::mem::swap(&mut self.end, &mut e.ends.contacts);
         match self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise) {
             Resolved::Yes(growth) => self.growth = growth,
-            Resolved::No(share) => return Found::TooLong(share),
+            Resolved::No(share) => return Err(share),
         }
         for (i, (seen, end)) in self.gaps.seen.iter().zip(&self.end).enumerate() {
-            let piece = e.pieces[i];
+            let piece = e.ends.pieces[i];
             for (way, seen) in seen.iter().enumerate().take(exits(piece)) {
                 let (d0, d1, doubt) = (seen.start, seen.end, DOUBT * seen.off);
                 if Hermite::is_clear(d0, d1, doubt) {
@@ -214,7 +212,7 @@ impl Locator {
                 }
                 let close = (self.share(i, CLOSE) * scale(end)).max(self.noise[i]);
                 match first_root::<T, M, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
-                    Some(0.0) => return Found::AtOnce(exit),
+                    Some(0.0) => return Ok(Found::AtOnce(exit)),
                     Some(theta) => {
                         limit = theta;
                         first = Found::At(theta, exit);
@@ -223,8 +221,8 @@ impl Locator {
                 }
             }
         }
-        std::mem::swap(&mut self.end, &mut e.contacts);
-        first
+        std::mem::swap(&mut self.end, &mut e.ends.contacts);
+        Ok(first)
     }
 
     /// Distance of a contact from the edge of an exit, its rate in time, and its slack.

@@ -6,5 +6,6 @@ pub(crate) mod first_root;
 pub(crate) mod gaps;
 pub(crate) mod hermite;
 pub(crate) mod locate;
+pub(crate) mod passage;
 pub(crate) mod stops;
 pub(crate) mod strike;

@@ -77,8 +77,8 @@ pub(crate) struct Stops {
 
 impl Stops {
     /// The rigid stops of `model`; none if edges are not located.
-    pub(crate) fn new<M: Model + ?Sized, const LOCATE: bool>(model: &M) -> Self {
-        let rigid = if LOCATE { model.offers().rigid_edges(model.contacts()) } else { Vec::new() };
+    pub(crate) fn new<M: Model + ?Sized>(model: &M, locate: bool) -> Self {
+        let rigid = if locate { model.offers().rigid_edges(model.contacts()) } else { Vec::new() };
         let contacts = rigid.len();
         Stops {
             v: vec![0.0; if contacts > 0 { model.dof() } else { 0 }],

@@ -9,7 +9,7 @@ use crate::ode::edges::stops::{APPROACHES, LONGER, ROUNDING, SHORTEST};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::engine::{Engine, halves};
+use crate::ode::stepping::ends::{Ends, halves};
 use crate::ode::stepping::vector::Vector;
 
 impl Locator {
@@ -34,7 +34,7 @@ impl Locator {
     #[inline]
     pub(crate) fn strike_at_end<M: Model + ?Sized, V: Vector>(
         &mut self,
-        e: &mut Engine<'_, M, V>,
+        e: &mut Ends<'_, M, V>,
         crossings: &mut Vec<Crossing>,
     ) -> Result<(), IntegrateError> {
         self.stops.met = crossings.iter().any(|c| c.rebounds);
@@ -57,7 +57,7 @@ impl Locator {
     /// [`IntegrateError::RestsOnStop`] after more than `STILL` calls for one contact at one instant.
     pub(crate) fn strike_at_start<M: Model + ?Sized, V: Vector>(
         &mut self,
-        e: &mut Engine<'_, M, V>,
+        e: &mut Ends<'_, M, V>,
         exit: Exit,
         crossings: &mut Vec<Crossing>,
     ) -> Result<(), IntegrateError> {
@@ -82,7 +82,7 @@ impl Locator {
     /// Writes the velocities after the impacts into the start of the next step, if there were impacts.
     /// Returns the maximum length of that step; infinite without impacts.
     #[inline]
-    pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Engine<'_, M, V>) -> f64 {
+    pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) -> f64 {
         if self.stops.met {
             let n = self.stops.v.len();
             e.y.slice_mut()[n..].copy_from_slice(&self.stops.v);

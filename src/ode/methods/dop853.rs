@@ -69,11 +69,11 @@ impl Tableau for DormandPrince8 {
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         use table::{A14, A15, A16, D4, D5, D6, D7};
-        e.drive(0.1);
+        e.ends.drive(0.1);
         e.stage::<FIXED, _>(13, &A14);
-        e.drive(0.2);
+        e.ends.drive(0.2);
         e.stage::<FIXED, _>(14, &A15);
-        e.drive(7.0 / 9.0);
+        e.ends.drive(7.0 / 9.0);
         e.stage::<FIXED, _>(15, &A16);
         e.dense_row(3, &D4);
         e.dense_row(4, &D5);

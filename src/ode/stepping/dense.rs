@@ -1,7 +1,8 @@
 //! Dense output of one step.
 
 use crate::model::equations::Model;
-use crate::ode::stepping::engine::{DENSE, Engine, LARGEST, Tableau};
+use crate::ode::stepping::ends::{LARGEST, halves};
+use crate::ode::stepping::engine::{DENSE, Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
 
@@ -18,11 +19,11 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
             T::dense::<M, V, false>(self)
         }
         self.evaluations += T::DENSE_EVALUATIONS;
-        let (h, m) = (self.h(), self.y.slice().len());
+        let (ends, h, m) = (&self.ends, self.ends.h, self.ends.y.slice().len());
         let [first, rise, bend, twist, ..] = &mut self.dense;
         let [first, rise] = [first, rise].map(|column| &mut column.slice_mut()[..m]);
         let [bend, twist] = [bend, twist].map(|column| &mut column.slice_mut()[..m]);
-        let [y, y1, k0, k1] = [&self.y, &self.y1, &self.k[0], &self.k[T::END]].map(|x| &x.slice()[..m]);
+        let [y, y1, k0, k1] = [&ends.y, &ends.y1, &self.k[0], &self.k[T::END]].map(|x| &x.slice()[..m]);
         for j in 0..m {
             let dy = y1[j] - y[j];
             first[j] = y[j];
@@ -45,9 +46,18 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.ready.dense = true;
     }
 
+    /// Computes the contacts at θ of the step from the dense output, in `ends.contacts`.
+    pub(crate) fn contacts_inside<T: Tableau>(&mut self, theta: f64) {
+        let ends = &mut self.ends;
+        interpolate::<T, V>(&self.dense, theta, ends.look.slice_mut());
+        ends.drive(theta);
+        let (q, v) = halves(&ends.look);
+        ends.model.contact(&ends.u_stage, q, v, &mut ends.contacts);
+    }
+
     /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &TableauRow<L>) {
-        V::weigh(&mut self.dense[c + 1], &self.k, self.h, row);
+        V::weigh(&mut self.dense[c + 1], &self.k, self.ends.h, row);
     }
 
     /// y(t + θ h) = y0 + θ (F0 + (1-θ) (F1 + θ (F2 + (1-θ) (F3 + ...)))).

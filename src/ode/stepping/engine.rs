@@ -1,11 +1,9 @@
-//! Stages, norms and dense output of one explicit Runge-Kutta step, common to all tableaux.
+//! Stages and norms of one explicit Runge-Kutta step, common to all tableaux.
 
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::{Model, State};
-use crate::ode::stepping::control::Pace;
-use crate::ode::stepping::nodes::Nodes;
+use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 
@@ -47,32 +45,12 @@ pub trait Tableau {
 /// Maximum number of dense coefficients of a tableau, y0 included.
 pub(super) const DENSE: usize = 8;
 
-/// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its
-/// values could overflow.
-pub(crate) const LARGEST: f64 = 1e100;
-
 /// Working arrays of one run, allocated before its first step.
 pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
-    pub(crate) model: &'m M,
-    /// Start of the step.
-    pub(crate) t: f64,
-    /// End of the step.
-    pub(crate) t1: f64,
-    /// t1 - t.
-    pub(super) h: f64,
-    /// Coordinates, then velocities, at the start.
-    pub(crate) y: V,
-    /// Coordinates, then velocities, at the end.
-    pub(crate) y1: V,
+    pub(crate) ends: Ends<'m, M, V>,
     /// The derivatives k_0, k_1, ..., one in each slot.
     pub(crate) k: [V; SLOTS],
-    /// Drives at an instant that is no node.
-    pub(crate) u_stage: Vec<f64>,
-    /// Drives at the nodes of the step.
-    pub(crate) nodes: Nodes,
-    /// The piece of every contact during the step.
-    pub(crate) pieces: Vec<Piece>,
-    /// Whether the model is evaluated on these fixed pieces.
+    /// Whether the model is evaluated on the fixed pieces of `ends`.
     pub(crate) on_fixed_pieces: bool,
     /// Relative tolerance.
     pub(crate) rtol: f64,
@@ -81,12 +59,6 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Dense output: y0, then its coefficients.
     pub(super) dense: [V; DENSE],
     pub(super) ready: Ready,
-    /// Scratch: a state inside the step.
-    pub(crate) look: V,
-    /// The contacts of the last evaluation.
-    pub(crate) contacts: Vec<Contact>,
-    /// Scratch: the contacts at a state changed by rounding.
-    pub(super) shaken: Vec<Contact>,
     /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
 }
@@ -102,103 +74,68 @@ pub(crate) struct Ready {
 
 impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
-        let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
-        let mut y = V::zeros(m);
-        let (q, v) = y.slice_mut().split_at_mut(m / 2);
-        q.copy_from_slice(&start.q);
-        v.copy_from_slice(&start.v);
-        // `drive` fills all drives once; `redrive` and `redrive_nodes` update only those that change.
-        let mut u = vec![0.0; drives];
-        model.drive(start.t, Side::After, &mut u);
+        let m = 2 * model.dof();
         Engine {
-            model,
-            t: start.t,
-            t1: start.t,
-            h: 0.0,
-            y1: y.clone(),
+            ends: Ends::new(model, start, T::NODES.len(), if T::ADAPTIVE { 1 } else { V::AHEAD }),
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
-            nodes: Nodes::new(&u, T::NODES.len(), if T::ADAPTIVE { 1 } else { V::AHEAD }),
-            u_stage: u,
-            pieces: vec![Piece::Gap; contacts],
             on_fixed_pieces: false,
             rtol: 0.0,
             atol: V::zeros(m),
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
-            look: V::zeros(m),
-            contacts: vec![Contact::default(); contacts],
-            shaken: vec![Contact::default(); contacts],
             evaluations: 0,
-            y,
         }
     }
 
     /// Sets the end of the current step.
     #[inline(always)]
     pub(crate) fn aim(&mut self, t1: f64) {
-        self.t1 = t1;
-        self.h = t1 - self.t;
+        self.ends.aim(t1);
         self.ready = Ready { end: false, dense: false };
     }
 
-    /// Length of the step.
-    #[inline(always)]
-    pub(crate) fn h(&self) -> f64 {
-        self.h
-    }
-
-    /// Evaluates the drives at t + c h in `u_stage`.
-    #[inline(always)]
-    pub(crate) fn drive(&mut self, c: f64) {
-        let t = self.t + c * self.h();
-        self.model.redrive(t, Side::After, &mut self.u_stage);
-    }
-
-    /// Evaluates the drives at all nodes of the step in `nodes`, unless they are known.
+    /// Evaluates the drives at all nodes of the step, unless they are known.
     #[inline(always)]
     pub(crate) fn drive_nodes<T: Tableau>(&mut self) {
-        let (mut times, n) = ([self.t1; SLOTS], T::NODES.len());
-        nodes_of::<T>(self.t, self.t1, &mut times);
+        let Ends { model, nodes, t, t1, .. } = &mut self.ends;
+        let (mut times, n) = ([*t1; SLOTS], T::NODES.len());
+        nodes_of::<T>(*t, *t1, &mut times);
         let times = &times[..n];
         if T::ADAPTIVE || V::AHEAD == 1 {
-            self.model.redrive_nodes(times, self.nodes.rows_mut());
-        } else if !self.nodes.select(times) {
-            self.model.redrive_nodes(times, self.nodes.fill(times));
+            model.redrive_nodes(times, nodes.rows_mut());
+        } else if !nodes.select(times) {
+            model.redrive_nodes(times, nodes.fill(times));
         }
     }
 
-    /// Evaluates the drives of this step and of the fixed steps after it at once, unless they are known.
-    /// `stop`: the next drive edge or the end of the run. No drive is evaluated there or later.
+    /// Evaluates the drives of this step and of the fixed steps after it at once, unless they are known. Step
+    /// i of them ends at `end(i)`. `stop`: the next drive edge or the end of the run. No drive is evaluated
+    /// there or later.
     #[inline(always)]
-    pub(crate) fn drive_ahead<T: Tableau>(&mut self, pace: &Pace, stop: f64) {
-        if V::AHEAD == 1 || self.nodes.has_next() || self.t1 != pace.grid(0) {
+    pub(crate) fn drive_ahead<T: Tableau>(&mut self, end: impl Fn(usize) -> f64, stop: f64) {
+        let Ends { model, nodes, t, t1, .. } = &mut self.ends;
+        if V::AHEAD == 1 || nodes.has_next() || *t1 != end(0) {
             return;
         }
-        if pace.grid(V::AHEAD - 1) >= stop {
+        if end(V::AHEAD - 1) >= stop {
             return;
         }
         let (mut times, n) = ([0.0; 4 * SLOTS], T::NODES.len());
         let times = &mut times[..V::AHEAD * n];
-        let mut start = self.t;
+        let mut start = *t;
         for (step, times) in times.chunks_exact_mut(n).enumerate() {
-            let end = pace.grid(step);
-            nodes_of::<T>(start, end, times);
-            start = end;
+            nodes_of::<T>(start, end(step), times);
+            start = end(step);
         }
-        self.model.redrive_nodes(times, self.nodes.fill(times));
-    }
-
-    /// Evaluates the drives at the end of the step, before a jump there.
-    pub(crate) fn drive_end(&mut self) {
-        self.model.redrive(self.t1, Side::Before, self.nodes.end_mut());
+        model.redrive_nodes(times, nodes.fill(times));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
     #[inline(always)]
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
-        let (model, pieces, u) = (self.model, &self.pieces, &self.u_stage);
-        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
-            accelerate::<M, FIXED>(model, pieces, u, q, v, a)
+        let Ends { model, pieces, u_stage, y, h, .. } = &self.ends;
+        V::stage(&mut self.k, s, y, *h, row, |q, v, a| {
+            accelerate::<M, FIXED>(model, pieces, u_stage, q, v, a)
         });
     }
 
@@ -210,28 +147,26 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         s: usize,
         row: &TableauRow<L>,
     ) {
-        let (model, pieces, u) = (self.model, &self.pieces, self.nodes.at(node));
-        V::stage(&mut self.k, s, &self.y, self.h, row, |q, v, a| {
-            accelerate::<M, FIXED>(model, pieces, u, q, v, a)
-        });
+        let Ends { model, pieces, nodes, y, h, .. } = &self.ends;
+        let u = nodes.at(node);
+        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<M, FIXED>(model, pieces, u, q, v, a));
     }
 
     /// y1 = y + h Σ b_l k_l.
     #[inline(always)]
     pub(crate) fn advance<const L: usize>(&mut self, row: &TableauRow<L>) {
-        V::combine(&mut self.y1, &self.y, &self.k, self.h, row);
+        V::combine(&mut self.ends.y1, &self.ends.y, &self.k, self.ends.h, row);
     }
 
     /// Computes f(t1, y1) in slot `END`, unless it is computed already.
     #[inline(always)]
     pub(crate) fn derivative_at_end_of<T: Tableau>(&mut self) {
         if !self.ready.end {
-            let u1 = self.nodes.end();
             let k = &mut self.k[T::END];
             if self.on_fixed_pieces {
-                derivative::<M, V, true>(self.model, &self.pieces, u1, &self.y1, k);
+                derivative_at_end::<M, V, true>(&self.ends, k);
             } else {
-                derivative::<M, V, false>(self.model, &self.pieces, u1, &self.y1, k);
+                derivative_at_end::<M, V, false>(&self.ends, k);
             }
             self.evaluations += 1;
             self.ready.end = true;
@@ -253,27 +188,21 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        self.model.redrive(self.t, Side::After, &mut self.u_stage);
+        let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
+        model.redrive(*t, Side::After, u_stage);
         if self.on_fixed_pieces {
-            derivative::<M, V, true>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
+            derivative::<M, V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
         } else {
-            derivative::<M, V, false>(self.model, &self.pieces, &self.u_stage, &self.y, &mut self.k[0]);
+            derivative::<M, V, false>(*model, pieces, u_stage, y, &mut self.k[0]);
         }
         self.evaluations += 1;
     }
 
     /// Computes in slot 1 the derivative at the end of an Euler step, for the first step size.
     pub(crate) fn euler(&mut self) {
-        self.drive(1.0);
+        self.ends.drive(1.0);
         self.stage::<false, 1>(1, &[(0, 1.0)]);
         self.evaluations += 1;
-    }
-
-    /// Makes the end of the step the start of the next one, without the derivative there.
-    #[inline(always)]
-    pub(crate) fn move_on(&mut self) {
-        self.t = self.t1;
-        V::hand_over(&mut self.y1, &mut self.y);
     }
 
     /// Makes the end of the step the start of the next one, with the derivative there. The trajectory must be
@@ -284,37 +213,24 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             let (first, rest) = self.k.split_at_mut(1);
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
-            let u1 = self.nodes.end();
             if LOCATE && self.on_fixed_pieces {
-                derivative::<M, V, true>(self.model, &self.pieces, u1, &self.y1, &mut self.k[0]);
+                derivative_at_end::<M, V, true>(&self.ends, &mut self.k[0]);
             } else {
-                derivative::<M, V, false>(self.model, &self.pieces, u1, &self.y1, &mut self.k[0]);
+                derivative_at_end::<M, V, false>(&self.ends, &mut self.k[0]);
             }
             self.evaluations += 1;
         }
-        self.move_on();
-    }
-
-    /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output,
-    /// channels and their squares do not overflow.
-    #[inline(always)]
-    pub(crate) fn finite(&self) -> bool {
-        self.y1.size() <= LARGEST
+        self.ends.move_on();
     }
 
     /// h √(Σ_j (Σ_l e_l k_lj/size_j)²/m), size_j = atol_j + rtol max(|y_j|, |y1_j|), for each row e: root
     /// mean square over the m components, in units of the tolerances.
     #[inline(always)]
     pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&TableauRow<L>; R]) -> [f64; R] {
-        let (h, m) = (self.h(), self.y.slice().len() as f64);
-        V::squares([&self.y, &self.y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
+        let Ends { h, y, y1, .. } = &self.ends;
+        let m = y.slice().len() as f64;
+        V::squares([y, y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
-}
-
-/// Coordinates and velocities of a state.
-#[inline(always)]
-pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
-    y.slice().split_at(y.slice().len() / 2)
 }
 
 /// Writes the instants of the nodes of a step.
@@ -338,6 +254,12 @@ fn derivative<M: Model + ?Sized, V: Vector, const FIXED: bool>(
     out: &mut V,
 ) {
     V::derivative(out, y, |q, v, a| accelerate::<M, FIXED>(model, pieces, u, q, v, a));
+}
+
+/// The derivative at the end of the step, before a jump of the drives there.
+#[inline(always)]
+fn derivative_at_end<M: Model + ?Sized, V: Vector, const FIXED: bool>(ends: &Ends<'_, M, V>, out: &mut V) {
+    derivative::<M, V, FIXED>(ends.model, &ends.pieces, ends.nodes.end(), &ends.y1, out);
 }
 
 /// The accelerations, on the fixed `pieces` if `FIXED`.

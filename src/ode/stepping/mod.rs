@@ -2,8 +2,9 @@
 
 pub(crate) mod control;
 pub(crate) mod dense;
+pub(crate) mod ends;
 pub(crate) mod engine;
-pub(crate) mod inside;
+pub(crate) mod first_step;
 pub(crate) mod nodes;
 pub(crate) mod tableau_row;
 pub(crate) mod vector;

@@ -3,27 +3,16 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::ode::edges::exit::Exit;
+use crate::ode::edges::exit::{Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::engine::Engine;
+use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
 use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::taylor::expansion::rows::Eight;
 use crate::ode::taylor::positive::Polynomial;
-
-/// Result of the search in one step.
-#[derive(Clone, Copy)]
-pub(super) enum Found {
-    /// No contact leaves its piece.
-    Nothing,
-    /// The contact leaves its piece at this time after the start of the step.
-    At(f64, Exit),
-    /// The contact leaves its piece at the start of the step.
-    AtOnce(Exit),
-}
 
 /// A distance at the start of a step below this share of its range counts as near `[1]`.
 const NEAR: f64 = 1e-9;
@@ -35,7 +24,7 @@ const NEAR: f64 = 1e-9;
 /// or comes near it.
 pub(super) fn first_exit(
     c: &Coefficients,
-    e: &mut Engine<'_, dyn Model + '_, Blocks>,
+    e: &mut Ends<'_, dyn Model + '_, Blocks>,
     locator: &Locator,
     ranges: &mut [Eight],
     h: f64,
@@ -116,7 +105,7 @@ pub(super) fn first_exit(
 }
 
 /// Computes the contacts at the start of the step. Returns true.
-fn contacts_at_start(e: &mut Engine<'_, dyn Model + '_, Blocks>) -> Result<bool, IntegrateError> {
+fn contacts_at_start(e: &mut Ends<'_, dyn Model + '_, Blocks>) -> Result<bool, IntegrateError> {
     e.contacts_at_start();
     e.check_gaps(e.t)?;
     Ok(true)

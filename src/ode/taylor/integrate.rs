@@ -3,19 +3,16 @@
 use crate::model::equations::{Model, State};
 use crate::model::expansion::expand::Expand;
 use crate::model::slopes::accelerate;
-use crate::ode::driver::{LAST_TIME, edge_after};
-use crate::ode::edges::exit::Exit;
-use crate::ode::edges::locate::Locator;
-use crate::ode::edges::stops::Stops;
+use crate::ode::edges::exit::Found;
+use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
-use crate::ode::methods::rk4::Classical;
-use crate::ode::outcome::{Finish, Stats};
-use crate::ode::step::{Crossing, Observer, Step};
+use crate::ode::outcome::Finish;
+use crate::ode::step::{Observer, Step};
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::engine::{Engine, LARGEST};
+use crate::ode::stepping::ends::{Ends, LARGEST};
 use crate::ode::stepping::vector_blocks::Blocks;
-use crate::ode::taylor::distances::{Found, first_exit};
+use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::pace::Pace;
 use crate::ode::taylor::polynomials::Polynomials;
@@ -61,17 +58,16 @@ impl Prepared {
     ) -> Result<Self, IntegrateError> {
         let expanded = expanded(model)?;
         let recorded = expanded.record(moving);
-        if let Some(what) = recorded.0.kink() {
-            return Err(IntegrateError::NoSeries { what });
+        if let Some((output, what)) = recorded.0.kink() {
+            return Err(IntegrateError::NoSeries { place: output.to_string(), what });
         }
         if model.contacts() > 0 && !model.offers().pieces {
-            return Err(IntegrateError::NoSeries { what: "a model without `accel_on_pieces`" });
+            return Err(no_series("a model without `accel_on_pieces`"));
         }
         let Tape { dof, drives, distances, .. } = &recorded.0;
         let sizes = [model.dof(), model.drives(), model.contacts()];
         if [*dof, *drives, distances.len()] != sizes || recorded.0.contacts_read() > sizes[2] {
-            let what = "a recording with another number of coordinates, drives or contacts";
-            return Err(IntegrateError::NoSeries { what });
+            return Err(no_series("a recording with another number of coordinates, drives or contacts"));
         }
         let mut series = vec![Series::from(0.0); model.drives()];
         expanded.drive_series(0.0, SHORT, &mut series);
@@ -101,23 +97,20 @@ impl Prepared {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
-        if !(t_end.abs() <= LAST_TIME && t_end > start.t) {
-            return Err(IntegrateError::TimeSpan { start: start.t, end: t_end });
-        }
         let mut run = Run::new(self, settings, model, start, t_end)?;
         for _ in 0..settings.max_steps {
             run.expand()?;
             match run.make_step()? {
                 Made::Again => {
-                    run.stats.rejected += 1;
+                    run.passage.stats.rejected += 1;
                     continue;
                 }
                 Made::Step { at_edge, full } => {
-                    run.stats.steps += 1;
+                    run.passage.stats.steps += 1;
                     let stopped = run.report(at_edge, full, observer);
                     if stopped || run.e.t1 >= t_end {
-                        let (q, v) = run.e.y1.slice().split_at(model.dof());
-                        return Ok(Finish { state: State::new(run.e.t1, q, v), stopped, stats: run.stats });
+                        let (state, stats) = (run.e.state_at_end(), run.passage.stats);
+                        return Ok(Finish { state, stopped, stats });
                     }
                     run.pass(at_edge)?;
                 }
@@ -135,6 +128,7 @@ impl Integrator for Taylor {
         t_end: f64,
         observer: &mut O,
     ) -> Result<Finish, IntegrateError> {
+        self.check_rtol()?;
         Prepared::new(&model)?.run(self, &model, start, t_end, observer)
     }
 }
@@ -142,7 +136,11 @@ impl Integrator for Taylor {
 /// The model as one that can be expanded.
 fn expanded(model: &dyn Model) -> Result<&dyn Expand, IntegrateError> {
     let what = "a model that cannot be expanded (`Model::expand`), for example one in plain numbers";
-    model.expand().ok_or(IntegrateError::NoSeries { what })
+    model.expand().ok_or_else(|| no_series(what))
+}
+
+fn no_series(what: &'static str) -> IntegrateError {
+    IntegrateError::NoSeries { place: "the model".into(), what }
 }
 
 /// Safety factor on the steps while a root or a power is evaluated `[1]`.
@@ -165,19 +163,14 @@ struct Run<'r> {
     prepared: &'r mut Prepared,
     expanded: &'r dyn Expand,
     /// State, contacts and drives at both ends of the step.
-    e: Engine<'r, dyn Model + 'r, Blocks>,
-    locator: Locator,
+    e: Ends<'r, dyn Model + 'r, Blocks>,
+    passage: Passage,
     pace: Pace,
-    crossings: Vec<Crossing>,
     degree: usize,
-    t_end: f64,
-    /// Next drive edge; infinite if there is none.
-    edge: f64,
     /// The time after the start of the step up to which the series of the drives are valid.
     valid: f64,
     /// Scratch: two accelerations.
     accelerations: [Vec<f64>; 2],
-    stats: Stats,
 }
 
 impl<'r> Run<'r> {
@@ -190,30 +183,20 @@ impl<'r> Run<'r> {
     ) -> Result<Self, IntegrateError> {
         let n = 2 * model.dof();
         let (degree, atol) = settings.check(n)?;
-        let mut e = Engine::<dyn Model, Blocks>::new::<Classical>(model, start);
-        e.on_fixed_pieces = true;
-        let mut locator = Locator::new(model.contacts(), Stops::new::<_, true>(model));
-        locator.measure_noise(&mut e);
-        locator.classify(&mut e, true);
-        e.check_gaps(e.t)?;
-        locator.check_stops(e.t)?;
+        let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
+        let passage = Passage::begin(&mut e, t_end, true)?;
         prepared.c.set_pieces(&e.pieces);
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
-        let crossings = Vec::with_capacity(2 * model.contacts() + locator.stops.room());
         Ok(Run {
             pace: Pace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
             expanded,
             prepared,
-            edge: edge_after(model, start.t)?,
             e,
-            locator,
-            crossings,
+            passage,
             degree,
-            t_end,
             valid: f64::INFINITY,
             accelerations: [vec![0.0; n / 2], vec![0.0; n / 2]],
-            stats: Stats::default(),
         })
     }
 
@@ -238,7 +221,7 @@ impl<'r> Run<'r> {
         }
         let Prepared { c, series, .. } = &mut *self.prepared;
         c.expand(self.e.y.slice(), series, self.degree, false);
-        self.stats.evaluations += self.degree as u64;
+        self.passage.stats.evaluations += self.degree as u64;
         Ok(())
     }
 
@@ -246,7 +229,7 @@ impl<'r> Run<'r> {
     fn make_step(&mut self) -> Result<Made, IntegrateError> {
         let t = self.e.t;
         let full = self.length()?;
-        let stop = self.edge.min(self.t_end);
+        let stop = self.passage.stop;
         // The last digits of the time are kept at drive edges and at the end of the run.
         let shortest = 2.0 * RESOLUTION * t.abs();
         let reach = full.min(self.pace.longest()).min(self.valid.max(shortest));
@@ -255,20 +238,16 @@ impl<'r> Run<'r> {
         if aim < stop && h <= RESOLUTION * t.abs() {
             return Err(IntegrateError::StepUnderflow { t, h });
         }
-        self.crossings.clear();
+        self.passage.crossings.clear();
         let c = &self.prepared.c;
-        let found = first_exit(c, &mut self.e, &self.locator, &mut self.pace.ranges, h)?;
+        let found = first_exit(c, &mut self.e, &self.passage.locator, &mut self.pace.ranges, h)?;
         let h = match found {
             Found::Nothing => {
                 self.e.aim(aim);
                 h
             }
             Found::AtOnce(exit) => {
-                if self.locator.stops.rigid(exit.contact, exit.to) {
-                    self.locator.strike_at_start(&mut self.e, exit, &mut self.crossings)?;
-                } else if !self.locator.change(&mut self.e.pieces, exit) {
-                    return Err(IntegrateError::EdgeStall { t, contact: exit.contact });
-                }
+                self.passage.leave(&mut self.e, exit)?;
                 self.prepared.c.set_pieces(&self.e.pieces);
                 return Ok(Made::Again);
             }
@@ -284,26 +263,15 @@ impl<'r> Run<'r> {
         if let Found::At(_, exit) = found {
             self.e.drive_end();
             self.e.contacts_at_end();
-            let (pieces, stops) = (&self.e.pieces, &self.locator.stops);
-            let crossing = |exit: Exit| Crossing {
-                contact: exit.contact,
-                from: pieces[exit.contact],
-                to: exit.to,
-                rebounds: stops.rigid(exit.contact, exit.to),
-            };
-            self.crossings.push(crossing(exit));
-            let together = self.locator.together(pieces, &self.e.contacts, exit);
-            self.crossings.extend(together.map(crossing));
-            self.locator.strike_at_end(&mut self.e, &mut self.crossings)?;
-            self.stats.crossings += self.crossings.len() as u64;
+            self.passage.cross(&mut self.e, exit)?;
         }
         self.pace.keep(full);
-        Ok(Made::Step { at_edge: self.e.t1 == self.edge, full })
+        Ok(Made::Step { at_edge: self.passage.is_drive_edge(self.e.t1), full })
     }
 
     /// The length of the step that the tolerances allow; infinite if the series ends.
     fn length(&mut self) -> Result<f64, IntegrateError> {
-        let room = self.edge.min(self.t_end) - self.e.t;
+        let room = self.passage.stop - self.e.t;
         let resolution = RESOLUTION * self.e.t.abs();
         let c = &mut self.prepared.c;
         let h = self.pace.length(c, room);
@@ -372,31 +340,21 @@ impl<'r> Run<'r> {
             pieces: &e.pieces,
             parts: Polynomials::parts(c.degree, e.h() / full),
         };
-        observer.step(&mut Step::new(&mut view, at_edge, &self.crossings)).is_break()
+        observer.step(&mut Step::new(&mut view, at_edge, &self.passage.crossings)).is_break()
     }
 
     /// Prepares the next step: velocities after impacts, pieces, drive edges.
     fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
-        let e = &mut self.e;
+        let Run { e, passage, .. } = self;
         e.move_on();
-        self.locator.still.fill(0);
-        if self.crossings.is_empty() && !at_edge {
+        passage.locator.still.fill(0);
+        if passage.crossings.is_empty() && !at_edge {
             return Ok(());
         }
-        if !self.crossings.is_empty() {
-            self.locator.accept(e);
-            self.pace.limit(self.locator.rebound(e));
-            for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
-                e.pieces[crossing.contact] = crossing.to;
-            }
+        if !passage.crossings.is_empty() {
+            passage.locator.accept(e);
         }
-        if at_edge {
-            self.locator.classify(e, false);
-            e.check_gaps(e.t)?;
-            self.locator.check_stops(e.t)?;
-            self.stats.drive_edges += 1;
-            self.edge = edge_after(e.model, e.t)?;
-        }
+        self.pace.limit(passage.pass::<_, _, true>(e, at_edge)?);
         self.prepared.c.set_pieces(&e.pieces);
         Ok(())
     }

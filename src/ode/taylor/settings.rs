@@ -17,6 +17,9 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 /// [`IntegrateError::NoSeries`]. On the workloads of the benches it takes a third to a quarter of the
 /// time of [`Dop853`](crate::Dop853) at an error of 1e-9, and less of it the smaller the error.
 ///
+/// It has no first step and no controller to set: the length of every step follows from its own coefficients.
+/// Edges are always located, since the coefficients hold on fixed pieces alone.
+///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Taylor};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
@@ -42,6 +45,10 @@ impl Default for Taylor {
 /// Smallest and largest order.
 const RANGE: [usize; 2] = [4, ORDERS - 4];
 
+/// Smallest and largest relative tolerance. Below the smallest, rounding shortens the steps without end;
+/// above the largest, the last coefficients say nothing about the error.
+const RTOL: [f64; 2] = [1e-16, 0.1];
+
 impl Taylor {
     /// Defaults: rtol 1e-12, atol 1e-16, order by the tolerance, no maximum step, at most 10⁸ steps.
     pub fn new() -> Self {
@@ -49,7 +56,7 @@ impl Taylor {
             Tolerances { rtol: 1e-12, atol: vec![1e-16], first: None, max: f64::INFINITY, beta: 0.0 };
         Taylor { tolerances, max_steps: Limits::default().max_steps, order: None }
     }
-    /// Relative tolerance of every coordinate and velocity, positive. Default: 1e-12.
+    /// Relative tolerance of every coordinate and velocity, in 1e-16 ..= 0.1. Default: 1e-12.
     pub fn rtol(mut self, rtol: f64) -> Self {
         self.tolerances.rtol = rtol;
         self
@@ -85,6 +92,16 @@ impl Taylor {
     pub fn max_steps(mut self, steps: usize) -> Self {
         self.max_steps = steps;
         self
+    }
+
+    /// Checks the relative tolerance of a run without absolute tolerances that are chosen for it.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Setting`].
+    pub(super) fn check_rtol(&self) -> Result<(), IntegrateError> {
+        let value = self.tolerances.rtol;
+        let ok = (RTOL[0]..=RTOL[1]).contains(&value);
+        ok.then_some(()).ok_or(IntegrateError::Setting { name: "rtol", value, allowed: "in 1e-16 ..= 0.1" })
     }
 
     /// The order and the absolute tolerance of every component.

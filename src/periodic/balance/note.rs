@@ -11,6 +11,7 @@ use crate::periodic::balance::integrals::Integrals;
 /// assert!(note.to_string().contains("656"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum BalanceNote {
     /// Warning: the kept orders do not resolve the fastest local natural frequency. Such orbits are
@@ -19,6 +20,7 @@ pub enum BalanceNote {
         /// Highest kept order.
         highest: usize,
         /// Required order, 1.2 √(largest local stiffness)/ω `[1]`.
+        #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
         needed: f64,
     },
     /// Warning: sampling changes the orbit by more than 1e-3 of its peak-to-peak value.
@@ -26,6 +28,7 @@ pub enum BalanceNote {
         /// Number M of samples.
         samples: usize,
         /// Correction of the orbit by exact integrals, as a share of the peak-to-peak value `[1]`.
+        #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
         error: f64,
     },
     /// Warning: the integrals are too coarse for the drives or for a contact law.
@@ -34,11 +37,13 @@ pub enum BalanceNote {
         integrals: Integrals,
         /// Change of the accelerations along the orbit by integrals twice as fine, as a share of the largest
         /// coefficient `[1]`.
+        #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
         share: f64,
     },
     /// Warning: order 0 is not kept, but the mean acceleration is not zero. No equation balances it.
     MeanAcceleration {
         /// Mean acceleration, as a share of the largest acceleration of the coordinate `[1]`.
+        #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
         share: f64,
     },
     /// The model has no Jacobian. Differences were used, so the last iterations do not converge

@@ -4,7 +4,7 @@ use crate::model::constants::DriveSlope;
 use crate::model::equations::Model;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::taylor::integrate::Prepared;
-use crate::tape::tangent::tangent;
+use crate::periodic::flow::tangent_tape::tangent;
 use std::cell::RefCell;
 use std::fmt;
 

@@ -7,4 +7,5 @@ pub(crate) mod interrupter;
 pub(crate) mod rebound;
 pub(crate) mod saltation;
 pub(crate) mod tangent;
+pub(crate) mod tangent_tape;
 pub(crate) mod variation;

@@ -19,15 +19,15 @@ use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::interrupter::{Interrupter, Stop};
 use crate::periodic::flow::saltation::Saltation;
+use crate::periodic::flow::tangent_tape::tangent;
 use crate::series::Series;
 use crate::tape::recording::Recording;
-use crate::tape::tangent::tangent;
 use std::cell::RefCell;
 
 /// q'' = a(u, q, q') together with δq'' = ∂a/∂q δq + ∂a/∂v δv, for any number of differences.
 ///
 /// The last differences are those with respect to parameters, at a fixed phase (see
-/// [`tangent`](crate::tape::tangent::tangent)). The coordinates are (q, δq_1, δq_2, ...); the velocities have
+/// [`tangent`](crate::periodic::flow::tangent_tape::tangent)). The coordinates are (q, δq_1, δq_2, ...); the velocities have
 /// the same order. The contacts are those of the model alone. The Jacobian is that of the model on fixed pieces, or central differences if the model
 /// has none.
 pub(crate) struct Tangent<'m, M: ?Sized> {

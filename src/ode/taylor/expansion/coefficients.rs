@@ -4,7 +4,6 @@ use crate::contact::piece::Piece;
 use crate::ode::taylor::expansion::aligned::Aligned;
 use crate::ode::taylor::expansion::plan::{Plan, SMALL, Small};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
-use crate::ode::taylor::expansion::sums::{Ranges, Samples, Sampling, Values};
 use crate::series::Series;
 use crate::tape::operations::Tape;
 use pulp::Arch;
@@ -26,7 +25,7 @@ pub(crate) const PER: [f64; ORDERS] = {
 pub(crate) struct Coefficients {
     pub(crate) plan: Plan,
     pub(super) x: Aligned,
-    arch: Arch,
+    pub(super) arch: Arch,
     /// Highest order.
     pub(crate) degree: usize,
     /// Whether roots and powers keep their values, without further orders.
@@ -112,39 +111,12 @@ impl Coefficients {
         plan.own_distances.apply::<false>(&mut x[degree * plan.width..][..plan.width]);
     }
 
-    /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
-    pub(crate) fn at(&self, s: f64, y: &mut [f64]) {
-        self.arch.dispatch(Values { c: self, s, y });
-    }
-
     /// The accelerations of the polynomials at the time `s` after the start of the step.
     pub(crate) fn acceleration(&self, s: f64, a: &mut [f64]) {
         a.fill(0.0);
         for n in (1..=self.degree).rev() {
             a.iter_mut().zip(self.v(n)).for_each(|(a, c)| *a = *a * s + n as f64 * c);
         }
-    }
-
-    /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
-    pub(crate) fn ranges(&self, h: f64, ranges: &mut [Eight]) {
-        self.arch.dispatch(Ranges { c: self, h, ranges });
-    }
-
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for certain.
-    /// At the start d is above `least`.
-    pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        self.samples::<0>(column, h).above_until(sign, least, h)
-    }
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
-    /// for certain. The time is less than h if d is not above `least` at the end.
-    pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        let samples = self.samples::<1>(column, h);
-        let until = samples.above_until(sign, 0.0, h);
-        let end = sign * (self.distances(0)[column] + h * samples.values[EIGHT - 1]);
-        if end > least { until } else { until.min(0.5 * h) }
-    }
-    fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
-        self.arch.dispatch(Sampling::<SHIFT> { c: self, column, h })
     }
 }
 

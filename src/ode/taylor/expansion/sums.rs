@@ -13,8 +13,37 @@ pub(crate) const SECOND: [f64; ORDERS] = {
     second
 };
 
+impl Coefficients {
+    /// Writes coordinates and velocities at the time `s` after the start of the step to `y`.
+    pub(crate) fn at(&self, s: f64, y: &mut [f64]) {
+        self.arch.dispatch(Values { c: self, s, y });
+    }
+
+    /// Σ_(n>=1) |d_n| hⁿ of every distance: how far it moves at most.
+    pub(crate) fn ranges(&self, h: f64, ranges: &mut [Eight]) {
+        self.arch.dispatch(Ranges { c: self, h, ranges });
+    }
+
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for certain.
+    /// At the start d is above `least`.
+    pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        self.samples::<0>(column, h).above_until(sign, least, h)
+    }
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
+    /// for certain. The time is less than h if d is not above `least` at the end.
+    pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        let samples = self.samples::<1>(column, h);
+        let until = samples.above_until(sign, 0.0, h);
+        let end = sign * (self.distances(0)[column] + h * samples.values[EIGHT - 1]);
+        if end > least { until } else { until.min(0.5 * h) }
+    }
+    fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
+        self.arch.dispatch(Sampling::<SHIFT> { c: self, column, h })
+    }
+}
+
 /// Σ_(n>=1) |d_n| hⁿ of all distances.
-pub(super) struct Ranges<'v> {
+struct Ranges<'v> {
     pub(super) c: &'v Coefficients,
     pub(super) h: f64,
     pub(super) ranges: &'v mut [Eight],
@@ -61,7 +90,7 @@ impl Samples {
 }
 
 /// Samples of a distance d; with SHIFT 1 those of (d(s) - d(0))/s.
-pub(super) struct Sampling<'v, const SHIFT: usize> {
+struct Sampling<'v, const SHIFT: usize> {
     pub(super) c: &'v Coefficients,
     pub(super) column: usize,
     pub(super) h: f64,
@@ -111,7 +140,7 @@ impl<const SHIFT: usize> pulp::WithSimd for Sampling<'_, SHIFT> {
 }
 
 /// Σ c_n sⁿ of coordinates and velocities.
-pub(super) struct Values<'v> {
+struct Values<'v> {
     pub(super) c: &'v Coefficients,
     pub(super) s: f64,
     pub(super) y: &'v mut [f64],

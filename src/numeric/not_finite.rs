@@ -8,6 +8,21 @@ use std::fmt;
 #[derive(Clone, Copy)]
 pub(crate) struct AnyNumber(pub(crate) f64);
 
+/// A field of a stored form as an [`AnyNumber`], for `#[serde(with = "..")]`.
+pub(crate) mod number {
+    use crate::numeric::not_finite::AnyNumber;
+    use serde::de::{Deserialize, Deserializer};
+    use serde::ser::{Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        AnyNumber(*number).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(AnyNumber::deserialize(deserializer)?.0)
+    }
+}
+
 /// A list as [`AnyNumber`]s.
 pub(crate) fn numbers(values: &[f64]) -> Vec<AnyNumber> {
     values.iter().map(|x| AnyNumber(*x)).collect()

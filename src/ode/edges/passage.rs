@@ -1,0 +1,158 @@
+//! The passage of a run over edges: those of its contacts, rigid stops, and drive edges.
+
+use crate::model::equations::Model;
+use crate::ode::edges::exit::Exit;
+use crate::ode::edges::locate::Locator;
+use crate::ode::edges::stops::Stops;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::outcome::Stats;
+use crate::ode::step::Crossing;
+use crate::ode::stepping::ends::Ends;
+use crate::ode::stepping::vector::Vector;
+
+/// Largest magnitude of the end time of a run. Beyond it, products of steps and rates overflow.
+const LAST_TIME: f64 = 1e50;
+
+/// What every method does at edges: it takes the pieces of the contacts, ends steps with crossings and
+/// impacts, and prepares the step after them. Where an edge lies in a step, the method finds itself.
+pub(crate) struct Passage {
+    pub(crate) locator: Locator,
+    /// Crossings at the end of the current step.
+    pub(crate) crossings: Vec<Crossing>,
+    /// Next drive edge; infinite if there is none.
+    edge: f64,
+    /// End of the run.
+    end: f64,
+    /// Latest end of the next step: the next drive edge or the end of the run.
+    pub(crate) stop: f64,
+    pub(crate) stats: Stats,
+}
+
+impl Passage {
+    /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for.
+    ///
+    /// # Errors
+    /// [`IntegrateError::TimeSpan`], [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`],
+    /// [`IntegrateError::DriveEdge`].
+    pub(crate) fn begin<M: Model + ?Sized, V: Vector>(
+        e: &mut Ends<'_, M, V>,
+        end: f64,
+        locate: bool,
+    ) -> Result<Self, IntegrateError> {
+        if !(end.abs() <= LAST_TIME && end > e.t) {
+            return Err(IntegrateError::TimeSpan { start: e.t, end });
+        }
+        let locator = Locator::new(if locate { e.contacts.len() } else { 0 }, Stops::new(e.model, locate));
+        let edge = edge_after(e.model, e.t)?;
+        let mut passage = Passage {
+            crossings: Vec::with_capacity(2 * e.contacts.len() + locator.stops.room()),
+            locator,
+            edge,
+            end,
+            stop: edge.min(end),
+            stats: Stats::default(),
+        };
+        if locate {
+            passage.locator.measure_noise(e);
+            passage.take_pieces(e, true)?;
+        }
+        Ok(passage)
+    }
+
+    /// Whether a step that ends at `t1` ends on the next drive edge.
+    #[inline(always)]
+    pub(crate) fn is_drive_edge(&self, t1: f64) -> bool {
+        self.edge == t1
+    }
+
+    /// A contact leaves its piece at the start of the step: it changes its piece or, on a rigid stop, its
+    /// velocity. The step must be repeated.
+    ///
+    /// # Errors
+    /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`].
+    pub(crate) fn leave<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Ends<'_, M, V>,
+        exit: Exit,
+    ) -> Result<(), IntegrateError> {
+        if self.locator.stops.rigid(exit.contact, exit.to) {
+            return self.locator.strike_at_start(e, exit, &mut self.crossings);
+        }
+        let changed = self.locator.change(&mut e.pieces, exit);
+        changed.then_some(()).ok_or(IntegrateError::EdgeStall { t: e.t, contact: exit.contact })
+    }
+
+    /// Ends the step with the crossing of the located exit, all that happen together with it, and the impacts
+    /// that follow. `e.contacts` must be the contacts at the end of the step.
+    ///
+    /// # Errors
+    /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`].
+    #[inline]
+    pub(crate) fn cross<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Ends<'_, M, V>,
+        located: Exit,
+    ) -> Result<(), IntegrateError> {
+        let Passage { locator, crossings, .. } = self;
+        let together = locator.together(&e.pieces, &e.contacts, located);
+        crossings.extend([located].into_iter().chain(together).map(|Exit { contact, to }| Crossing {
+            contact,
+            from: e.pieces[contact],
+            to,
+            rebounds: locator.stops.rigid(contact, to),
+        }));
+        locator.strike_at_end(e, crossings)?;
+        self.stats.crossings += self.crossings.len() as u64;
+        Ok(())
+    }
+
+    /// Prepares the start of the next step: velocities after impacts, pieces, the next drive edge. Returns the
+    /// maximum length of that step; infinite without impacts.
+    ///
+    /// # Errors
+    /// [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`], [`IntegrateError::DriveEdge`], if the
+    /// step ended on a drive edge.
+    #[inline(always)]
+    pub(crate) fn pass<M: Model + ?Sized, V: Vector, const LOCATE: bool>(
+        &mut self,
+        e: &mut Ends<'_, M, V>,
+        at_drive_edge: bool,
+    ) -> Result<f64, IntegrateError> {
+        let mut longest = f64::INFINITY;
+        if LOCATE {
+            longest = self.locator.rebound(e);
+            for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
+                e.pieces[crossing.contact] = crossing.to;
+            }
+        }
+        if at_drive_edge {
+            if LOCATE {
+                self.take_pieces(e, false)?;
+            }
+            self.stats.drive_edges += 1;
+            self.edge = edge_after(e.model, e.t)?;
+            self.stop = self.edge.min(self.end);
+        }
+        Ok(longest)
+    }
+
+    /// Determines the pieces of all contacts at the start of the step and checks their gaps and rigid stops.
+    fn take_pieces<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &mut Ends<'_, M, V>,
+        afresh: bool,
+    ) -> Result<(), IntegrateError> {
+        self.locator.classify(e, afresh);
+        e.check_gaps(e.t)?;
+        self.locator.check_stops(e.t)
+    }
+}
+
+/// The next drive edge after `t`; infinite if there is none.
+fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
+    match model.next_edge(t) {
+        None => Ok(f64::INFINITY),
+        Some(edge) if edge > t => Ok(edge),
+        Some(edge) => Err(IntegrateError::DriveEdge { t, edge }),
+    }
+}

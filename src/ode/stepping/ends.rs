@@ -1,0 +1,204 @@
+//! The ends of a step: states, drives, contacts and pieces there.
+
+use crate::contact::piece::Piece;
+use crate::contact::tooth::Contact;
+use crate::excitation::side::Side;
+use crate::model::equations::{Model, State};
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::stepping::nodes::Nodes;
+use crate::ode::stepping::vector::Vector;
+
+/// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
+pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
+    pub(crate) model: &'m M,
+    /// Start of the step.
+    pub(crate) t: f64,
+    /// End of the step.
+    pub(crate) t1: f64,
+    /// t1 - t.
+    pub(super) h: f64,
+    /// Coordinates, then velocities, at the start.
+    pub(crate) y: V,
+    /// Coordinates, then velocities, at the end.
+    pub(crate) y1: V,
+    /// Drives at an instant that is no node.
+    pub(crate) u_stage: Vec<f64>,
+    /// Drives at the nodes of the step; the last node is its end.
+    pub(crate) nodes: Nodes,
+    /// The piece of every contact during the step.
+    pub(crate) pieces: Vec<Piece>,
+    /// The contacts of the last evaluation.
+    pub(crate) contacts: Vec<Contact>,
+    /// Scratch: a state inside the step.
+    pub(crate) look: V,
+    /// Scratch: the contacts at a state changed by rounding.
+    shaken: Vec<Contact>,
+}
+
+impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
+    /// A run from `start`. Drives are kept at `nodes` instants of a step, for `steps` steps at once.
+    pub(crate) fn new(model: &'m M, start: &State, nodes: usize, steps: usize) -> Self {
+        let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
+        let mut y = V::zeros(m);
+        let (q, v) = y.slice_mut().split_at_mut(m / 2);
+        q.copy_from_slice(&start.q);
+        v.copy_from_slice(&start.v);
+        // `drive` fills all drives once; `redrive` and `redrive_nodes` update only those that change.
+        let mut u = vec![0.0; drives];
+        model.drive(start.t, Side::After, &mut u);
+        Ends {
+            model,
+            t: start.t,
+            t1: start.t,
+            h: 0.0,
+            y1: y.clone(),
+            nodes: Nodes::new(&u, nodes, steps),
+            u_stage: u,
+            pieces: vec![Piece::Gap; contacts],
+            contacts: vec![Contact::default(); contacts],
+            look: V::zeros(m),
+            shaken: vec![Contact::default(); contacts],
+            y,
+        }
+    }
+
+    /// Sets the end of the step.
+    #[inline(always)]
+    pub(crate) fn aim(&mut self, t1: f64) {
+        self.t1 = t1;
+        self.h = t1 - self.t;
+    }
+
+    /// Length of the step.
+    #[inline(always)]
+    pub(crate) fn h(&self) -> f64 {
+        self.h
+    }
+
+    /// Makes the end of the step the start of the next one.
+    #[inline(always)]
+    pub(crate) fn move_on(&mut self) {
+        self.t = self.t1;
+        V::hand_over(&mut self.y1, &mut self.y);
+    }
+
+    /// The state at the end of the step.
+    pub(crate) fn state_at_end(&self) -> State {
+        let (q, v) = halves(&self.y1);
+        State::new(self.t1, q, v)
+    }
+
+    /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output,
+    /// channels and their squares do not overflow.
+    #[inline(always)]
+    pub(crate) fn finite(&self) -> bool {
+        self.y1.size() <= LARGEST
+    }
+
+    /// Evaluates the drives at t + θ h in `u_stage`.
+    #[inline(always)]
+    pub(crate) fn drive(&mut self, theta: f64) {
+        let t = self.t + theta * self.h;
+        self.model.redrive(t, Side::After, &mut self.u_stage);
+    }
+
+    /// Evaluates the drives at the end of the step, before a jump there.
+    pub(crate) fn drive_end(&mut self) {
+        self.model.redrive(self.t1, Side::Before, self.nodes.end_mut());
+    }
+
+    /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through
+    /// the coordinates and velocities at both ends.
+    ///
+    /// No acceleration is evaluated. Terms that depend on the drives alone are exact.
+    pub(crate) fn contacts_on_cubic(&mut self, theta: f64) {
+        self.drive(theta);
+        self.look_on_cubic(theta);
+        let (q, v) = halves(&self.look);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// [`contacts_on_cubic`](Ends::contacts_on_cubic) at a node of the step, θ of it.
+    #[inline]
+    pub(crate) fn contacts_at_node(&mut self, node: usize, theta: f64) {
+        self.look_on_cubic(theta);
+        let (q, v) = halves(&self.look);
+        self.model.contact(self.nodes.at(node), q, v, &mut self.contacts);
+    }
+
+    /// The state at θ on the cubic through the coordinates and velocities at both ends, in `self.look`.
+    #[inline(always)]
+    fn look_on_cubic(&mut self, theta: f64) {
+        let (h, n) = (self.h, self.model.dof());
+        let (rest, wave) = (1.0 - theta, 6.0 * theta * (1.0 - theta) / h);
+        let [a, b, c] =
+            [theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, h * theta * theta * rest];
+        let [d, e] = [rest * (1.0 - 3.0 * theta), theta * (3.0 * theta - 2.0)];
+        // Halves of one length, so that bounds are checked once.
+        let ((q0, v0), (q1, v1)) = (self.y.slice().split_at(n), self.y1.slice().split_at(n));
+        let (q, v) = self.look.slice_mut().split_at_mut(n);
+        let (v0, v1, v) = (&v0[..n], &v1[..n], &mut v[..n]);
+        for j in 0..n {
+            let rise = q1[j] - q0[j];
+            q[j] = q0[j] + a * rise + b * v0[j] - c * v1[j];
+            v[j] = wave * rise + d * v0[j] + e * v1[j];
+        }
+    }
+
+    /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the
+    /// largest change when every one of them changes by its last bit, up or down.
+    pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
+        noise.fill(0.0);
+        self.contacts_at_start();
+        // The direction of component j is a bit of j: any two components change in opposite directions at
+        // least once.
+        let patterns = usize::BITS - self.y.slice().len().leading_zeros();
+        for pattern in 0..patterns {
+            for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
+                let up = (j >> pattern) & 1 == 0;
+                *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
+            }
+            let (q, v) = halves(&self.look);
+            self.model.contact(&self.u_stage, q, v, &mut self.shaken);
+            for (noise, (a, b)) in noise.iter_mut().zip(self.contacts.iter().zip(&self.shaken)) {
+                *noise = noise.max((a.deflection - b.deflection).abs());
+            }
+        }
+    }
+
+    /// Computes the contacts at the end of the step in `self.contacts`, before a jump of the drives there.
+    #[inline(always)]
+    pub(crate) fn contacts_at_end(&mut self) {
+        let (q, v) = halves(&self.y1);
+        self.model.contact(self.nodes.end(), q, v, &mut self.contacts);
+    }
+
+    /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
+    pub(crate) fn contacts_at_start(&mut self) {
+        self.model.redrive(self.t, Side::After, &mut self.u_stage);
+        let (q, v) = halves(&self.y);
+        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+    }
+
+    /// Checks that no gap of the last evaluation is negative. In a negative gap, the acceleration on fixed
+    /// pieces and the acceleration of the model itself would differ.
+    #[inline(always)]
+    pub(crate) fn check_gaps(&self, t: f64) -> Result<(), IntegrateError> {
+        for (contact, c) in self.contacts.iter().enumerate() {
+            if c.lower > c.upper {
+                return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its
+/// values could overflow.
+pub(crate) const LARGEST: f64 = 1e100;
+
+/// Coordinates and velocities of a state.
+#[inline(always)]
+pub(crate) fn halves<V: Vector>(y: &V) -> (&[f64], &[f64]) {
+    y.slice().split_at(y.slice().len() / 2)
+}
