@@ -101,10 +101,10 @@ fn main() -> Outcome<()> {
     let down =
         Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(if coarse() { 12 } else { 250 });
     // 252 crossings of edges: beside grazings the corrections of the unstable orbits end near 1e-7.
-    let down = down.shooting(Shooting::new().tolerance(1e-6)).run(&family, turn.as_slice())?;
+    let down = down.shooting(Shooting::new().tolerance(1e-6)).run(&family, &turn)?;
     report("equation, bilateral, down", &down, begun, (&mut folds, &mut points))?;
     let begun = Instant::now();
-    let up = Continuation::new(180.0, if coarse() { 185.0 } else { 250.0 }).run(&family, turn.as_slice())?;
+    let up = Continuation::new(180.0, if coarse() { 185.0 } else { 250.0 }).run(&family, &turn)?;
     report("equation, bilateral, up", &up, begun, (&mut folds, &mut points))?;
 
     let all = |stable: bool| {

@@ -32,6 +32,14 @@ impl<F: Family, const N: usize> Start<F> for &[State; N] {
     }
 }
 
+impl<F: Family> Start<F> for &Vec<State> {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        self.as_slice().begin(settings, family)
+    }
+}
+
 impl<F: Family> Start<F> for State {
     type Point = BranchPoint;
 
