@@ -475,3 +475,20 @@ fn stability_is_a_choice_of_its_own() {
     );
     assert!(without.points().iter().all(|point| point.stability() == Stability::Undecided));
 }
+
+/// Towards the speed 0 the period grows without bound and the steps become short: the branch ends by its budget, or where
+/// there is no model.
+#[test]
+fn a_speed_towards_zero_ends_within_its_budget() {
+    let model = oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("damping", 0.1), ("depth", 0.2)]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let start = State::new(0.0, &[1.1], &[0.0]);
+    for to in [0.0, 1e-6] {
+        let range = Continuation::new(0.6, to).budget(Budget::new().steps(20_000));
+        let branch = range.run(&family, start.clone()).unwrap();
+        println!("{branch}");
+        let limit = BranchEnd::Exhausted(Exhausted::Steps { limit: 20_000 });
+        assert!(branch.end() == &limit || matches!(branch.end(), BranchEnd::Model { .. }), "{branch}");
+        assert!(branch.points().last().unwrap().parameter < 0.3);
+    }
+}
